@@ -1,0 +1,64 @@
+"""Errors of semiwear. Each says what was wrong and what to change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["ConvergenceError", "MissingExtraError", "Problem", "ResultFileError", "SceneError", "SemiwearError"]
+
+
+class SemiwearError(Exception):
+    """Base class of everything that semiwear raises on purpose."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a scene.
+
+    Attributes
+    ----------
+    field : str
+        Dotted key, e.g. ``"gear_pair.module_mm"``.
+    value : object
+        What the scene holds there (``None`` when the field is missing).
+    allowed : str
+        The allowed range or choice, in words.
+    fix : str
+        The likely remedy.
+    """
+
+    field: str
+    value: object
+    allowed: str
+    fix: str = ""
+
+    def __str__(self) -> str:
+        found = "missing" if self.value is None else f"found {self.value!r}"
+        remedy = f" -> {self.fix}" if self.fix else ""
+        return f"{self.field}: {found}; allowed: {self.allowed}{remedy}"
+
+
+class SceneError(SemiwearError, ValueError):
+    """A scene cannot be computed; `problems` lists every reason at once."""
+
+    def __init__(self, problems: Sequence[Problem], scene_name: str = "scene"):
+        self.problems = tuple(problems)
+        count = len(self.problems)
+        lines = "\n".join(f"  {k + 1}. {problem}" for k, problem in enumerate(self.problems))
+        super().__init__(f"{scene_name}: {count} problem{'s' if count != 1 else ''}\n{lines}")
+
+
+class ConvergenceError(SemiwearError, RuntimeError):
+    """An iteration did not reach its tolerance; the message says where and what to try."""
+
+
+class ResultFileError(SemiwearError, ValueError):
+    """A result file is damaged, foreign or of another version."""
+
+
+class MissingExtraError(SemiwearError, ImportError):
+    """An optional package is needed; the message names the extra to install."""
+
+    def __init__(self, package: str, extra: str, purpose: str):
+        super().__init__(f"{purpose} needs {package}: pip install 'semiwear[{extra}]'")
