@@ -1,1 +1,38 @@
+"""Scenes: what is to be simulated, as frozen dataclasses that read and write TOML.
 
+A problem in a scene is never raised alone: `SceneError.problems` lists all of them.
+"""
+
+from semiwear.scene.assemble import scene_from_dict
+from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
+from semiwear.scene.model import (
+    Check,
+    ControlPoint,
+    FaceGearPair,
+    Material,
+    Materials,
+    Numerics,
+    Operation,
+    Scene,
+    Wear,
+    WearUntil,
+)
+from semiwear.scene.placement import Placement
+
+__all__ = [
+    "Check",
+    "ControlPoint",
+    "FaceGearPair",
+    "Material",
+    "Materials",
+    "Numerics",
+    "Operation",
+    "Placement",
+    "Scene",
+    "Wear",
+    "WearUntil",
+    "load_scene",
+    "parse_scene",
+    "scene_from_dict",
+    "shipped_scenes",
+]

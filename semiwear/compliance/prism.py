@@ -1,0 +1,506 @@
+"""Finite prisms: a tooth body of constant section as plane finite elements times cosines along its width.
+
+A body of width L (coordinate z in [0, L]) has one plane section, several teeth on their rim. With k = n pi/L
+
+    u = sum_n U_n(x, y) cos(k z),   v = sum_n V_n cos(k z),   w = sum_n W_n sin(k z)
+
+so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics decouple:
+
+    K_n = K0 + k K1 + k^2 K2,   K0 = int B0' D B0,   K1 = int (B0' D B1 + B1' D B0),   K2 = int B1' D B1
+
+A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
+The cosines mirror the body at its ends: shear stress and axial displacement vanish there.
+
+All teeth are alike, so one pitch is condensed to its two mid-space sides once per harmonic; the pitches are
+then joined by small dense algebra, a rack with free ends or a whole ring alike.
+
+Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
+O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (semi-analytical).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+from skfem.quadrature import get_quadrature
+
+from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
+from semiwear.geometry.section import RingRim, ToothSection
+
+__all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "PrismSection", "prism_section"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+DEFLECTION_OFFSETS = (-2, -1, 0, 1, 2)
+"""Teeth whose deflection is kept; +1 is the neighbour that faces the loaded flank (x > 0)."""
+
+STRESS_OFFSETS = (-1, 0, 1)
+"""Teeth whose fillet stress is kept."""
+
+
+@dataclass(frozen=True)
+class PrismSection:
+    """Influence of unit loads on the flank of one tooth, harmonic by harmonic along the width.
+
+    A load P at height j and width coordinate z0, along the inward normal of the flank, gives at z
+
+        deflection  P sum_n cos(n pi z/L) cos(n pi z0/L) deflection[n, offset, i, j]   [mm]
+        stress      P sum_n cos(n pi z/L) cos(n pi z0/L) stress[n, offset, f, j]       [MPa]
+
+    (the factors 1/L, 2/L are in the arrays).
+
+    Attributes
+    ----------
+    width : float
+        Width L of the prism [mm].
+    load_profile : (H,) array
+        Profile coordinate of the load heights, from the lower end of the flank to the tip.
+    depth : (H,) array [mm]
+        Distance from the flank to the mid-surface point that belongs to it, along the inward normal.
+    deflection : (N, 5, H, H) array [mm/N]
+        Displacement of the mid-surface point of height i of the tooth at an offset of `DEFLECTION_OFFSETS`,
+        along the inward normal at i, for a unit load at height j of the middle tooth. Made reciprocal:
+        ``deflection[:, 2 + o] == deflection[:, 2 - o]`` transposed.
+    stress : (N, 3, F, H) array [MPa/N]
+        Tangential stress at the points of the fillet on the loaded side (x > 0) of the tooth at an offset of
+        `STRESS_OFFSETS`, tensile positive.
+    fillet_points : (F, 2) array [mm]
+        Where the stress is given, from the end of the flank to the root.
+    asymmetry : float
+        Greatest change that making the deflection reciprocal brought, relative to the greatest at n = 0.
+    """
+
+    width: float
+    load_profile: FloatArray
+    depth: FloatArray
+    deflection: FloatArray
+    stress: FloatArray
+    fillet_points: FloatArray
+    asymmetry: float
+
+
+def prism_section(
+    section: ToothSection,
+    *,
+    width: float,
+    youngs_modulus: float,
+    poissons_ratio: float,
+    harmonics: int = 33,
+    heights: int = 12,
+    rack_teeth: int = 21,
+    solve_every: bool = False,
+    fillet_elements: int = 8,
+    elements_across: int = 4,
+    elements_below: int = 3,
+    name: str = "tooth section",
+) -> PrismSection:
+    """Influence of flank loads on mid-surface deflection and fillet stress of a prismatic tooth body.
+
+    Parameters
+    ----------
+    section : ToothSection
+        Half outline of a tooth and its rim [mm].
+    width : float
+        Width L of the prism [mm].
+    youngs_modulus : float
+        Young's modulus [MPa].
+    poissons_ratio : float
+        Poisson's ratio, below 0.5.
+    harmonics : int
+        Number N of cosines, n = 0 ... N - 1. The shortest wave, 2 L/(N - 1), should be at most about a third
+        of the tooth height.
+    heights : int
+        Number H of load heights.
+    rack_teeth : int
+        Teeth of a rack, an odd number; its ends are free. Influence on teeth beyond them is zero. A ring is
+        always whole.
+    solve_every : bool
+        Solve every harmonic instead of about fourteen with a spline between them.
+    fillet_elements, elements_across, elements_below, name
+        See `section_mesh`.
+
+    Returns
+    -------
+    PrismSection
+
+    Raises
+    ------
+    SectionMeshError
+        If the section cannot be meshed, or a ring has fewer than 6 teeth.
+    ValueError
+        If a number is out of its range.
+
+    Notes
+    -----
+    Two limits. Loads are points of the section, so that stress within about 2 mm of a load depends on the
+    mesh; the lowest height is the end of the fillet itself. And waves shorter than 2 L/(N - 1) are missing:
+    where the mid-surface lies closer to the load than half of that (thin tips), its deflection under a point
+    load is too small, though not under one spread over such a length.
+    """
+    _check_numbers(width, youngs_modulus, poissons_ratio, harmonics, rack_teeth)
+    if isinstance(section.rim, RingRim) and section.rim.teeth < 6:
+        raise SectionMeshError(f"{name}: a ring needs 6 teeth at least, not {section.rim.teeth}")
+    mesh = section_mesh(
+        section,
+        heights=heights,
+        fillet_elements=fillet_elements,
+        elements_across=elements_across,
+        elements_below=elements_below,
+        name=name,
+    )
+    observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
+    pitch = _Pitch.of(mesh, _side_angle(section), youngs_modulus, poissons_ratio)
+
+    solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
+    wave_number = np.arange(harmonics) * np.pi / width
+    condensed = [pitch.condense(wave_number[n], observer) for n in solved]
+    deflection, stress = _join(condensed, section, rack_teeth)
+
+    weight = np.where(np.arange(harmonics) == 0, 1.0, 2.0)[:, None, None, None] / width
+    tooth_height = mesh.nodes[mesh.centre_line[0], 1] - mesh.nodes[mesh.fillet[-1], 1]
+    variable = np.arcsinh(4 * tooth_height * wave_number)
+    deflection = weight * _between_harmonics(variable[solved], deflection, variable)
+    stress = weight * _between_harmonics(variable[solved], stress, variable)
+    reciprocal = (deflection + deflection[:, ::-1].swapaxes(2, 3)) / 2
+    asymmetry = np.abs(reciprocal - deflection).max() / np.abs(deflection[0]).max()
+    return PrismSection(
+        width=float(width),
+        load_profile=mesh.load_profile,
+        depth=observer.depth,
+        deflection=reciprocal,
+        stress=stress,
+        fillet_points=observer.fillet_points,
+        asymmetry=float(asymmetry),
+    )
+
+
+def harmonic_matrices(
+    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float
+) -> tuple[csc_matrix, csc_matrix, csc_matrix]:
+    """Matrices K0, K1, K2 of the stiffness K_n = K0 + k K1 + k^2 K2, unknowns 3 node + (u, v, w).
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+    youngs_modulus : float
+        [MPa]
+    poissons_ratio : float
+
+    Returns
+    -------
+    tuple of three (3 n, 3 n) sparse matrices [N/mm^2], [N/mm], [N]
+        Of one and the same pattern.
+    """
+    points, weights = get_quadrature(ELEMENT.refdom, 4)
+    values = np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])  # (9, q)
+    reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])  # (9, 2, q)
+    jacobian = jacobians(mesh, points)
+    gradient = np.einsum("ajq,mqji->mqia", reference, np.linalg.inv(jacobian))
+    area = np.linalg.det(jacobian) * weights
+
+    # strains (xx, yy, zz, xy, yz, xz) of element unknowns (9 nodes, 3 components)
+    plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
+    plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
+    plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
+    along = np.zeros((len(points.T), 6, 9, 3))
+    along[:, 2, :, 2] = values.T
+    along[:, 4, :, 1] = along[:, 5, :, 0] = -values.T
+    b0 = plane.reshape(*plane.shape[:3], 27)
+    b1 = np.broadcast_to(along.reshape(-1, 6, 27), b0.shape)
+
+    elasticity = _elasticity(youngs_modulus, poissons_ratio)
+    s0, s1 = (area[:, :, None, None] * (elasticity @ b) for b in (b0, b1))
+    unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
+    size = 3 * len(mesh.nodes)
+    rows = np.repeat(unknowns, 27, axis=1).ravel()
+    columns = np.tile(unknowns, (1, 27)).ravel()
+
+    def assemble(terms: list[tuple[FloatArray, FloatArray]]) -> csc_matrix:
+        element = sum(_integral(b, s) for b, s in terms)
+        return coo_matrix((np.ravel(element), (rows, columns)), shape=(size, size)).tocsc()
+
+    return assemble([(b0, s0)]), assemble([(b0, s1), (b1, s0)]), assemble([(b1, s1)])
+
+
+def _integral(b: FloatArray, stress: FloatArray) -> FloatArray:
+    """Sum over quadrature points of B' S: two (m, q, 6, 27) arrays -> (m, 27, 27)."""
+    elements = len(b)
+    return b.reshape(elements, -1, 27).swapaxes(1, 2) @ stress.reshape(elements, -1, 27)
+
+
+def _elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
+    """Hooke's law of an isotropic body, (xx, yy, zz, xy, yz, xz) with engineering shear strain [MPa]."""
+    shear = youngs_modulus / (2 * (1 + poissons_ratio))
+    lame = 2 * shear * poissons_ratio / (1 - 2 * poissons_ratio)
+    matrix = np.diag([2 * shear] * 3 + [shear] * 3)
+    matrix[:3, :3] += lame
+    return matrix
+
+
+# --- what is observed --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Observer:
+    """Loads and observed quantities of one tooth as sparse rows on its degrees of freedom."""
+
+    load: csr_matrix  # (H, 3 n): unit loads on the flank
+    deflection: csr_matrix  # (H, 3 n)
+    stress: csr_matrix  # (F, 3 n): part that the section strains, and ...
+    stress_along: csr_matrix  # ... part to be multiplied by k
+    depth: FloatArray
+    fillet_points: FloatArray
+
+    @classmethod
+    def of(cls, mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> _Observer:
+        plane_stress = youngs_modulus / (1 - poissons_ratio**2)
+        load = _rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
+        nodes, weights, middle = _mid_surface(mesh)
+        deflection = _rows(mesh, nodes, weights[:, :, None] * mesh.flank_normal[:, None])
+        nodes, slopes, values, tangent, points = _fillet_edges(mesh)
+        stress = plane_stress * _rows(mesh, nodes, slopes[:, :, None] * tangent[:, None])
+        stretch = values[:, :, None] * np.array([0.0, 0.0, 1.0])
+        stress_along = plane_stress * poissons_ratio * _rows(mesh, nodes, stretch)
+        depth = np.linalg.norm(middle - mesh.nodes[mesh.flank], axis=1)
+        return cls(load, deflection, stress, stress_along, depth, points)
+
+
+def _rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr_matrix:
+    """Rows that sum components (R, p, 2 or 3) times the displacements of nodes (R, p)."""
+    row = np.broadcast_to(np.arange(len(nodes))[:, None, None], (*nodes.shape, components.shape[-1]))
+    column = np.broadcast_to(3 * nodes[:, :, None] + np.arange(components.shape[-1]), row.shape)
+    values = np.broadcast_to(components, row.shape)
+    return coo_matrix(
+        (values.ravel(), (row.ravel(), column.ravel())), shape=(len(nodes), 3 * len(mesh.nodes))
+    ).tocsr()
+
+
+def _mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2)."""
+    flank, normal = mesh.nodes[mesh.flank], mesh.flank_normal
+    height = mesh.nodes[mesh.centre_line, 1]  # falling
+    cut = np.clip(flank[:, 1] - flank[:, 0] * normal[:, 1] / normal[:, 0], height[-1], height[0])
+    element = np.clip(np.searchsorted(-height[::2], -cut) - 1, 0, len(height) // 2 - 1)
+    local = 2 * element[:, None] + np.arange(3)
+    position = (cut - height[local[:, 0]]) / (height[local[:, 2]] - height[local[:, 0]])
+    weights = np.stack(_edge_values(2 * position - 1), axis=1)
+    return mesh.centre_line[local], weights, np.stack([np.zeros(len(cut)), cut], axis=1)
+
+
+def _fillet_edges(
+    mesh: SectionMesh,
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Two Gauss points a fillet edge: nodes, d/ds and value weights (F, 3), tangents and points (F, 2)."""
+    edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
+    gauss = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+    values = np.tile(np.stack(_edge_values(gauss), axis=1), (len(edges), 1))
+    slopes = np.tile(np.stack([gauss - 0.5, -2 * gauss, gauss + 0.5], axis=1), (len(edges), 1))
+    nodes = np.repeat(edges, 2, axis=0)
+    points = np.einsum("fa,fai->fi", values, mesh.nodes[nodes])
+    tangent = np.einsum("fa,fai->fi", slopes, mesh.nodes[nodes])
+    stretch = np.linalg.norm(tangent, axis=1, keepdims=True)
+    return nodes, slopes / stretch, values, tangent / stretch, points
+
+
+def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Quadratic shape functions of an edge, -1 <= x <= 1, of its first, middle and last node."""
+    return x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2
+
+
+# --- one pitch ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Condensed:
+    """One pitch at one wave number, in terms of its sides (left, then right) and its own loads."""
+
+    stiffness: FloatArray  # (2 s, 2 s) of the sides
+    side_load: FloatArray  # (2 s, H) that flank loads send to the sides
+    deflection: FloatArray  # (H, 2 s) for side displacements
+    deflection_load: FloatArray  # (H, H) for own loads with sides held
+    stress: FloatArray  # (F, 2 s)
+    stress_load: FloatArray  # (F, H)
+
+
+@dataclass(frozen=True)
+class _Pitch:
+    """Stiffness of one pitch, parted into inner and side unknowns; held unknowns are left out."""
+
+    inner: tuple[csc_matrix, csc_matrix, csc_matrix]
+    coupling: tuple[FloatArray, FloatArray, FloatArray]  # inner x sides
+    sides: tuple[FloatArray, FloatArray, FloatArray]
+    inner_unknowns: IntArray
+    turned_sides: csr_matrix  # (3 n, 2 s): side unknowns in the sides' own axes -> unknowns of the mesh
+
+    @classmethod
+    def of(cls, mesh: SectionMesh, angle: float, youngs_modulus: float, poissons_ratio: float) -> _Pitch:
+        size = 3 * len(mesh.nodes)
+        left, right = (side[~np.isin(side, mesh.held)] for side in (mesh.left, mesh.right))
+        free = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.held, left, right]))
+        inner = _unknowns(free)
+        turned = bmat([[_turned(left, -angle, size), _turned(right, angle, size)]]).tocsr()
+        matrices = harmonic_matrices(mesh, youngs_modulus, poissons_ratio)
+        rows = [matrix.tocsr()[inner] for matrix in matrices]
+        return cls(
+            inner=tuple(row.tocsc()[:, inner] for row in rows),
+            coupling=tuple((row @ turned).toarray() for row in rows),
+            sides=tuple((turned.T @ (matrix @ turned)).toarray() for matrix in matrices),
+            inner_unknowns=inner,
+            turned_sides=turned,
+        )
+
+    def condense(self, k: float, observer: _Observer) -> _Condensed:
+        """Eliminate the inner unknowns at wave number k [1/mm]."""
+        parts = (self.inner, self.coupling, self.sides)
+        inner, coupling, sides = (k0 + k * k1 + k**2 * k2 for k0, k1, k2 in parts)
+        load = observer.load[:, self.inner_unknowns].toarray().T
+        factor = splu(
+            inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+        solution = factor.solve(np.hstack([load, -coupling]))
+        own, carried = np.split(solution, [load.shape[1]], axis=1)
+        stress = observer.stress + k * observer.stress_along
+
+        def by_sides(rows: csr_matrix) -> FloatArray:
+            return rows[:, self.inner_unknowns] @ carried + (rows @ self.turned_sides).toarray()
+
+        return _Condensed(
+            stiffness=sides + coupling.T @ carried,
+            side_load=carried.T @ load,
+            deflection=by_sides(observer.deflection),
+            deflection_load=observer.deflection[:, self.inner_unknowns] @ own,
+            stress=by_sides(stress),
+            stress_load=stress[:, self.inner_unknowns] @ own,
+        )
+
+
+def _unknowns(nodes: IntArray) -> IntArray:
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _turned(nodes: IntArray, angle: float, size: int) -> csr_matrix:
+    """Unknowns of nodes in axes turned clockwise by angle -> unknowns of the mesh."""
+    turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    blocks = np.broadcast_to(turn, (len(nodes), 3, 3))
+    rows = np.broadcast_to((3 * nodes[:, None] + np.arange(3))[:, :, None], blocks.shape)
+    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 1, 3), blocks.shape)
+    return coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, 3 * len(nodes))).tocsr()
+
+
+def _side_angle(section: ToothSection) -> float:
+    return np.pi / section.rim.teeth if isinstance(section.rim, RingRim) else 0.0
+
+
+# --- all pitches -------------------------------------------------------------------------------------------
+
+
+def _join(
+    condensed: list[_Condensed], section: ToothSection, rack_teeth: int
+) -> tuple[FloatArray, FloatArray]:
+    """Deflection (n, 5, H, H) and stress (n, 3, F, H) around the loaded tooth; zero beyond a rack."""
+    pitch = np.array([c.stiffness for c in condensed])
+    count, side = len(pitch), pitch.shape[1] // 2
+    teeth = 5 if isinstance(section.rim, RingRim) else min(rack_teeth, 5)
+    whole = np.zeros((count, (teeth + 1) * side, (teeth + 1) * side))  # unknowns: sides of the teeth in order
+    for tooth in range(teeth):
+        whole[:, _sides(tooth, side), _sides(tooth, side)] += pitch
+    first, last = slice(None, side), slice(teeth * side, None)
+    near, far = slice(None, side), slice(side, None)
+    if isinstance(section.rim, RingRim):
+        rest = _chain(pitch, section.rim.teeth - teeth)
+        whole[:, last, last] += rest[:, near, near]
+        whole[:, last, first] += rest[:, near, far]
+        whole[:, first, last] += rest[:, far, near]
+        whole[:, first, first] += rest[:, far, far]
+    elif rack_teeth > teeth:
+        rest = _chain(pitch, (rack_teeth - teeth) // 2)
+        whole[:, last, last] += _without(rest, near, far)
+        whole[:, first, first] += _without(rest, far, near)
+
+    middle = teeth // 2
+    load = np.zeros((count, whole.shape[1], condensed[0].side_load.shape[1]))
+    load[:, _sides(middle, side)] = [c.side_load for c in condensed]
+    moved = np.linalg.solve(whole, load)
+
+    def of_teeth(offsets: tuple[int, ...], rows: list[FloatArray], own: list[FloatArray]) -> FloatArray:
+        values = np.zeros((count, len(offsets), *own[0].shape))
+        for place, offset in enumerate(offsets):
+            if abs(offset) <= middle:
+                values[:, place] = np.array(rows) @ moved[:, _sides(middle + offset, side)]
+        values[:, offsets.index(0)] += own
+        return values
+
+    deflection = [c.deflection for c in condensed], [c.deflection_load for c in condensed]
+    stress = [c.stress for c in condensed], [c.stress_load for c in condensed]
+    return of_teeth(DEFLECTION_OFFSETS, *deflection), of_teeth(STRESS_OFFSETS, *stress)
+
+
+def _sides(tooth: int, side: int) -> slice:
+    """Unknowns of both sides of a tooth."""
+    return slice(tooth * side, (tooth + 2) * side)
+
+
+def _without(stiffness: FloatArray, keep: slice, drop: slice) -> FloatArray:
+    """Schur complement: stiffness of the unknowns kept when those dropped are free of load."""
+    coupling = stiffness[:, drop, keep]
+    carried = np.linalg.solve(stiffness[:, drop, drop], coupling)
+    return stiffness[:, keep, keep] - coupling.swapaxes(1, 2) @ carried
+
+
+def _chain(pitch: FloatArray, count: int) -> FloatArray:
+    """Stiffness (n, 2 s, 2 s) of the outer sides of a chain of pitches, by doubling."""
+    if count == 1:
+        return pitch
+    half = _chain(pitch, count // 2)
+    double = _pair(half, half)
+    return _pair(double, pitch) if count % 2 else double
+
+
+def _pair(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Stiffness of the outer sides of two chains of pitches that share a side."""
+    s = first.shape[1] // 2
+    joined = np.zeros((len(first), 3 * s, 3 * s))  # unknowns: outer left, shared, outer right
+    joined[:, : 2 * s, : 2 * s] += first
+    joined[:, s:, s:] += second
+    outer = np.concatenate([np.arange(s), np.arange(2 * s, 3 * s)])
+    coupling = joined[:, s : 2 * s, outer]
+    kept = joined[:, outer[:, None], outer]
+    return kept - coupling.swapaxes(1, 2) @ np.linalg.solve(joined[:, s : 2 * s, s : 2 * s], coupling)
+
+
+# --- harmonics ---------------------------------------------------------------------------------------------
+
+
+def _solved_harmonics(harmonics: int) -> IntArray:
+    """Harmonics to solve: 0 to 6 and then by steps of a quarter, 8, 10, 12, 16 ..., and the last."""
+    solved = [0]
+    while solved[-1] < harmonics - 1:
+        solved.append(min(max(solved[-1] + 1, round(1.25 * solved[-1])), harmonics - 1))
+    return np.array(solved)
+
+
+def _between_harmonics(solved: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Quintic spline through the solved harmonics and their mirror images: influence is even in k."""
+    if len(solved) == len(wanted):
+        return values
+    mirrored = np.concatenate([-solved[:0:-1], solved])
+    return make_interp_spline(mirrored, np.concatenate([values[:0:-1], values]), k=5)(wanted)
+
+
+def _check_numbers(
+    width: float, youngs_modulus: float, poissons_ratio: float, harmonics: int, rack_teeth: int
+) -> None:
+    if not (width > 0 and youngs_modulus > 0):
+        raise ValueError(f"width and Young's modulus must be positive, not {width} and {youngs_modulus}")
+    if not -1 < poissons_ratio < 0.5:
+        raise ValueError(f"Poisson's ratio must lie between -1 and 0.5, not {poissons_ratio}")
+    if harmonics < 1:
+        raise ValueError(f"harmonics must be 1 at least, not {harmonics}")
+    if rack_teeth < 1 or rack_teeth % 2 == 0:
+        raise ValueError(f"rack_teeth must be odd and positive, not {rack_teeth}")

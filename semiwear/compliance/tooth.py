@@ -1,0 +1,269 @@
+"""Compliance and root stress of the teeth of two bodies along their contact lines.
+
+Each body is a finite prism (`prism.py`) with one or several sections along its width. A load at height h and
+width coordinate s contributes cos(n pi s/L) times the prism's small matrices, interpolated to h by local cubics:
+a low-rank product. Where the section changes along the width, load and observer are each served by their own
+section and the two readings are averaged, which keeps the compliance symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.compliance.prism import PrismSection
+
+__all__ = ["BodyOnLines", "LinePlaces", "ToothBody", "line_compliance", "root_stress"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ToothBody:
+    """A toothed body as prisms.
+
+    Attributes
+    ----------
+    start, width : float [mm]
+        Face coordinate of the lower end, and length of the tooth.
+    faces : (B,) array [mm]
+        Face coordinates of the sections, growing.
+    sections : tuple of B PrismSection
+    ahead : int
+        +1 when the next pair to have entered (roll + 1) is the neighbour on the loaded side of this body's
+        tooth, -1 when it is the one behind.
+    youngs_modulus [MPa], poissons_ratio [1] : float
+    """
+
+    start: float
+    width: float
+    faces: FloatArray
+    sections: tuple[PrismSection, ...]
+    ahead: int
+    youngs_modulus: float
+    poissons_ratio: float
+
+
+@dataclass(frozen=True)
+class LinePlaces:
+    """Where contact lines lie on one body: (roll, face) arrays.
+
+    Attributes
+    ----------
+    profile : array [mm]
+        Profile coordinate on this body.
+    slope : array
+        Its derivative by the driven flank's profile coordinate.
+    face : array [mm]
+        Face coordinate on this body.
+    """
+
+    profile: FloatArray
+    slope: FloatArray
+    face: FloatArray
+
+
+def _cubic_weights(place: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Weights of local cubic interpolation on nodes 0..count-1, and their derivatives by `place`.
+
+    Between two inner nodes the cubic runs through the four around them; at the ends through the last four.
+    """
+    width = min(4, count)
+    inside = np.clip(place, 0.0, count - 1.0)
+    first = np.clip(np.floor(inside).astype(np.int64) - (width // 2 - 1), 0, count - width)
+    x = inside - first
+    weights = np.zeros((*place.shape, count))
+    slopes = np.zeros((*place.shape, count))
+    for a in range(width):
+        value = np.ones_like(x)
+        slope = np.zeros_like(x)
+        for b in range(width):
+            if b != a:
+                slope = (slope * (x - b) + value) / (a - b)
+                value = value * (x - b) / (a - b)
+        np.put_along_axis(weights, (first + a)[..., None], value[..., None], axis=-1)
+        np.put_along_axis(slopes, (first + a)[..., None], slope[..., None], axis=-1)
+    return weights, slopes
+
+
+def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
+    """Linear blending weights of the sections at face coordinates: (..., B) array."""
+    if faces.size == 1:
+        return np.ones((*at.shape, 1))
+    place = np.interp(at, faces, np.arange(faces.size, dtype=float))
+    low = np.minimum(place.astype(np.int64), faces.size - 2)
+    weights = np.zeros((*at.shape, faces.size))
+    np.put_along_axis(weights, low[..., None], (1.0 - (place - low))[..., None], axis=-1)
+    np.put_along_axis(weights, low[..., None] + 1, (place - low)[..., None], axis=-1)
+    return weights
+
+
+@dataclass(frozen=True)
+class BodyOnLines:
+    """One body's share of the compliance, prepared for the contact lines of all roll positions.
+
+    Attributes
+    ----------
+    body : ToothBody
+    height, height_slope : (roll, face, H) arrays
+        Weights of the load heights at each contact point, and their derivatives by the driven profile.
+    section : (roll, face, B) array
+        Weights of the sections.
+    cosine : (roll, face, N) array
+        cos(n pi s/L).
+    depth : (roll, face) array [mm]
+        Distance from the flank to the mid-surface, where the prism's deflection is read.
+    deflection : (B, H, 5, N, H) array
+        Prism matrices [section, observer, tooth offset, harmonic, load], mm/N.
+    stress : (B, N, H, 3 F) array
+        Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
+    """
+
+    body: ToothBody
+    height: FloatArray
+    height_slope: FloatArray
+    section: FloatArray
+    cosine: FloatArray
+    depth: FloatArray
+    deflection: FloatArray
+    stress: FloatArray
+
+    @classmethod
+    def of(cls, body: ToothBody, places: LinePlaces) -> BodyOnLines:
+        """Prepare a body for contact lines at `places`."""
+        section = _section_weights(body.faces, places.face)
+        count = body.sections[0].load_profile.size
+        root = np.array([s.load_profile[0] for s in body.sections])
+        tip = np.array([s.load_profile[-1] for s in body.sections])
+        # heights count from the end of the fillet to the tip of the local section
+        local_root, local_tip = section @ root, section @ tip
+        per_mm = (count - 1) / (local_tip - local_root)
+        height, slope = _cubic_weights((places.profile - local_root) * per_mm, count)
+        harmonics = body.sections[0].deflection.shape[0]
+        angle = np.pi * (places.face - body.start) / body.width
+        depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
+        deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
+        stress = np.stack([s.stress for s in body.sections])  # (B, N, 3, F, load)
+        return cls(
+            body=body,
+            height=height,
+            height_slope=slope * (per_mm * places.slope)[..., None],
+            section=section,
+            cosine=np.cos(angle[..., None] * np.arange(harmonics)),
+            depth=depth,
+            deflection=np.ascontiguousarray(deflection.transpose(0, 3, 2, 1, 4)),
+            stress=np.ascontiguousarray(stress.transpose(0, 1, 4, 2, 3).reshape(*stress.shape[:2], count, -1)),
+        )
+
+    def add_compliance(
+        self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
+    ) -> None:
+        """Add this body's compliance [mm/N] between contact points, and its derivative by the observer's profile.
+
+        Parameters
+        ----------
+        rolls, faces : (n,) int arrays
+            Indices of the contact points.
+        pairs : (n,) int array
+            Tooth pair of each point, 0 for the one that entered last; points sorted by it.
+        matrix, slope : (n, n) arrays, changed
+            Not yet symmetric: the caller averages with the transpose.
+        """
+        sections, heights, offsets, harmonics, _ = self.deflection.shape
+        height, section = self.height[rolls, faces], self.section[rolls, faces]
+        cosine = self.cosine[rolls, faces]
+        load = (cosine[:, :, None] * height[:, None, :]).reshape(rolls.size, -1)
+        both = np.concatenate([height, self.height_slope[rolls, faces]])
+        wide = (np.concatenate([section, section])[:, :, None] * both[:, None, :]).reshape(2 * rolls.size, -1)
+        reach = (offsets - 1) // 2
+        cosine_2 = np.concatenate([cosine, cosine])
+        for observer in np.unique(pairs):
+            mine = np.flatnonzero(pairs == observer)
+            rows = np.concatenate([mine, mine + rolls.size])
+            for loaded in np.unique(pairs):
+                offset = self.body.ahead * (int(observer) - int(loaded))
+                if abs(offset) > reach:
+                    continue
+                theirs = np.flatnonzero(pairs == loaded)
+                table = self.deflection[:, :, reach + offset].reshape(sections * heights, -1)
+                seen = (wide[rows] @ table).reshape(rows.size, harmonics, heights)
+                seen *= cosine_2[rows][:, :, None]
+                block = seen.reshape(rows.size, -1) @ load[theirs].T
+                matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
+                slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
+
+
+def line_compliance(
+    bodies: tuple[BodyOnLines, ...], rolls: IntArray, faces: IntArray, pairs: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Tooth compliance of all bodies between contact points, and its change when a point moves.
+
+    Returns
+    -------
+    matrix : (n, n) array [mm/N]
+        Symmetric.
+    slope : (n, n) array [mm/N/mm]
+        Derivative of row i by the profile coordinate of point i; by symmetry column j changes by its transpose.
+    """
+    matrix = np.zeros((rolls.size, rolls.size))
+    slope = np.zeros_like(matrix)
+    for body in bodies:
+        body.add_compliance(rolls, faces, pairs, matrix, slope)
+    return 0.5 * (matrix + matrix.T), slope
+
+
+def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: int = 33) -> FloatArray:
+    """Greatest tensile tangential stress along the root of a body's tooth [MPa].
+
+    Parameters
+    ----------
+    body : BodyOnLines
+    force : (roll, face) array [N]
+        Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle.
+    per_cycle : int
+        Number of roll positions to a base pitch.
+    stations : int
+        Observers along the width.
+
+    Returns
+    -------
+    (roll,) array
+        For the tooth at each roll position, with the loads on its neighbours at the same instant.
+    """
+    tooth = body.body
+    sections, harmonics, heights, width = body.stress.shape
+    rolls = force.shape[0]
+    # modal loads, as seen by the load's own section (k) and by all sections together
+    modal = np.zeros((rolls, sections, harmonics, heights))
+    for k in np.flatnonzero(force.any(axis=1)):
+        on = np.flatnonzero(force[k])
+        weighted = force[k, on, None] * body.cosine[k, on]
+        for b in range(sections):
+            share = body.section[k, on, b]
+            if share.any():
+                modal[k, b] = weighted.T @ (share[:, None] * body.height[k, on])
+    by_load = np.zeros((rolls, harmonics, width))
+    total = modal.sum(axis=1)
+    by_section = np.empty((sections, rolls, harmonics, width))
+    for n in range(harmonics):
+        for b in range(sections):
+            by_section[b, :, n] = total[:, n] @ body.stress[b, n]
+            by_load[:, n] += modal[:, b, n] @ body.stress[b, n]
+    at = tooth.start + tooth.width * (np.arange(stations) + 0.5) / stations
+    cosine = np.cos(np.pi * np.outer(np.arange(harmonics), (at - tooth.start) / tooth.width))
+    observer = _section_weights(tooth.faces, at)
+    points = width // 3
+    stress = np.zeros((3, rolls, stations, points))
+    for z in range(stations):
+        seen = 0.5 * (by_load + np.tensordot(observer[z], by_section, axes=1))
+        value = np.tensordot(cosine[:, z], seen, axes=(0, 1)).reshape(rolls, 3, points)
+        stress[:, :, z] = value.transpose(1, 0, 2)
+    result = stress[1].copy()
+    # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
+    # and the observer is then its neighbour on the other side
+    result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
+    result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
+    return np.maximum(result.max(axis=(1, 2)), 0.0)

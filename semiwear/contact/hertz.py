@@ -1,0 +1,102 @@
+"""Closed forms of Hertzian contact (Johnson, *Contact Mechanics*, 1985, ch. 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+__all__ = [
+    "EllipticContact",
+    "effective_modulus",
+    "elliptic_contact",
+    "line_contact_half_width",
+    "line_contact_pressure",
+]
+
+FloatArray = NDArray[np.float64]
+
+
+def effective_modulus(
+    youngs_modulus_1: float, poissons_ratio_1: float, youngs_modulus_2: float, poissons_ratio_2: float
+) -> float:
+    """Effective modulus E* [MPa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson 1985, eq. 4.20)."""
+    return 1.0 / (
+        (1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2
+    )
+
+
+def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
+    """Half-width b = sqrt(4 q R / (pi E*)) of a line contact [mm] (Johnson 1985, eq. 4.43).
+
+    Parameters
+    ----------
+    line_load : array [N/mm]
+    curvature : array [1/mm]
+        Relative curvature 1/R across the line.
+    modulus : float [MPa]
+        Effective modulus E*.
+    """
+    return np.sqrt(4.0 * line_load / (pi * modulus * curvature))
+
+
+def line_contact_pressure(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
+    """Greatest pressure p0 = sqrt(q E* / (pi R)) of a line contact [MPa] (Johnson 1985, eq. 4.45)."""
+    return np.sqrt(line_load * modulus * curvature / pi)
+
+
+@dataclass(frozen=True)
+class EllipticContact:
+    """Solution of an elliptic Hertz contact.
+
+    Attributes
+    ----------
+    major_half_axis, minor_half_axis : float [mm]
+    peak_pressure : float [MPa]
+    approach : float [mm]
+    """
+
+    major_half_axis: float
+    minor_half_axis: float
+    peak_pressure: float
+    approach: float
+
+
+def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulus: float) -> EllipticContact:
+    """Elliptic Hertz contact under a load (Johnson 1985, eqs. 4.26 to 4.32, solved exactly).
+
+    Parameters
+    ----------
+    load : float [N]
+    curvature_1, curvature_2 : float [1/mm]
+        Relative principal curvatures.
+    modulus : float [MPa]
+        Effective modulus E*.
+    """
+    low, high = sorted((curvature_1, curvature_2))
+    if low <= 0.0 or load <= 0.0:
+        raise ValueError("an elliptic contact needs a positive load and two positive relative curvatures")
+
+    def curvature_ratio(complement: float) -> float:
+        # complement = (b/a)^2 = 1 - e^2; ratio of curvatures from eq. 4.26c, with D and B elliptic integrals
+        m = 1.0 - complement
+        k, e = ellipk(m), ellipe(m)
+        return float((e / complement - k) / (k - e)) if m > 1e-12 else 1.0
+
+    if high / low < 1.0 + 1e-9:
+        complement = 1.0
+    else:
+        complement = brentq(lambda c: curvature_ratio(c) - high / low, 1e-14, 1.0 - 1e-11, xtol=1e-16)
+    m = 1.0 - complement
+    k = float(ellipk(m))
+    ratio = sqrt(complement)
+    shape = float((k - ellipe(m)) / m) if m > 1e-9 else pi / 4.0
+    # 2 A = low = (2 p0 b / (E* a^2)) (K - E)/e^2 with p0 = 3 P/(2 pi a b)  ->  a^3
+    major = (3.0 * load * shape / (pi * modulus * low)) ** (1.0 / 3.0)
+    minor = major * ratio
+    peak = 1.5 * load / (pi * major * minor)
+    return EllipticContact(major, minor, peak, peak * minor * k / modulus)

@@ -1,0 +1,161 @@
+"""Elastic half-space response along a line contact of finite length.
+
+A line load with Hertz half-width b acts along its own line like the kernel
+
+    K(s) = 1/(pi E*) 4/(pi b^2) sqrt(b^2 + s^2) [K(m) - E(m)],  m = b^2/(b^2 + s^2)
+
+(complete elliptic integrals): the displacement at the middle of a semi-elliptic stripe of zero length, a
+distance s along the line (integral of the point-load solution, Johnson 1985, eq. 3.22a, over the stripe).
+Far away it is 1/(pi E* s); integrated over a long line it is the Hertz approach of line contact.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import asinh, log, pi, sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ellipe, ellipkm1
+
+__all__ = ["add_stripe_compliance", "average_along_lines", "stripe_kernel", "stripe_table"]
+
+FloatArray = NDArray[np.float64]
+
+_TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
+_TABLE_END = 1000.0  # and beyond which the kernel is 1/s
+_TABLE_NODES = 400
+
+
+def stripe_kernel(distance: FloatArray) -> FloatArray:
+    """Kernel pi E* b K(s) as a function of s/b [1]."""
+    t2 = np.asarray(distance, float) ** 2
+    m1 = t2 / (1.0 + t2)
+    return 4.0 / pi * np.sqrt(1.0 + t2) * (ellipkm1(m1) - ellipe(1.0 - m1))
+
+
+def _small(distance: float) -> float:
+    return 4.0 / pi * distance * log(4.0 / distance)
+
+
+@lru_cache(maxsize=1)
+def stripe_table() -> tuple[FloatArray, FloatArray]:
+    """Integral of the kernel from 0 to s/b, and its derivative by ln(s/b), at nodes equal in ln(s/b)."""
+    nodes = np.linspace(log(_TABLE_START), log(_TABLE_END), _TABLE_NODES)
+    points, weights = np.polynomial.legendre.leggauss(8)
+    half = 0.5 * (nodes[1] - nodes[0])
+    inside = np.exp((nodes[:-1] + half)[:, None] + half * points)
+    pieces = half * (stripe_kernel(inside) * inside) @ weights
+    # from 0 to the first node: k behaves like ln t there; Gauss points in t^2 remove most of the singularity
+    first = np.polynomial.legendre.leggauss(60)
+    t = 0.5 * (first[0] + 1.0)
+    start = float(
+        np.sum(0.5 * first[1] * stripe_kernel(_TABLE_START * t**2) * _TABLE_START * 2.0 * t)
+    )
+    values = start + np.concatenate([[0.0], np.cumsum(pieces)])
+    at = np.exp(nodes)
+    return values, stripe_kernel(at) * at
+
+
+@njit(cache=True)
+def _integral(distance, values, slopes):  # type: ignore[no-untyped-def]
+    """Integral of the kernel from 0 to s/b >= 0 by cubic Hermite in ln(s/b)."""
+    if distance < _TABLE_START:
+        if distance <= 0.0:
+            return 0.0
+        # scaled so that it meets the table
+        return (4.0 / pi * distance * log(4.0 / distance)) * (
+            values[0] / (4.0 / pi * _TABLE_START * log(4.0 / _TABLE_START))
+        )
+    if distance >= _TABLE_END:
+        return values[-1] + log(distance / _TABLE_END)
+    step = log(_TABLE_END / _TABLE_START) / (_TABLE_NODES - 1)
+    place = log(distance / _TABLE_START) / step
+    k = min(int(place), _TABLE_NODES - 2)
+    x = place - k
+    a, b = values[k], values[k + 1]
+    da, db = slopes[k] * step, slopes[k + 1] * step
+    return (
+        a * (1.0 + 2.0 * x) * (1.0 - x) ** 2
+        + da * x * (1.0 - x) ** 2
+        + b * x * x * (3.0 - 2.0 * x)
+        + db * x * x * (x - 1.0)
+    )
+
+
+@njit(cache=True)
+def add_stripe_compliance(  # type: ignore[no-untyped-def]
+    matrix, start, stop, arc, length, half_width, depth, factor, shear_factor, poisson, values, slopes
+):
+    """Add the local compliance [mm/N] of the slices of one contact line to a compliance matrix.
+
+    Parameters
+    ----------
+    matrix : (n, n) array, changed
+    start, stop : int
+        The line's slices are start..stop-1.
+    arc, length, half_width : (n,) arrays [mm]
+        Place along the line, length and Hertz half-width of each slice.
+    depth : (bodies, n) array [mm]
+        Depth of the mid-surface, whose displacement tooth compliance counts already: it is subtracted as the
+        half-space solution (Johnson 1985, eq. 3.22a with z = depth). No rows: nothing is subtracted.
+    factor : float
+        1/(pi E*).
+    shear_factor, poisson : (bodies,) arrays
+        (1 + nu)/(2 pi E) and nu of each body.
+    values, slopes : arrays
+        `stripe_table`.
+    """
+    for i in range(start, stop):
+        for j in range(i, stop):
+            mean_length = sqrt(length[i] * length[j])
+            width = sqrt(half_width[i] * half_width[j])
+            middle = abs(arc[i] - arc[j])
+            upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
+            if lower > 20.0 * width:
+                # the stripe's width no longer shows: 1/s with its first correction b^2/(8 s^2)
+                total = log(upper / lower) + 0.0625 * width * width * (1.0 / upper**2 - 1.0 / lower**2)
+            elif lower >= 0.0:
+                total = _integral(upper / width, values, slopes) - _integral(lower / width, values, slopes)
+            else:
+                total = _integral(upper / width, values, slopes) + _integral(-lower / width, values, slopes)
+            total *= factor
+            for body in range(depth.shape[0]):
+                d = sqrt(depth[body, i] * depth[body, j])
+                for end, sign in ((upper, 1.0), (lower, -1.0)):
+                    total -= (
+                        sign
+                        * shear_factor[body]
+                        * (end / sqrt(end * end + d * d) + 2.0 * (1.0 - poisson[body]) * asinh(end / d))
+                    )
+            total /= mean_length
+            matrix[i, j] += total
+            if j > i:
+                matrix[j, i] += total
+
+
+@njit(cache=True)
+def average_along_lines(force, starts, arc, length, reach):  # type: ignore[no-untyped-def]
+    """Line load [N/mm] averaged along each line with a triangle of half-base `reach` [mm].
+
+    A Hertz width belongs to a stretch of line about as long as it is wide. Taken slice by slice where slices are
+    finer than that, width and load would drive each other into oscillation.
+    """
+    even = np.zeros_like(force)
+    for line in range(starts.shape[0] - 1):
+        start, stop = starts[line], starts[line + 1]
+        for i in range(start, stop):
+            total, weight = 0.0, 0.0
+            for direction in (-1, 1):
+                j = i if direction == 1 else i - 1
+                while start <= j < stop:
+                    distance = abs(arc[i] - arc[j])
+                    if distance >= reach:
+                        break
+                    w = 1.0 - distance / reach
+                    total += w * force[j]
+                    weight += w * length[j]
+                    j += direction
+            even[i] = total / weight
+    return even

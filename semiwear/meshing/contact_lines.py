@@ -1,0 +1,212 @@
+"""Fresh contact lines: the valley of the separation, slice by slice, for every roll position.
+
+A slice is a curve of constant `face` on the driven flank. In each slice the separation has one minimum along
+the profile; the minima of all slices are the contact line (the valley), or its continuation along a border of
+either flank. Around its minimum each slice keeps a cubic in the profile coordinate, so that a worn flank can
+be searched without asking geometry again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.flank_pair import FlankPair
+
+__all__ = ["ContactLines", "end_rounding", "face_stations", "trace_contact_lines"]
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
+_STEP = 0.02  # of the flank's height, for the five-point differences
+
+
+@dataclass(frozen=True)
+class ContactLines:
+    """Contact lines of one tooth pair; arrays are (roll, face) unless said otherwise.
+
+    Attributes
+    ----------
+    roll : (K,) array
+        Roll positions, growing.
+    face : (S,) array [mm]
+        Face stations: the middles of equal slices.
+    profile : array [mm]
+        Profile coordinate of the line, held inside [low, high].
+    low, high : array [mm]
+        Ends of the part of the slice that can touch: the driven flank's own ends or the driving body's tip.
+    separation : (4, roll, face) array
+        Value and first three derivatives of the separation by the profile coordinate, at `profile`;
+        the rounding of the end edges is part of the value.
+    spacing : array
+        Distance normal to the line per profile coordinate [mm/mm].
+    length : array [mm]
+        Length of the line in the slice.
+    arc : array [mm]
+        Arc length along the line, from the first slice.
+    sliding : (roll, face, 2) array [mm per unit time]
+        Sliding velocity (driving minus driven) normal to the line, towards the tip, and along it.
+    sliding_slope : (roll, face, 2) array
+        Its derivative by the profile coordinate.
+    lever_arm : array [mm]
+        Approach per unit rotation of the driving body.
+    partner_profile : array [mm]
+        Profile coordinate of the driving flank that is met.
+    partner_slope : array
+        Its derivative by the profile coordinate of the driven flank.
+    partner_face : array [mm]
+        Face coordinate of the driving flank that is met.
+    low_edge_radius, high_edge_radius : array [mm]
+        Radius of the edge at either end; zero where the end is no edge (the start of a fillet).
+    """
+
+    roll: FloatArray
+    face: FloatArray
+    profile: FloatArray
+    low: FloatArray
+    high: FloatArray
+    separation: FloatArray
+    spacing: FloatArray
+    length: FloatArray
+    arc: FloatArray
+    sliding: FloatArray
+    sliding_slope: FloatArray
+    lever_arm: FloatArray
+    partner_profile: FloatArray
+    partner_slope: FloatArray
+    partner_face: FloatArray
+    low_edge_radius: FloatArray
+    high_edge_radius: FloatArray
+
+
+def face_stations(pair: FlankPair, slices: int) -> FloatArray:
+    """Middles of equal slices of the driven flank [mm]."""
+    low, high = pair.face_limits
+    return low + (high - low) * (np.arange(slices) + 0.5) / slices
+
+
+def end_rounding(distance: FloatArray, radius: float) -> FloatArray:
+    """Gap that a rounded end edge adds [mm].
+
+    Parameters
+    ----------
+    distance : array [mm]
+        From the nominal end into the flank; negative outside.
+    radius : float [mm]
+        Radius of the edge. The rounding begins one radius inside the end (the outline turns by 90 degrees).
+
+    Returns
+    -------
+    array [mm]
+        Zero inside, the sagitta of the arc in the rounding; outside, the flank's rotation apart: infinite.
+    """
+    into = np.maximum(radius - distance, 0.0)
+    sagitta = radius - np.sqrt(np.maximum(radius**2 - into**2, 0.0))
+    return np.where(into > radius, np.inf, sagitta)
+
+
+def _start_of_line(
+    pair: FlankPair, roll: FloatArray, face: FloatArray, root: FloatArray, tip: FloatArray, partner_tip: float
+) -> tuple[FloatArray, FloatArray]:
+    """Lower end of each slice, and a first guess of where the separation is least."""
+    fraction = np.linspace(0.0, 1.0, _SAMPLES)
+    samples = root[:, None] + (tip - root)[:, None] * fraction
+    met = pair.meeting(face[None, :, None], samples[None], roll[:, None, None])
+    beyond = met.partner_profile > partner_tip
+    # the driving body's tip cuts the slice between the last sample beyond it and the next (profile grows to the tip)
+    last = np.where(beyond.any(axis=-1), _SAMPLES - 1 - np.argmax(beyond[..., ::-1], axis=-1), 0)
+    last = np.minimum(last, _SAMPLES - 2)
+    take = np.take_along_axis
+    value_0 = take(met.partner_profile, last[..., None], -1)[..., 0]
+    value_1 = take(met.partner_profile, last[..., None] + 1, -1)[..., 0]
+    wide = np.broadcast_to(samples[None], met.partner_profile.shape)
+    place_0 = take(wide, last[..., None], -1)[..., 0]
+    place_1 = take(wide, last[..., None] + 1, -1)[..., 0]
+    cut = place_0 + (partner_tip - value_0) * (place_1 - place_0) / (value_1 - value_0)
+    # once more, by the secant, to some nanometres
+    value = pair.meeting(face[None, :], cut, roll[:, None]).partner_profile
+    slope = (value_1 - value_0) / (place_1 - place_0)
+    cut = cut - (value - partner_tip) / slope
+    low = np.where(beyond.any(axis=-1), np.clip(cut, root, tip), root)
+    separation = np.where(beyond, np.inf, met.separation)
+    best = np.clip(np.argmin(separation, axis=-1), 1, _SAMPLES - 2)
+    left, middle, right = (take(met.separation, best[..., None] + k, -1)[..., 0] for k in (-1, 0, 1))
+    curvature = left - 2.0 * middle + right
+    shift = np.where(curvature > 0.0, 0.5 * (left - right) / np.where(curvature > 0.0, curvature, 1.0), 0.0)
+    guess = take(wide, best[..., None], -1)[..., 0] + np.clip(shift, -1.5, 1.5) * (tip - root) / (_SAMPLES - 1)
+    return low, np.clip(guess, low, tip)
+
+
+def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray) -> ContactLines:
+    """Contact lines of a pair at roll positions [1] in slices at face stations [mm]."""
+    borders = pair.borders(face)
+    low, profile = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.partner_tip)
+    high = np.broadcast_to(borders.tip, low.shape)
+    step = _STEP * float(np.mean(borders.tip - borders.root))
+    stencil = step * np.arange(-2.0, 3.0)[:, None, None]
+    for _ in range(2):
+        met = pair.meeting(face[None, None], profile[None] + stencil, roll[None, :, None])
+        f = met.separation
+        first = (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * step)
+        second = (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * step**2)
+        third = (-f[0] + 2.0 * f[1] - 2.0 * f[3] + f[4]) / (2.0 * step**3)
+        at = profile
+        # inside the slice Newton meets the minimum; where the separation is not convex only a border can be least
+        move = np.where(second > 0.0, -first / np.where(second > 0.0, second, 1.0), -np.sign(first) * np.inf)
+        profile = np.clip(at + move, low, high)
+    moved = profile - at
+    separation = np.stack(
+        [
+            f[2] + first * moved + 0.5 * second * moved**2 + third * moved**3 / 6.0,
+            first + second * moved + 0.5 * third * moved**2,
+            second + third * moved,
+            third,
+        ]
+    )
+    position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step)
+    position = position + slope * moved[..., None]
+
+    along_face = np.gradient(position, face, axis=1)
+    per_face = np.linalg.norm(along_face, axis=-1)
+    tangent = along_face / per_face[..., None]
+    normal_to_line = slope - np.sum(slope * tangent, axis=-1)[..., None] * tangent
+    spacing = np.linalg.norm(normal_to_line, axis=-1)
+    normal_to_line /= spacing[..., None]
+    low_face, high_face = pair.face_limits
+    length = per_face * (high_face - low_face) / face.size
+    arc = np.cumsum(length, axis=1) - 0.5 * length
+
+    velocity = pair.sliding(met.position[1:4:2])
+    components = np.stack([np.sum(velocity * normal_to_line, -1), np.sum(velocity * tangent, -1)], axis=-1)
+    sliding_slope = (components[1] - components[0]) / (2.0 * step)
+    sliding = 0.5 * (components[0] + components[1]) + sliding_slope * moved[..., None]
+
+    partner_slope = (met.partner_profile[3] - met.partner_profile[1]) / (2.0 * step)
+    partner_face = met.partner_face[2]
+    ends = end_rounding(np.minimum(face - borders.face[0], borders.face[1] - face), borders.end_edge_radius)
+    partner_ends = end_rounding(
+        np.minimum(partner_face - borders.partner_face[0], borders.partner_face[1] - partner_face),
+        borders.partner_end_edge_radius,
+    )
+    separation[0] += ends + partner_ends
+    return ContactLines(
+        roll=roll,
+        face=face,
+        profile=profile,
+        low=low,
+        high=np.array(high),
+        separation=separation,
+        spacing=spacing,
+        length=length,
+        arc=arc,
+        sliding=sliding,
+        sliding_slope=sliding_slope,
+        lever_arm=pair.lever_arm(position),
+        partner_profile=met.partner_profile[2] + partner_slope * moved,
+        partner_slope=partner_slope,
+        partner_face=partner_face,
+        low_edge_radius=np.where(low > borders.root, borders.partner_tip_edge_radius, 0.0),
+        high_edge_radius=np.full(low.shape, borders.tip_edge_radius),
+    )

@@ -1,0 +1,97 @@
+"""Grid of the driven flank on which wear is kept.
+
+Each slice carries `profile_points` nodes from the deepest point that the driving body reaches to the tip. Where the pitch
+surface crosses the slice, a node lies on it and the spacing may change there, so that the cusp of the wear
+at vanishing sliding falls on a grid line and is never smeared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_pair import FlankPair
+
+__all__ = ["FlankGrid", "flank_grid", "locate"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FlankGrid:
+    """Nodes of the driven flank; arrays are (face, profile) or (face,).
+
+    Attributes
+    ----------
+    face : (S,) array [mm]
+    profile : (S, P) array [mm]
+        Profile coordinate of the nodes, growing from root to tip.
+    split : (S,) int array
+        Index of the node on the pitch surface; P - 1 where the slice does not cross it.
+    """
+
+    face: FloatArray
+    profile: FloatArray
+    split: IntArray
+
+    def interpolate(self, values: FloatArray, face: float, profile_of_face: FloatArray) -> float:
+        """Value at a face coordinate, linear between slices and nodes.
+
+        Parameters
+        ----------
+        values : (S, P) array
+        face : float [mm]
+        profile_of_face : (S,) array [mm]
+            Profile coordinate at which each slice is read.
+        """
+        low, weight = self.bracket(face)
+        pair = [
+            np.interp(profile_of_face[i], self.profile[i], values[i]) for i in (low, min(low + 1, self.face.size - 1))
+        ]
+        return float((1.0 - weight) * pair[0] + weight * pair[1])
+
+    def bracket(self, face: float) -> tuple[int, float]:
+        """Slice below a face coordinate, and the weight of the next one."""
+        place = float(np.interp(face, self.face, np.arange(self.face.size, dtype=float)))
+        low = min(int(place), max(self.face.size - 2, 0))
+        return low, place - low
+
+
+def flank_grid(pair: FlankPair, lines: ContactLines, points: int) -> FlankGrid:
+    """Grid with `points` nodes in each slice of the contact lines."""
+    face = lines.face
+    # the driving body's tip never comes deeper: what lies below is not felt and does not wear
+    root, tip = lines.low.min(axis=0), lines.high.max(axis=0)
+    pitch = pair.pitch_profile(face)
+    fraction = (pitch - root) / (tip - root)
+    split = np.clip(np.rint(fraction * (points - 1)), 0, points - 1).astype(np.int64)
+    # a slice whose pitch point lies off the flank, or nearer to its end than two nodes, is uniform
+    split = np.where((split < 2) | (split > points - 3), points - 1, split)
+    index = np.arange(points)
+    middle = np.where(split == points - 1, tip, pitch)[:, None]
+    k = split[:, None]
+    below = root[:, None] + (middle - root[:, None]) * index / k
+    above = middle + (tip[:, None] - middle) * (index - k) / np.maximum(points - 1 - k, 1)
+    return FlankGrid(face, np.where(index <= k, below, above), split)
+
+
+@njit(cache=True)
+def locate(profile, split, place):  # type: ignore[no-untyped-def]
+    """Cell and fraction of a place in one slice's nodes; places off the nodes are held at the ends."""
+    last = profile.shape[0] - 1
+    if place <= profile[0]:
+        return 0, 0.0
+    if place >= profile[last]:
+        return last - 1, 1.0
+    if place < profile[split]:
+        x = (place - profile[0]) / (profile[split] - profile[0]) * split
+        k = min(int(x), split - 1)
+        return k, x - k
+    x = (place - profile[split]) / (profile[last] - profile[split]) * (last - split)
+    k = min(int(x), last - split - 1)
+    return split + k, x - k

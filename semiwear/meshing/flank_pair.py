@@ -1,0 +1,153 @@
+"""The one interface through which loaded contact and wear see geometry: a pair of flanks in mesh.
+
+Conventions, shared by every kind of pair (docs/frame.svg):
+
+* The *driven* body carries the stations: `face` [mm] along its tooth, `profile` [mm] across it, growing from
+  root to tip and close to arc length. Contact lines run roughly along `face`.
+* `roll` counts base pitches of one tooth pair's engagement: 0 when contact passes the pitch point, growing with
+  time. Neighbouring pairs differ by one.
+* `separation` is the distance along the common normal at the nominal (conjugate) rotation; where it is least,
+  an unloaded pair touches. Its sign: positive is a gap.
+* Time runs so that the driving body turns by one radian in one unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.geometry.section import ToothSection
+
+__all__ = ["BODIES", "DRIVEN", "DRIVING", "Borders", "FlankPair", "Meeting", "PrismBody"]
+
+FloatArray = NDArray[np.float64]
+
+BODIES = ("pinion", "gear")
+DRIVING, DRIVEN = 0, 1
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """A driven flank point and the driving flank point that it would touch at a roll position.
+
+    All arrays have the broadcast shape of the question; vectors add a last axis of length 3 in the fixed frame.
+
+    Attributes
+    ----------
+    separation : array [mm]
+        Normal distance at the nominal rotation.
+    position : (..., 3) array [mm]
+    normal : (..., 3) array
+        Unit normal out of the driven body.
+    partner_profile, partner_face : arrays [mm]
+        Where the driving flank is met.
+    """
+
+    separation: FloatArray
+    position: FloatArray
+    normal: FloatArray
+    partner_profile: FloatArray
+    partner_face: FloatArray
+
+
+@dataclass(frozen=True)
+class Borders:
+    """Limits of both flanks, and the radii that round their edges.
+
+    A flank ends where the rounding of its edge begins (`sharp=False`) or at the nominal edge (`sharp=True`).
+
+    Attributes
+    ----------
+    root, tip : (S,) arrays [mm]
+        Profile coordinate of the driven flank's ends at each face station.
+    partner_root, partner_tip : float [mm]
+        Profile coordinate of the driving flank's ends.
+    face : (float, float) [mm]
+        Ends of the driven flank.
+    partner_face : (float, float) [mm]
+        Ends of the driving flank.
+    tip_edge_radius, end_edge_radius, partner_tip_edge_radius, partner_end_edge_radius : float [mm]
+    """
+
+    root: FloatArray
+    tip: FloatArray
+    partner_root: float
+    partner_tip: float
+    face: tuple[float, float]
+    partner_face: tuple[float, float]
+    tip_edge_radius: float
+    end_edge_radius: float
+    partner_tip_edge_radius: float
+    partner_end_edge_radius: float
+
+
+@dataclass(frozen=True)
+class PrismBody:
+    """A toothed body as its compliance sees it: sections along its width.
+
+    Attributes
+    ----------
+    width : float
+        Length of the tooth [mm].
+    start : float
+        Face coordinate of its lower end [mm].
+    faces : tuple of float
+        Face coordinates of the sections [mm], growing.
+    sections : tuple of ToothSection
+    """
+
+    width: float
+    start: float
+    faces: tuple[float, ...]
+    sections: tuple[ToothSection, ...]
+
+
+class FlankPair(Protocol):
+    """Two flanks in mesh."""
+
+    @property
+    def face_limits(self) -> tuple[float, float]:
+        """Ends of the driven flank [mm]."""
+
+    @property
+    def base_pitch(self) -> float:
+        """Travel of the contact along the line of action in one roll unit [mm]."""
+
+    @property
+    def roll_per_time(self) -> float:
+        """Roll positions passed while the driving body turns by one radian."""
+
+    @property
+    def arcsec_per_mm(self) -> float:
+        """Driven-side transmission error per approach along the line of action [arcsec/mm], positive."""
+
+    @property
+    def meshes_per_driven_mesh(self) -> tuple[float, float]:
+        """Engagements of one tooth of each body while one driven tooth has one."""
+
+    def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
+        """Limits of both flanks at face stations."""
+
+    def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
+        """What the driven point (face, profile) meets at a roll position; arguments broadcast."""
+
+    def sliding(self, position: FloatArray) -> FloatArray:
+        """Velocity of the driving minus that of the driven body at fixed-frame positions [mm per unit time]."""
+
+    def driven_velocity(self, position: FloatArray) -> FloatArray:
+        """Velocity of the driven body at fixed-frame positions [mm per unit time]."""
+
+    def lever_arm(self, position: FloatArray) -> FloatArray:
+        """Approach along the normal per unit rotation of the driving body at positions [mm]."""
+
+    def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Height above the pitch surface and radius (or face coordinate) of flank points, for pictures [mm]."""
+
+    def pitch_profile(self, face: FloatArray) -> FloatArray:
+        """Profile coordinate where the driven flank crosses its pitch surface [mm]; may lie outside the flank."""
+
+    def prism_body(self, body: int) -> PrismBody:
+        """Sections of a body with fillets and rim."""

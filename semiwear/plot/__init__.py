@@ -1,0 +1,31 @@
+"""Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``)."""
+
+from __future__ import annotations
+
+from semiwear.plot.engagement import (
+    contact_pressure_over_engagement,
+    load_share,
+    sliding_along_path,
+    transmission_error_curves,
+)
+from semiwear.plot.flank import wear_map, wear_profiles, wear_surface
+from semiwear.plot.history import (
+    contact_stress_history,
+    meshes_against_depth,
+    root_stress_history,
+    transmission_error_history,
+)
+
+__all__ = [
+    "contact_pressure_over_engagement",
+    "contact_stress_history",
+    "load_share",
+    "meshes_against_depth",
+    "root_stress_history",
+    "sliding_along_path",
+    "transmission_error_curves",
+    "transmission_error_history",
+    "wear_map",
+    "wear_profiles",
+    "wear_surface",
+]

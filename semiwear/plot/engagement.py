@@ -1,0 +1,156 @@
+"""Pictures over the engagement of one tooth pair, and over one mesh cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.plot.style import (
+    BODY_COLOUR,
+    SIZE_PAIR,
+    axes_for,
+    chosen_steps,
+    label,
+    legend_above,
+    meshes_axis,
+    need,
+    step_colours,
+    step_name,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "contact_pressure_over_engagement",
+    "load_share",
+    "sliding_along_path",
+    "transmission_error_curves",
+]
+
+_ROLL_LABEL = "Roll position (base pitches, 0 at the pitch point)"
+
+
+def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
+    """Sliding distance of each body in one mesh over the roll position, fresh and at one wear step.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/engagement`.
+    wear_step : int
+        Index of the wear step; the last unless given.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        sliding = need(tree, "engagement", "sliding_distance")
+        (ax,) = axes_for(ax)
+        shown = wear_step % sliding.sizes["wear_step"]
+        where = _loaded(tree)
+        for body, colour in BODY_COLOUR.items():
+            curves = sliding.sel(body=body)
+            if shown:
+                ax.plot(*_curve(curves, 0, where), color=colour, lw=1.1, ls="--", label=f"{body}, unworn")
+            name = f"{body}, {step_name(sliding, shown)}"
+            ax.plot(*_curve(curves, shown, where), color=colour, label=name)
+        ax.set(xlabel=_ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
+        ax.set_ylim(bottom=0.0)
+        legend_above(ax, 2)
+    return ax
+
+
+def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes]:
+    """Load share of a tooth pair over its engagement, and its maximum over the meshes.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/engagement` and `/history`.
+    ax : two Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    tuple of Axes
+        The panel over the engagement and the panel over the meshes.
+    """
+    with styled():
+        share = need(tree, "engagement", "load_share")
+        greatest = need(tree, "history", "load_share_max")
+        over_roll, over_meshes = axes_for(ax, 2, SIZE_PAIR)
+        _step_curves(over_roll, share, _loaded(tree))
+        over_roll.set(xlabel=_ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
+        over_roll.legend(loc="lower center")
+        meshes, meshes_label = meshes_axis(greatest)
+        over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
+        over_meshes.set(xlabel=meshes_label, ylabel=label(greatest, "Greatest load share"))
+    return over_roll, over_meshes
+
+
+def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Greatest contact pressure over the engagement at the first, middle and last wear step.
+
+    Parameters and return value as in `sliding_along_path`.
+    """
+    with styled():
+        pressure = need(tree, "engagement", "contact_pressure_max")
+        (ax,) = axes_for(ax)
+        _step_curves(ax, pressure, _loaded(tree))
+        ax.set(xlabel=_ROLL_LABEL, ylabel=label(pressure))
+        ax.set_ylim(bottom=0.0)
+        ax.legend(loc="lower center")
+    return ax
+
+
+def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Loaded transmission error over one mesh cycle, a curve a wear step.
+
+    Parameters and return value as in `sliding_along_path`.
+    """
+    with styled():
+        error = need(tree, "mesh_cycle", "transmission_error_loaded")
+        (ax,) = axes_for(ax)
+        steps = error.sizes["wear_step"]
+        named = chosen_steps(error)
+        position = np.append(error["mesh_position"].values, 1.0 + error["mesh_position"].values[0])
+        for step, colour in zip(range(steps), step_colours(steps), strict=False):
+            values = error.isel(wear_step=step).values
+            ax.plot(
+                position,
+                np.append(values, values[0]),
+                color=colour,
+                lw=1.8 if step in named else 0.9,
+                label=step_name(error, step) if step in named else None,
+            )
+        ax.set(xlabel="Mesh position (base pitches)", ylabel=label(error, "Loaded transmission error"))
+        legend_above(ax, 3)
+    return ax
+
+
+def _step_curves(ax: Axes, array: xr.DataArray, where: np.ndarray) -> None:
+    """Curves of the first, middle and last wear step over the roll position."""
+    colours = step_colours(array.sizes["wear_step"])
+    for step in chosen_steps(array):
+        ax.plot(*_curve(array, step, where), color=colours[step], label=step_name(array, step))
+
+
+def _curve(array: xr.DataArray, step: int, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return array["roll_position"].values[where], array.isel(wear_step=step).values[where]
+
+
+def _loaded(tree: xr.DataTree) -> np.ndarray:
+    """Roll positions that carry load at some wear step, and one neighbour on each side."""
+    share = need(tree, "engagement", "load_share").values
+    loaded = np.flatnonzero((share > 1e-6).any(axis=0))
+    if not loaded.size:
+        return np.arange(share.shape[1])
+    return np.arange(max(loaded[0] - 1, 0), min(loaded[-1] + 2, share.shape[1]))

@@ -1,0 +1,127 @@
+"""Pictures over the life: one value a wear step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from semiwear.plot.style import (
+    BODY_COLOUR,
+    SIZE_PAIR,
+    ZONE_COLOUR,
+    ZONE_MARKER,
+    axes_for,
+    label,
+    meshes_axis,
+    need,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "contact_stress_history",
+    "meshes_against_depth",
+    "root_stress_history",
+    "transmission_error_history",
+]
+
+
+def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Greatest root stress of both bodies over the meshes.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/history`.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        stress = need(tree, "history", "root_stress_max")
+        (ax,) = axes_for(ax)
+        meshes, meshes_label = meshes_axis(stress)
+        for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
+            ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
+        ax.set(xlabel=meshes_label, ylabel=label(stress, "Greatest root stress"))
+        ax.legend()
+    return ax
+
+
+def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Greatest contact pressure at root, addendum and pitch cone of the gear over the meshes.
+
+    Parameters and return value as in `root_stress_history`.
+    """
+    with styled():
+        (ax,) = axes_for(ax)
+        for zone, colour in ZONE_COLOUR.items():
+            pressure = need(tree, "history", f"contact_pressure_{zone}")
+            meshes, meshes_label = meshes_axis(pressure)
+            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=_ZONE_NAME[zone])
+        ax.set(xlabel=meshes_label, ylabel=label(pressure, "Greatest contact pressure"))
+        ax.legend()
+    return ax
+
+
+def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes]:
+    """Mean and amplitude (peak to peak) of the loaded transmission error over the meshes.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/history`.
+    ax : two Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    tuple of Axes
+        The panel of the mean and the panel of the amplitude.
+    """
+    with styled():
+        mean = need(tree, "history", "transmission_error_mean")
+        amplitude = need(tree, "history", "transmission_error_amplitude")
+        upper, lower = axes_for(ax, 2, SIZE_PAIR)
+        meshes, meshes_label = meshes_axis(mean)
+        upper.plot(meshes, mean.values, "o-", color="#333333")
+        lower.plot(meshes, amplitude.values, "o-", color="#333333")
+        upper.set(
+            xlabel=meshes_label, ylabel=label(mean, "Mean"), title="Mean, gear side (negative: it lags)"
+        )
+        lower.set(xlabel=meshes_label, ylabel=label(amplitude, "Amplitude"), title="Amplitude, peak to peak")
+    return upper, lower
+
+
+def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Meshes that a wear depth at the control point takes.
+
+    Parameters and return value as in `root_stress_history`.
+    """
+    with styled():
+        depth = need(tree, "history", "wear_depth_control_point")
+        (ax,) = axes_for(ax)
+        meshes, meshes_label = meshes_axis(depth)
+        ax.plot(depth.values, meshes, "o-", color="#333333", label="computed")
+        if meshes[-1] > 0:
+            ax.plot(
+                [0.0, depth.values[-1]],
+                [0.0, meshes[-1]],
+                color="#888888",
+                lw=1.0,
+                ls="--",
+                label="constant rate",
+            )
+            ax.legend()
+        ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
+    return ax
+
+
+_ZONE_NAME = {"root": "root", "pitch": "pitch cone", "addendum": "addendum"}

@@ -1,0 +1,154 @@
+"""One look for all pictures, and what they share: axes, labels, colours, access to a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import MissingExtraError, SemiwearError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "BODY_COLOUR",
+    "SIZE",
+    "SIZE_PAIR",
+    "ZONE_COLOUR",
+    "ZONE_MARKER",
+    "axes_for",
+    "chosen_steps",
+    "label",
+    "legend_above",
+    "meshes_axis",
+    "need",
+    "step_colours",
+    "step_name",
+    "styled",
+]
+
+# Okabe and Ito for the bodies, Paul Tol's muted scheme for the zones: told apart by colour-blind readers.
+BODY_COLOUR = {"pinion": "#0072B2", "gear": "#D55E00"}
+ZONE_COLOUR = {"root": "#882255", "pitch": "#B07D00", "addendum": "#117733"}
+ZONE_MARKER = {"root": "v", "pitch": "o", "addendum": "^"}
+
+SIZE = (5.8, 3.7)
+SIZE_PAIR = (5.8, 6.0)
+
+_STYLE: Any = {
+    "font.size": 10.0,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#555555",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.8,
+    "lines.linewidth": 1.8,
+    "lines.markersize": 4.5,
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "xtick.color": "#333333",
+    "ytick.color": "#333333",
+    "axes.formatter.useoffset": False,
+    "axes.xmargin": 0.02,
+    "figure.constrained_layout.h_pad": 0.07,
+}
+
+_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_UNIT_TEXT = {"um": "µm", "1": "", "deg": "°"}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Run with the settings of semiwear's pictures; the user's own settings come back afterwards."""
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise MissingExtraError("matplotlib", "plot", "a picture") from error
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def axes_for(
+    ax: Axes | Sequence[Axes] | None, panels: int = 1, size: tuple[float, float] = SIZE, **subplot: Any
+) -> list[Axes]:
+    """Axes to draw on: the caller's, or new ones, panels under one another."""
+    if ax is not None:
+        given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
+        if len(given) != panels:
+            raise SemiwearError(f"ax: {len(given)} axes, this picture has {panels} panels")
+        return given
+    import matplotlib.pyplot as plt
+
+    _, created = plt.subplots(
+        panels, 1, figsize=size, squeeze=False, layout="constrained", subplot_kw=subplot or None
+    )
+    return list(created[:, 0])
+
+
+def need(tree: xr.DataTree, group: str, name: str) -> xr.DataArray:
+    """A variable of a result, or an error that says which one the picture lacks."""
+    if group not in tree.children or name not in tree[group].to_dataset():
+        raise SemiwearError(f"the picture needs /{group}/{name}, which this result does not have")
+    return tree[group].to_dataset()[name]
+
+
+def label(array: xr.DataArray, text: str = "") -> str:
+    """Axis label: long name (or `text`) and unit."""
+    name = text or str(array.attrs.get("long_name", array.name))
+    units = str(array.attrs.get("units", "1"))
+    shown = _UNIT_TEXT.get(units, units)
+    name = name[:1].upper() + name[1:]
+    return f"{name} ({shown})" if shown else name
+
+
+def legend_above(ax: Axes, columns: int) -> None:
+    """Legend above the axes, where curves fill them."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
+
+
+def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
+    """Meshes of each wear step over a power of ten, and the label that names the power."""
+    meshes = np.asarray(array["meshes"].values, dtype=float)
+    exponent = _exponent(meshes.max(initial=0.0))
+    power = f"10{str(exponent).translate(_SUPERSCRIPT)} " if exponent else ""
+    return meshes / 10.0**exponent, f"Engagements of a gear tooth ({power}meshes)"
+
+
+def step_name(array: xr.DataArray, step: int) -> str:
+    """Name of a wear step for a legend: by its meshes where they are known."""
+    if "meshes" not in array.coords:
+        return f"wear step {int(array['wear_step'].values[step])}"
+    meshes = float(array["meshes"].values[step])
+    if meshes == 0:
+        return "unworn"
+    exponent = int(np.floor(np.log10(meshes)))
+    return f"{meshes / 10.0**exponent:.2f}·10{str(exponent).translate(_SUPERSCRIPT)} meshes"
+
+
+def chosen_steps(array: xr.DataArray) -> list[int]:
+    """First, middle and last wear step, without repeats."""
+    last = array.sizes["wear_step"] - 1
+    return sorted({0, last // 2 + last % 2, last})
+
+
+def step_colours(count: int) -> list[tuple[float, ...]]:
+    """A colour a wear step, dark for the first to light for the last."""
+    import matplotlib
+
+    return [
+        tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 2)))
+    ]
+
+
+def _exponent(value: float) -> int:
+    return 3 * int(np.floor(np.log10(value) / 3)) if value >= 1e4 else 0

@@ -1,0 +1,183 @@
+"""What a published study says, beside what a result says: verdicts are computed, never written down.
+
+A `Comparison` holds the published statement, the rule by which a result agrees with it, and the function that
+applies the rule. The statements of the seed paper are in `semiwear.report.seed_paper`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["Compared", "Comparison", "Evidence", "NotComparable", "Outcome", "Verdict", "compare"]
+
+
+class Verdict(Enum):
+    """How a result stands to a published statement."""
+
+    AGREE = "AGREE"
+    DISAGREE = "DISAGREE"
+    NOT_COMPARED = "NOT COMPARED"
+
+
+class NotComparable(Exception):
+    """The result does not hold what a comparison needs; the message says what."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a rule found.
+
+    Attributes
+    ----------
+    ours : str
+        The result's values, computed.
+    agrees : bool
+        Whether the rule holds.
+    why : str
+        Explanation of a disagreement; shown only then.
+    """
+
+    ours: str
+    agrees: bool
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One published statement.
+
+    Attributes
+    ----------
+    picture : str
+        Picture that it stands beside, a name in `semiwear.plot`.
+    statement : str
+        What was published; ``{name}`` stands for a number of the reference file.
+    rule : str
+        When a result agrees.
+    judge : callable
+        From the evidence to the outcome; raises `NotComparable`.
+    """
+
+    picture: str
+    statement: str
+    rule: str
+    judge: Callable[[Evidence], Outcome]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A comparison that was made."""
+
+    picture: str
+    statement: str
+    rule: str
+    verdict: Verdict
+    ours: str
+    why: str
+
+
+class Evidence:
+    """A result and the reference it is compared with.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result.
+    paper : mapping
+        Tables of the reference file.
+    scene : mapping
+        Tables of the scene.
+    """
+
+    def __init__(self, tree: xr.DataTree, paper: Mapping[str, Any], scene: Mapping[str, Any]):
+        self.tree = tree
+        self.paper = paper
+        self.scene = scene
+
+    def get(self, group: str, name: str) -> xr.DataArray:
+        """A variable, for numpy to compute with."""
+        if group not in self.tree.children or name not in self.tree[group].to_dataset():
+            raise NotComparable(f"the result has no /{group}/{name}")
+        array = self.tree[group].to_dataset()[name]
+        if "wear_step" in array.dims and array.sizes["wear_step"] < 3:
+            raise NotComparable("the result has fewer than three wear steps")
+        return array
+
+    def history(self, name: str, body: str | None = None) -> np.ndarray:
+        """One value a wear step."""
+        array = self.get("history", name)
+        return np.asarray((array if body is None else array.sel(body=body)).values, dtype=float)
+
+    @property
+    def meshes(self) -> np.ndarray:
+        """Meshes of each wear step."""
+        return np.asarray(self.get("history", "load_share_max")["meshes"].values, dtype=float)
+
+    @property
+    def last_depth(self) -> float:
+        """The published figures are for this wear depth at the control point [um]."""
+        return float(self.paper["wear"]["control_depth_um"][-1])
+
+    def control_depth(self) -> np.ndarray:
+        """Wear depth at the control point at each wear step [um], refused where the wear does not reach."""
+        depth = self.history("wear_depth_control_point")
+        if depth[-1] < 0.995 * self.last_depth:
+            asked = f"the paper's figures are for {self.last_depth:g} µm"
+            raise NotComparable(f"the control point wears by {depth[-1]:.3g} µm, {asked}")
+        return depth
+
+    def at_depth(self, values: np.ndarray, depth: float) -> float:
+        """Value when the control point has worn by `depth`."""
+        return float(np.interp(depth, self.control_depth(), values))
+
+    def at_last_depth(self, name: str, body: str | None = None) -> float:
+        """Value of a history when the control point has reached the paper's last depth."""
+        return self.at_depth(self.history(name, body), self.last_depth)
+
+    def until(self, values: np.ndarray, depth: float) -> np.ndarray:
+        """Values up to the moment when the control point has worn by `depth`."""
+        before = self.control_depth() < depth * (1 - 1e-9)
+        return np.append(values[before], self.at_depth(values, depth))
+
+    def gear_flank(self, name: str) -> np.ndarray:
+        """A flank variable of the gear over (profile, face), wear at the last step."""
+        array = self.get("flank", name).sel(body="gear")
+        return np.asarray((array.isel(wear_step=-1) if "wear_step" in array.dims else array).values)
+
+    def wear_coefficient(self) -> float:
+        """Wear coefficient of the scene [mm^2/N]."""
+        value = self.scene.get("wear", {}).get("coefficient_mm2_per_N")
+        if not isinstance(value, int | float) or value <= 0:
+            raise NotComparable("the scene states no single wear coefficient")
+        return float(value)
+
+
+def compare(
+    comparisons: tuple[Comparison, ...], evidence: Evidence, numbers: Mapping[str, Any]
+) -> tuple[Compared, ...]:
+    """Apply every rule; `numbers` fill the places in the statements."""
+    return tuple(_compared(comparison, evidence, numbers) for comparison in comparisons)
+
+
+def _compared(comparison: Comparison, evidence: Evidence, numbers: Mapping[str, Any]) -> Compared:
+    statement = comparison.statement.format_map(numbers)
+    try:
+        outcome = comparison.judge(evidence)
+    except NotComparable as reason:
+        return Compared(
+            comparison.picture,
+            statement,
+            comparison.rule,
+            Verdict.NOT_COMPARED,
+            f"Not compared: {reason}.",
+            "",
+        )
+    verdict = Verdict.AGREE if outcome.agrees else Verdict.DISAGREE
+    why = "" if outcome.agrees else outcome.why
+    return Compared(comparison.picture, statement, comparison.rule, verdict, outcome.ours, why)

@@ -1,0 +1,58 @@
+"""Pieces of HTML and numbers as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+
+__all__ = ["element", "figure_text", "table", "unit_text"]
+
+_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_UNITS = {"um": "µm", "1": "", "deg": "°"}
+
+
+def unit_text(units: str) -> str:
+    """Units as a reader writes them."""
+    return _UNITS.get(units, units)
+
+
+def figure_text(value: float, digits: int = 4) -> str:
+    """A number with so many significant digits, powers of ten written out."""
+    number = float(value)
+    if number == 0:
+        return "0"
+    if float(number).is_integer() and abs(number) < 1e6:
+        return f"{number:.0f}".replace("-", "−")
+    exponent = int(np.floor(np.log10(abs(number))))
+    if -4 < exponent < 6:
+        text = f"{number:#.{digits}g}".rstrip(".")
+    else:
+        mantissa = f"{number / 10.0**exponent:.{digits - 2}f}"
+        text = f"{mantissa}·10{str(exponent).translate(_SUPERSCRIPT)}"
+    return text.replace("-", "−")
+
+
+def element(tag: str, content: str, **attributes: str) -> str:
+    """An HTML element; `content` is markup already, attribute values are escaped (``class_`` is class)."""
+    names = (name.strip("_").replace("_", "-") for name in attributes)
+    written = "".join(
+        f' {name}="{escape(text)}"' for name, text in zip(names, attributes.values(), strict=True)
+    )
+    return f"<{tag}{written}>{content}</{tag}>"
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table that scrolls sideways on its own; cells are text, `head` may hold markup."""
+    heads = "".join(element("th", cell, scope="col") for cell in head)
+    lines = "".join(
+        element(
+            "tr", element("th", escape(first), scope="row") + "".join(element("td", escape(c)) for c in rest)
+        )
+        for first, *rest in rows
+    )
+    body = element("caption", escape(caption)) + f"<thead><tr>{heads}</tr></thead><tbody>{lines}</tbody>"
+    return element(
+        "div", element("table", body), class_="scroll", tabindex="0", role="region", aria_label=caption
+    )

@@ -1,0 +1,178 @@
+"""The report: one HTML file that needs nothing but itself."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+import uuid
+from collections import Counter
+from html import escape
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.references import load_reference
+from semiwear.report import sections
+from semiwear.report.comparison import Compared, Evidence, Verdict, compare
+from semiwear.report.markup import element
+from semiwear.report.paper import SEED_PAPER, TITLE, numbers
+from semiwear.report.pictures import PICTURES, Drawn, draw
+from semiwear.report.trends import RULES
+
+__all__ = ["write_report"]
+
+_MARK = {Verdict.AGREE: "✓", Verdict.DISAGREE: "✗", Verdict.NOT_COMPARED: "–"}
+
+
+def write_report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
+    """Write a result as one self-contained HTML page.
+
+    Pictures are inside the file and nothing is loaded from elsewhere. Where the scene names
+    ``reference = "seed_paper"``, each picture stands beside what that paper says, with a verdict computed
+    from the result.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate` or `loaded_contact`.
+    path : path
+        The HTML file; an existing one is replaced once the page is complete.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    MissingExtraError
+        matplotlib is missing; install the extra ``plot``.
+    SemiwearError
+        The tree is no result of semiwear.
+    """
+    if "schema_version" not in tree.attrs:
+        raise SemiwearError("report: the tree has no schema_version, so it is no result of semiwear")
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
+    page = _page(tree)
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    try:
+        temporary.write_text(page, encoding="utf-8")
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return target
+
+
+def _page(tree: xr.DataTree) -> str:
+    attrs = {str(name): str(value) for name, value in tree.attrs.items()}
+    scene = _scene(attrs.get("scene_toml", ""))
+    compared = _compared(tree, scene)
+    drawn = [draw(picture, tree) for picture in PICTURES]
+    title = escape(attrs.get("title", "Gear tooth wear"))
+    parts = [
+        f"<header><h1>{title}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
+        _section("Key numbers", sections.key_numbers(tree)),
+        _section("What ran, and why", sections.physics(attrs)),
+        _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
+        _section("Against the paper", _summary(compared)) if compared else "",
+        _section("Pictures", _pictures(drawn, compared)),
+        _section("Wear steps", sections.wear_steps(tree)) if "history" in tree.children else "",
+        _section("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
+        _section("References", sections.references(tree)),
+        f"</main><footer><p>{escape(attrs.get('source', 'semiwear'))}; scene SHA-256 "
+        f"<code>{escape(attrs.get('scene_sha256', ''))}</code></p></footer>",
+    ]
+    style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+        f"<title>{title}</title><style>{style}</style></head><body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def _section(heading: str, content: str) -> str:
+    return f"<section><h2>{escape(heading)}</h2>{content}</section>\n" if content else ""
+
+
+def _scene(scene_toml: str) -> dict[str, Any]:
+    """Tables of the scene; empty where its text is no TOML, which the page then shows as it is."""
+    try:
+        return tomllib.loads(scene_toml)
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def _compared(tree: xr.DataTree, scene: dict[str, Any]) -> tuple[Compared, ...]:
+    """Comparisons with the seed paper, where the scene asks for them."""
+    if scene.get("reference") != "seed_paper":
+        return ()
+    paper = load_reference("seed_paper")
+    return compare(SEED_PAPER, Evidence(tree, paper, scene), numbers(paper))
+
+
+def _summary(compared: tuple[Compared, ...]) -> str:
+    """Count of the verdicts, and the rules behind them."""
+    counts = Counter(entry.verdict for entry in compared)
+    badges = "".join(
+        f'<li class="{_class(verdict)}"><strong>{counts[verdict]}</strong> {_badge(verdict)}</li>'
+        for verdict in Verdict
+        if counts[verdict]
+    )
+    rules = "".join(f"<dt>{escape(name)}</dt><dd>{escape(rule)}.</dd>" for name, rule in RULES.items())
+    return (
+        f"<p>“{escape(TITLE)}”. Each verdict is computed from this result by the rule beside it.</p>"
+        f'<ul class="counts">{badges}</ul><details><summary>What “rises”, “falls” and “levels” mean</summary>'
+        f"<dl>{rules}</dl></details>"
+    )
+
+
+def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
+    """Cards of the pictures; without a paper they stand side by side, those of one height together."""
+    if not compared:
+        drawn = sorted(drawn, key=lambda one: one.picture.panels)
+    cards = "".join(
+        _card(one, [entry for entry in compared if entry.picture == one.picture.name])
+        for one in drawn
+        if one.uri
+    )
+    left_out = "".join(
+        f"<li>{escape(one.picture.title)}: {escape(one.left_out)}.</li>" for one in drawn if one.left_out
+    )
+    note = f"<p>Left out:</p><ul>{left_out}</ul>" if left_out else ""
+    return f'<div class="cards">{cards}</div>{note}'
+
+
+def _card(drawn: Drawn, compared: list[Compared]) -> str:
+    picture = drawn.picture
+    width, height = (round(side * 100) for side in picture.size)
+    image = f'<img src="{drawn.uri}" alt="{escape(drawn.alt)}" width="{width}" height="{height}">'
+    caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
+    figure = f"<figure><h3>{escape(picture.title)}</h3>{image}{caption}</figure>"
+    if not compared:
+        return element("article", figure, class_="card")
+    beside = "".join(_comparison(entry) for entry in compared)
+    return element("article", f'{figure}<div class="paper">{beside}</div>', class_="card wide")
+
+
+def _comparison(entry: Compared) -> str:
+    why = f"<dt>Why</dt><dd>{escape(entry.why)}</dd>" if entry.why else ""
+    return (
+        f'<div class="comparison {_class(entry.verdict)}"><p class="verdict">{_badge(entry.verdict)}</p><dl>'
+        f"<dt>Paper</dt><dd>{escape(entry.statement)}</dd><dt>Here</dt><dd>{escape(entry.ours)}</dd>{why}"
+        f'<dt class="rule">Rule</dt><dd class="rule">{escape(entry.rule)}</dd></dl></div>'
+    )
+
+
+def _class(verdict: Verdict) -> str:
+    return verdict.value.lower().replace(" ", "-")
+
+
+def _badge(verdict: Verdict) -> str:
+    return f'<span aria-hidden="true">{_MARK[verdict]}</span> {verdict.value}'

@@ -1,0 +1,229 @@
+"""The pictures of a report: which, in which order, with which words."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from semiwear import plot
+from semiwear.errors import SemiwearError
+from semiwear.plot.style import SIZE, SIZE_PAIR, styled
+from semiwear.report.markup import figure_text
+
+__all__ = ["PICTURES", "Drawn", "Picture", "draw"]
+
+_PIXELS_PER_INCH = 170
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture.
+
+    Attributes
+    ----------
+    name : str
+        Function of `semiwear.plot` that draws it.
+    title, caption : str
+        Heading, and one sentence that says what is seen.
+    panels : int
+        Axes that the function takes.
+    needs_wear : bool
+        Whether it shows wear or a change with wear, and so needs two wear steps.
+    size : tuple of float
+        Width and height [inch].
+    describe : callable
+        From the result to a short text with its main numbers, for readers who do not see the picture.
+    """
+
+    name: str
+    title: str
+    caption: str
+    describe: Callable[[xr.DataTree], str]
+    panels: int = 1
+    needs_wear: bool = False
+    size: tuple[float, float] = SIZE
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A picture as a data URI with its alternative text, or the reason why it is left out."""
+
+    picture: Picture
+    uri: str
+    alt: str
+    left_out: str = ""
+
+
+def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
+    """Draw a picture from a result."""
+    steps = tree["history"].sizes["wear_step"] if "history" in tree.children else 1
+    if picture.needs_wear and steps < 2:
+        return Drawn(picture, "", "", "the result has one wear step, so there is no wear to show")
+    try:
+        with styled():
+            uri = _png(picture, tree)
+        return Drawn(picture, uri, f"{picture.title}. {picture.describe(tree)}")
+    except SemiwearError as reason:
+        if isinstance(reason, ImportError):
+            raise
+        return Drawn(picture, "", "", str(reason))
+
+
+def _png(picture: Picture, tree: xr.DataTree) -> str:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=picture.size, layout="constrained")
+    solid: Any = {"projection": "3d"} if picture.name == "wear_surface" else None
+    axes = figure.subplots(picture.panels, 1, squeeze=False, subplot_kw=solid)[:, 0]
+    function: Any = getattr(plot, picture.name)
+    function(tree, ax=axes[0] if picture.panels == 1 else list(axes))
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, metadata={"Software": None})
+    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def _history_text(*names: str, body: bool = False) -> Callable[[xr.DataTree], str]:
+    """First and last values of some histories, in words."""
+
+    def describe(tree: xr.DataTree) -> str:
+        parts = []
+        for name in names:
+            array = tree["history"].to_dataset()[name]
+            for series in (array.sel(body=one) for one in array["body"].values) if body else (array,):
+                who = f" of the {series['body'].item()}" if body else ""
+                first, last = (figure_text(float(series[step])) for step in (0, -1))
+                parts.append(f"{array.attrs['long_name']}{who}: {first} at first, {last} at last")
+        return "; ".join(parts) + "."
+
+    return describe
+
+
+def _engagement_text(name: str) -> Callable[[xr.DataTree], str]:
+    """Greatest value at the last wear step and where it is, in words."""
+
+    def describe(tree: xr.DataTree) -> str:
+        array = tree["engagement"].to_dataset()[name].isel(wear_step=-1)
+        if "body" in array.dims:
+            array = array.sel(body="gear")
+        place = int(array.values.argmax())
+        return (
+            f"Greatest value at the last wear step {figure_text(float(array.values[place]))} "
+            f"{array.attrs['units']} at roll position {array['roll_position'].values[place]:+.2f}."
+        )
+
+    return describe
+
+
+def _flank_text(tree: xr.DataTree) -> str:
+    gear = tree["flank"].to_dataset().sel(body="gear").isel(wear_step=-1)
+    wear = gear["wear_depth"].values
+    place = np.unravel_index(int(wear.argmax()), wear.shape)
+    return (
+        f"Greatest wear of the gear {wear[place]:.3g} µm at radius "
+        f"{gear['flank_radius'].values[place]:.1f} mm "
+        f"and height {gear['flank_height'].values[place]:+.2f} mm."
+    )
+
+
+def _curves_text(tree: xr.DataTree) -> str:
+    values = tree["mesh_cycle"].to_dataset()["transmission_error_loaded"].values
+    return (
+        f"At the first wear step from {values[0].min():.4g} to {values[0].max():.4g} arcsec, at "
+        "the last from "
+        f"{values[-1].min():.4g} to {values[-1].max():.4g} arcsec."
+    )
+
+
+PICTURES: tuple[Picture, ...] = (
+    Picture(
+        "wear_map",
+        "Wear of the gear's flank",
+        "Wear depth over gear radius and tooth height at the last wear step; dashed, the band of "
+        "the pitch cone.",
+        _flank_text,
+        needs_wear=True,
+    ),
+    Picture(
+        "wear_profiles",
+        "Sections through the wear",
+        "Wear depth along the tooth height at a few radii, and along the face width at a few heights.",
+        _flank_text,
+        panels=2,
+        needs_wear=True,
+        size=SIZE_PAIR,
+    ),
+    Picture(
+        "sliding_along_path",
+        "Sliding along the path of contact",
+        "Distance by which a point of each flank slides in one mesh, where the pressure is greatest.",
+        _engagement_text("sliding_distance"),
+    ),
+    Picture(
+        "meshes_against_depth",
+        "Meshes for a wear depth",
+        "Engagements of a gear tooth that a wear depth at the control point takes, and a "
+        "constant rate beside it.",
+        _history_text("wear_depth_control_point"),
+        needs_wear=True,
+    ),
+    Picture(
+        "load_share",
+        "Load share",
+        "Share of the load on one tooth pair over its engagement, and its greatest value over the life.",
+        _history_text("load_share_max"),
+        panels=2,
+        needs_wear=True,
+        size=SIZE_PAIR,
+    ),
+    Picture(
+        "root_stress_history",
+        "Root stress",
+        "Greatest tangential stress in the root fillets of pinion and gear over the life.",
+        _history_text("root_stress_max", body=True),
+        needs_wear=True,
+    ),
+    Picture(
+        "contact_stress_history",
+        "Contact pressure by zone",
+        "Greatest contact pressure at root, pitch cone and addendum of the gear over the life.",
+        _history_text("contact_pressure_root", "contact_pressure_pitch", "contact_pressure_addendum"),
+        needs_wear=True,
+    ),
+    Picture(
+        "transmission_error_history",
+        "Transmission error over the life",
+        "Mean and amplitude of the loaded transmission error over the life; zero is the "
+        "unloaded, unworn mean.",
+        _history_text("transmission_error_mean", "transmission_error_amplitude"),
+        panels=2,
+        needs_wear=True,
+        size=SIZE_PAIR,
+    ),
+    Picture(
+        "transmission_error_curves",
+        "Transmission error over the mesh cycle",
+        "Loaded transmission error over one mesh cycle, a curve a wear step.",
+        _curves_text,
+    ),
+    Picture(
+        "contact_pressure_over_engagement",
+        "Contact pressure over the engagement",
+        "Greatest contact pressure on one tooth pair from entry to exit.",
+        _engagement_text("contact_pressure_max"),
+    ),
+    Picture(
+        "wear_surface",
+        "Wear as a surface",
+        "The wear of the first picture as a surface over radius and height.",
+        _flank_text,
+        needs_wear=True,
+        size=(5.8, 4.0),
+    ),
+)
+"""The pictures, in the order of the report."""

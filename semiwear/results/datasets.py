@@ -1,0 +1,214 @@
+"""From plain arrays to labelled datasets, once, at the end of a computation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.results.schema import (
+    COORDINATES,
+    GROUPS,
+    SCHEMA_VERSION,
+    VARIABLES,
+    Variable,
+    coordinates_of,
+    variable,
+    variables_of,
+)
+
+__all__ = ["build_dataset", "build_tree", "check_tree"]
+
+
+def build_tree(
+    groups: Mapping[str, Mapping[str, np.ndarray]],
+    coords: Mapping[str, np.ndarray],
+    attrs: Mapping[str, str],
+) -> xr.DataTree:
+    """Wrap the arrays of a computation into a result tree.
+
+    Parameters
+    ----------
+    groups : mapping of str to mapping of str to array
+        Arrays by group and name, e.g. ``{"history": {"load_share_max": ...}}``. Names, dims and units are
+        those of `semiwear.results.schema`; groups may be left out, and so may optional variables.
+    coords : mapping of str to array
+        Coordinate values, shared by all groups; each group takes those of its own dims. `body`, `axis`,
+        `direction`, `wear_step` and `profile` have defaults. `meshes` goes with `wear_step` and is needed
+        by `/history`.
+    attrs : mapping of str to str
+        Attributes of the root (see `semiwear.results.provenance`); `schema_version` is added.
+
+    Returns
+    -------
+    DataTree
+        One child a group; the root carries attributes alone.
+
+    Raises
+    ------
+    SemiwearError
+        A name is unknown, a required variable or coordinate is missing, a shape is wrong or a value is not
+        finite; the message names the variable.
+    """
+    for group in groups:
+        if group not in GROUPS:
+            raise SemiwearError(f"/{group}: not a group of a result; groups: {', '.join(GROUPS)}")
+    nodes = {"/": xr.Dataset(attrs=_strings({**attrs, "schema_version": SCHEMA_VERSION}, "/"))}
+    nodes |= {f"/{group}": build_dataset(group, groups[group], coords) for group in GROUPS if group in groups}
+    return xr.DataTree.from_dict(nodes)
+
+
+def build_dataset(
+    group: str,
+    variables: Mapping[str, np.ndarray],
+    coords: Mapping[str, np.ndarray],
+    attrs: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Wrap the arrays of one group; parameters and errors as in `build_tree`.
+
+    `variables` may hold plain floats for scalars (``contact_ratio``).
+    """
+    entries = variables_of(group)
+    if not entries:
+        raise SemiwearError(f"/{group}: not a group of a result; groups: {', '.join(GROUPS)}")
+    for name in variables:
+        if (group, name) not in VARIABLES:
+            hint = "; give it as a coordinate" if name in COORDINATES else ""
+            raise SemiwearError(f"/{group}/{name}: not in the schema of results{hint}")
+    for name in coords:
+        if name not in COORDINATES:
+            raise SemiwearError(f"coordinate {name}: not in the schema of results")
+    missing = [entry.name for entry in entries if not entry.optional and entry.name not in variables]
+    if missing:
+        raise SemiwearError(f"/{group}: {', '.join(missing)} missing")
+
+    arrays = {
+        entry.name: _array(variables[entry.name], entry, entry.path)
+        for entry in entries
+        if entry.name in variables
+    }
+    labels = _labels(group, arrays, coords)
+    sizes = {dim: len(labels[dim]) for dim in labels if COORDINATES[dim].dims == (dim,)}
+    for name, array in arrays.items():
+        entry = VARIABLES[group, name]
+        expected = tuple(sizes[dim] for dim in entry.dims)
+        if array.shape != expected:
+            raise SemiwearError(
+                f"{entry.path}: shape {array.shape}, but ({', '.join(entry.dims)}) is {expected}"
+            )
+    labelled = {name: _labelled(VARIABLES[group, name], array) for name, array in arrays.items()}
+    axes = {name: _labelled(COORDINATES[name], values) for name, values in labels.items()}
+    return xr.Dataset(labelled, axes, _strings(attrs or {}, f"/{group}"))
+
+
+def check_tree(tree: xr.DataTree) -> None:
+    """Check that the variables of a tree are whole: required ones present, dims as in the schema, finite.
+
+    Variables that the schema does not know are left alone, so that a user can add some.
+
+    Raises
+    ------
+    SemiwearError
+        The first variable that is not as the schema says.
+    """
+    for group in tree.children:
+        dataset = tree[group].to_dataset()
+        for entry in variables_of(group):
+            if entry.name not in dataset:
+                if not entry.optional:
+                    raise SemiwearError(f"{entry.path}: missing")
+                continue
+            if dataset[entry.name].dims != entry.dims:
+                raise SemiwearError(f"{entry.path}: dims {dataset[entry.name].dims}, expected {entry.dims}")
+        for name in map(str, dataset.variables):
+            entry_or_none = variable(group, name)
+            if entry_or_none is not None:
+                _array(dataset[name].values, entry_or_none, f"/{group}/{name}")
+        if group == "history" and "meshes" not in dataset.coords:
+            raise SemiwearError("/history/meshes: missing")
+
+
+def _labels(
+    group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Coordinate values of a group by name."""
+    used: dict[str, tuple[str, int]] = {}
+    for name, array in arrays.items():
+        entry = VARIABLES[group, name]
+        if array.ndim != len(entry.dims):
+            raise SemiwearError(f"{entry.path}: shape {array.shape}, but dims ({', '.join(entry.dims)})")
+        for dim, size in zip(entry.dims, array.shape, strict=True):
+            used.setdefault(dim, (entry.path, size))
+    labels: dict[str, np.ndarray] = {}
+    for name in coordinates_of(group):
+        entry = COORDINATES[name]
+        if entry.dims[0] not in used:
+            continue
+        path, size = used[entry.dims[0]]
+        if name in coords:
+            values = _array(coords[name], entry, f"coordinate {name}")
+        elif entry.labels:
+            values = np.array(entry.labels)
+        elif name in ("wear_step", "profile"):
+            values = np.arange(size)
+        elif name == "meshes" and group != "history":
+            continue
+        else:
+            raise SemiwearError(f"coordinate {name}: missing, needed by {path}")
+        if entry.labels and tuple(values) != entry.labels:
+            raise SemiwearError(f"coordinate {name}: {tuple(values)}, must be {entry.labels}")
+        if values.ndim != 1:
+            raise SemiwearError(f"coordinate {name}: shape {values.shape}, must have one dimension")
+        labels[name] = values
+    if "meshes" in labels and len(labels["meshes"]) != len(labels["wear_step"]):
+        raise SemiwearError(
+            f"coordinate meshes: {len(labels['meshes'])} values for {len(labels['wear_step'])} wear steps"
+        )
+    return labels
+
+
+def _array(values: object, entry: Variable, path: str) -> np.ndarray:
+    """Array of the entry's dtype, checked to be finite and, for flags, to be one of them."""
+    if entry.dtype == "str":
+        return np.asarray(values, dtype=np.str_)
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise SemiwearError(f"{path}: values of type {array.dtype}, must be real numbers")
+    finite = np.isfinite(array)
+    if not finite.all():
+        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        count = f"{int((~finite).sum())} of {array.size} values"
+        raise SemiwearError(f"{path}: {count} are not finite, the first at index {place}")
+    if entry.flags and not np.isin(array, np.arange(len(entry.flags))).all():
+        raise SemiwearError(f"{path}: values must be {_flag_text(entry.flags)}")
+    converted = array.astype(entry.dtype)
+    if entry.dtype.startswith("int") and not np.array_equal(converted, array):
+        raise SemiwearError(f"{path}: values must be whole numbers")
+    return converted
+
+
+def _labelled(entry: Variable, array: np.ndarray) -> xr.Variable:
+    """The array with the dims and attributes of its entry in the schema."""
+    attrs: dict[str, str | np.ndarray] = {
+        "units": entry.units,
+        "long_name": entry.long_name,
+        "references": entry.references,
+    }
+    if entry.flags:
+        attrs["flag_values"] = np.arange(len(entry.flags), dtype=entry.dtype)
+        attrs["flag_meanings"] = " ".join(entry.flags)
+    return xr.Variable(entry.dims, array, attrs)
+
+
+def _flag_text(flags: Iterable[str]) -> str:
+    return ", ".join(f"{value} ({meaning})" for value, meaning in enumerate(flags))
+
+
+def _strings(attrs: Mapping[str, str], path: str) -> dict[str, str]:
+    """Attributes, refused where one is not a string (netCDF keeps no bool, None or dict)."""
+    for name, value in attrs.items():
+        if not isinstance(value, str):
+            raise SemiwearError(f"{path} attribute {name}: {type(value).__name__}, must be a string")
+    return dict(attrs)

@@ -1,0 +1,174 @@
+"""Result files: netCDF, written whole or not at all, and opened with clear refusals.
+
+A file is a netCDF-4 file followed by a seal: a mark and the SHA-256 of all bytes before it. netCDF readers
+do not look beyond their own end, so any of them opens the file; semiwear checks the seal first, because the
+HDF5 library can crash the interpreter on a damaged file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import uuid
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import xarray as xr
+
+from semiwear.errors import ResultFileError, SemiwearError
+from semiwear.results.datasets import check_tree
+from semiwear.results.schema import SCHEMA_VERSION
+
+__all__ = ["open_results", "save"]
+
+_SEAL_MARK = b"semiwear sha256:"
+_SEAL_SIZE = len(_SEAL_MARK) + hashlib.sha256().digest_size
+_NETCDF_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+_CHUNK = 1 << 20
+
+
+def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
+    """Write a result to a netCDF-4 file.
+
+    The tree goes to a temporary file beside `path`, which then takes its place in one step: whatever
+    happens, `path` holds either the old file or the whole new one.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate` or `loaded_contact`.
+    path : path
+        The file; an existing one is replaced.
+
+    Raises
+    ------
+    SemiwearError
+        The tree is no result of semiwear, or a variable is not as the schema says.
+    OSError
+        The file cannot be written.
+    """
+    target = Path(path)
+    if "schema_version" not in tree.attrs:
+        raise SemiwearError("save: the tree has no schema_version, so it is no result of semiwear")
+    check_tree(tree)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"save: no folder {target.parent} for {target.name}")
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    try:
+        tree.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+        with temporary.open("r+b") as written:
+            digest = _digest(written, temporary.stat().st_size)
+            written.write(_SEAL_MARK + digest)
+            written.flush()
+            os.fsync(written.fileno())
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
+    """Read a result into memory.
+
+    Parameters
+    ----------
+    path : path
+        A file that `save` wrote.
+
+    Returns
+    -------
+    DataTree
+        Identical to the tree that was saved.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ResultFileError
+        The file is damaged, foreign, or of another schema version.
+    """
+    source = Path(path)
+    if not source.is_file():
+        raise FileNotFoundError(f"no result file {source}")
+    _check_seal(source)
+    try:
+        with xr.open_datatree(source, engine="netcdf4") as opened:
+            version = str(opened.attrs.get("schema_version", ""))
+            _check_version(version, source)
+            tree = opened.load()
+    except ResultFileError:
+        raise
+    except PermissionError:
+        raise
+    except Exception as error:  # netCDF4, HDF5 and xarray answer damage with almost any type
+        raise ResultFileError(
+            f"{source}: cannot be read as a netCDF file, it is damaged or something else ({error})"
+        ) from error
+    try:
+        check_tree(tree)
+    except SemiwearError as error:
+        raise ResultFileError(f"{source}: damaged, {error}") from error
+    return tree
+
+
+def _check_seal(source: Path) -> None:
+    """Refuse a file whose bytes are not those that `save` wrote."""
+    size = source.stat().st_size
+    with source.open("rb") as opened:
+        start = opened.read(8)
+        if not start.startswith(_NETCDF_MAGIC):
+            raise ResultFileError(f"{source}: not a netCDF file, or damaged at its start")
+        opened.seek(max(size - _SEAL_SIZE, 0))
+        seal = opened.read()
+        if not seal.startswith(_SEAL_MARK):
+            raise ResultFileError(
+                f"{source}: a netCDF file without the seal of semiwear's results; it was cut off, changed, "
+                "or written by something else"
+            )
+        opened.seek(0)
+        if _digest(opened, size - _SEAL_SIZE) != seal.removeprefix(_SEAL_MARK):
+            raise ResultFileError(f"{source}: damaged, its bytes are not those that were saved")
+
+
+def _digest(opened: BinaryIO, size: int) -> bytes:
+    """SHA-256 of the first `size` bytes, leaving the position behind them."""
+    sha256 = hashlib.sha256()
+    while size > 0 and (block := opened.read(min(size, _CHUNK))):
+        sha256.update(block)
+        size -= len(block)
+    return sha256.digest()
+
+
+def _check_version(version: str, source: Path) -> None:
+    if version == SCHEMA_VERSION:
+        return
+    if not version:
+        raise ResultFileError(f"{source}: a netCDF file, but not of semiwear (it has no schema_version)")
+    if not version.isdecimal():
+        raise ResultFileError(f"{source}: schema_version {version!r} is not one of semiwear")
+    remedy = (
+        "compute it anew with this semiwear"
+        if int(version) < int(SCHEMA_VERSION)
+        else "open it with a newer semiwear"
+    )
+    age = "older" if int(version) < int(SCHEMA_VERSION) else "newer"
+    raise ResultFileError(
+        f"{source}: schema version {version} is {age} than this semiwear's {SCHEMA_VERSION}; {remedy}"
+    )
+
+
+def _encoding(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:
+    """Light compression for numbers; no fill values, since a result has no gaps."""
+    packed: dict[str, Any] = {
+        "zlib": True,
+        "complevel": 1,
+        "shuffle": True,
+        "_FillValue": None,
+    }
+    encoding: dict[str, dict[str, dict[str, Any]]] = {}
+    for node in tree.subtree:
+        encoding[node.path] = {
+            str(name): (packed if array.ndim else {"_FillValue": None})
+            for name, array in node.to_dataset(inherit=False).variables.items()
+            if array.dtype.kind in "biuf"
+        }
+    return encoding

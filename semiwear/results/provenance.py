@@ -1,0 +1,67 @@
+"""Where a result comes from, as the attributes of its root."""
+
+from __future__ import annotations
+
+import hashlib
+from datetime import UTC, datetime
+from importlib import metadata
+
+__all__ = ["provenance"]
+
+
+def provenance(
+    *,
+    title: str,
+    scene_toml: str,
+    physics: str,
+    fidelity: str,
+    references: str,
+    accuracy: str = "not asked for",
+    action: str = "simulate",
+    source: str | None = None,
+) -> dict[str, str]:
+    """Attributes of the root of a result.
+
+    Parameters
+    ----------
+    title : str
+        What was computed, in a few words.
+    scene_toml : str
+        The whole scene as TOML text; its SHA-256 is kept beside it.
+    physics : str
+        What ran, what did not, and why, as text (one line a choice).
+    fidelity : str
+        ``"line"``, ``"patch"`` or ``"finite elements"``.
+    references : str
+        Published sources of the physics that ran, one a line.
+    accuracy : str
+        The accuracy that was asked for.
+    action : str
+        The function that made the result, for `history`.
+    source : str, optional
+        The software; semiwear and its version unless given.
+
+    Returns
+    -------
+    dict of str to str
+    """
+    software = source or f"semiwear {_version()}"
+    now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    return {
+        "title": title,
+        "source": software,
+        "history": f"{now} {software}: {action}",
+        "scene_toml": scene_toml,
+        "scene_sha256": hashlib.sha256(scene_toml.encode()).hexdigest(),
+        "physics": physics,
+        "fidelity": fidelity,
+        "accuracy": accuracy,
+        "references": references,
+    }
+
+
+def _version() -> str:
+    try:
+        return metadata.version("semiwear")
+    except metadata.PackageNotFoundError:
+        return "(version unknown: not installed)"

@@ -1,0 +1,79 @@
+"""From a nested mapping to a checked scene, or to every problem at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from semiwear.errors import Problem, SceneError
+from semiwear.scene.cross_rules import find_conflicts
+from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.model import Check, Scene
+from semiwear.scene.reading import Reading, read_fields
+from semiwear.scene.schema import DEFAULTS, REQUIRED, build, fields_of
+
+__all__ = ["scene_from_dict"]
+
+
+def scene_from_dict(
+    data: Mapping[str, Any],
+    *,
+    name: str = "scene",
+    check: Check | None = None,
+    problems: Sequence[Problem] = (),
+) -> Scene:
+    """A scene from nested mappings laid out like a scene file.
+
+    Parameters
+    ----------
+    data : mapping
+        Tables and fields; None stands for a field left out.
+    name : str
+        What to call the scene in errors.
+    check : callable, optional
+        Further limits; applied when every field is in its own range, and kept for `Scene.replace`.
+    problems : sequence of Problem
+        Problems already known, to be reported with the others.
+
+    Raises
+    ------
+    SceneError
+        With every problem found.
+    """
+    reading = read_fields(data)
+    found = [*problems, *reading.problems, *find_conflicts(_with_defaults(reading))]
+    if reading.refused or any(reading.lacks(key) for key in REQUIRED):
+        raise SceneError(found, name)
+    scene = build(reading.given, check)
+    if check is not None:
+        found += _further_problems(scene, check, found)
+    if found:
+        raise SceneError(found, name)
+    return scene
+
+
+def _with_defaults(reading: Reading) -> dict[str, Any]:
+    """Every value that is known: given, default or derived; None for the control point when there is none."""
+    values = reading.given | {key: default for key, default in DEFAULTS.items() if reading.lacks(key)}
+    for name, derived in DERIVED_DEFAULTS.items():
+        needs = [f"gear_pair.{need}" for need in derived.needs]
+        if reading.lacks(f"gear_pair.{name}") and all(need in values for need in needs):
+            values[f"gear_pair.{name}"] = derived.formula(*(values[need] for need in needs))
+    if reading.lacks("wear.control_point"):
+        values |= dict.fromkeys(fields_of("wear.control_point"))
+    return values
+
+
+def _further_problems(scene: Scene, check: Check, found: Sequence[Problem]) -> list[Problem]:
+    """What the caller's checker adds; a field already reported is not reported twice."""
+    try:
+        further = list(check(scene))
+    except SceneError as error:
+        further = list(error.problems)
+    except Exception:
+        # A scene already found wrong may be beyond what the checker can compute; a sound one may not.
+        if not found:
+            raise
+        further = []
+    reported = {problem.field for problem in found}
+    return [problem for problem in further if problem.field not in reported]

@@ -1,0 +1,245 @@
+"""Rules that several fields must meet together, without tooth geometry: each names the fields it looks at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from semiwear.errors import Problem
+from semiwear.scene.values import shown
+
+__all__ = ["find_conflicts"]
+
+CrossRule = Callable[..., Iterator[Problem]]
+
+_RULES: list[tuple[tuple[str, ...], CrossRule]] = []
+
+
+def _across(table: str, *names: str) -> Callable[[CrossRule], CrossRule]:
+    """Register a rule; the fields are passed to it in this order (dotted names stand by themselves)."""
+    needs = tuple(name if "." in name else f"{table}.{name}" for name in names)
+
+    def register(rule: CrossRule) -> CrossRule:
+        _RULES.append((needs, rule))
+        return rule
+
+    return register
+
+
+def find_conflicts(values: Mapping[str, Any]) -> list[Problem]:
+    """Apply every rule whose fields are all known.
+
+    Parameters
+    ----------
+    values : mapping
+        Dotted key to value, defaults included; fields that are missing or out of their own range left out.
+
+    Returns
+    -------
+    list of Problem
+        The conflicts. A field found wrong is not believed by later rules, which spares follow-on problems.
+    """
+    believed = dict(values)
+    problems: list[Problem] = []
+    for needs, rule in _RULES:
+        if not all(key in believed for key in needs):
+            continue
+        found = list(rule(*(believed[key] for key in needs)))
+        problems += found
+        for problem in found:
+            believed.pop(problem.field, None)
+    return problems
+
+
+def _mm(length: float) -> str:
+    return f"{length:.6g}"
+
+
+@_across("gear_pair", "pinion_teeth", "shaper_teeth")
+def _shaper_exceeds_pinion(pinion_teeth: int, shaper_teeth: int) -> Iterator[Problem]:
+    if shaper_teeth <= pinion_teeth:
+        yield Problem(
+            "gear_pair.shaper_teeth",
+            shaper_teeth,
+            f"more than pinion_teeth ({pinion_teeth})",
+            "the contact is localised, and bears mounting errors, only if the shaper has a few teeth more "
+            f"than the pinion, usually 1 to 3: give {pinion_teeth + 1} to {pinion_teeth + 3}",
+        )
+
+
+@_across("gear_pair", "module_mm", "gear_teeth", "gear_inner_radius_mm", "gear_outer_radius_mm")
+def _pitch_point_lies_in_the_face(
+    module: float, gear_teeth: int, inner: float, outer: float
+) -> Iterator[Problem]:
+    pitch_radius = 0.5 * module * gear_teeth
+    if outer <= inner:
+        fix = f"swap them: {_mm(outer)} and {_mm(inner)}" if outer < pitch_radius < inner else "give radii"
+        allowed = f"greater than gear_inner_radius_mm ({_mm(inner)} mm)"
+        yield Problem("gear_pair.gear_outer_radius_mm", outer, allowed, fix)
+        return
+    if inner < pitch_radius < outer:
+        return
+    pitch = f"the pitch radius is {_mm(pitch_radius)} mm"
+    scaled = True
+    if inner / 2 < pitch_radius < outer / 2:
+        fix = f"these look like diameters: {pitch}; give {_mm(inner / 2)} and {_mm(outer / 2)}"
+    elif inner * 2 < pitch_radius < outer * 2:
+        fix = (
+            f"these look like halved radii (the paper calls its radii diameters): {pitch}; "
+            f"give {_mm(inner * 2)} and {_mm(outer * 2)}"
+        )
+    else:
+        scaled = False
+        fix = f"{pitch} (module times gear_teeth / 2): correct the radii, the module or the teeth"
+    # Radii that were scaled alike both need the correction, although only one is on the wrong side.
+    if scaled or inner >= pitch_radius:
+        allowed = f"below the pitch radius ({_mm(pitch_radius)} mm)"
+        yield Problem("gear_pair.gear_inner_radius_mm", inner, allowed, fix)
+    if scaled or outer <= pitch_radius:
+        allowed = f"above the pitch radius ({_mm(pitch_radius)} mm)"
+        yield Problem("gear_pair.gear_outer_radius_mm", outer, allowed, fix)
+
+
+@_across(
+    "gear_pair",
+    "module_mm",
+    "gear_teeth",
+    "pinion_face_width_mm",
+    "pinion_centre_mm",
+    "gear_inner_radius_mm",
+    "gear_outer_radius_mm",
+)
+def _pinion_covers_the_pitch_point(
+    module: float, gear_teeth: int, width: float, centre: float, inner: float, outer: float
+) -> Iterator[Problem]:
+    pitch_radius = 0.5 * module * gear_teeth
+    if abs(centre - pitch_radius) < width / 2:
+        return
+    low, high = pitch_radius - width / 2, pitch_radius + width / 2
+    middle = (inner + outer) / 2
+    if abs(middle - pitch_radius) < width / 2:
+        fix = f"give {_mm(middle)}, the middle of the gear's face"
+    else:
+        fix = f"give {_mm(pitch_radius)}, or a wider pinion"
+    allowed = f"{_mm(low)} to {_mm(high)} mm: the pinion's face must cover the pitch radius"
+    yield Problem("gear_pair.pinion_centre_mm", centre, allowed, fix)
+
+
+@_across("gear_pair", "pinion_addendum_mm", "shaper_addendum_mm")
+def _gear_root_is_clear(pinion_addendum: float, shaper_addendum: float) -> Iterator[Problem]:
+    if pinion_addendum >= shaper_addendum:
+        allowed = f"less than shaper_addendum_mm ({_mm(shaper_addendum)} mm)"
+        fix = "the pinion's tips need bottom clearance in the gear's roots, usually 0.25 m"
+        yield Problem("gear_pair.pinion_addendum_mm", pinion_addendum, allowed, fix)
+
+
+@_across("gear_pair", "gear_addendum_mm", "rack_addendum_mm")
+def _pinion_root_is_clear(gear_addendum: float, rack_addendum: float) -> Iterator[Problem]:
+    if gear_addendum >= rack_addendum:
+        allowed = f"less than rack_addendum_mm ({_mm(rack_addendum)} mm)"
+        fix = "the gear's tips need bottom clearance in the pinion's roots, usually 0.25 m"
+        yield Problem("gear_pair.gear_addendum_mm", gear_addendum, allowed, fix)
+
+
+@_across("gear_pair", "module_mm", "pressure_angle_deg", "rack_addendum_mm", "rack_tip_radius_mm")
+def _rack_crest_can_be_rounded(
+    module: float, pressure_angle_deg: float, addendum: float, tip_radius: float
+) -> Iterator[Problem]:
+    alpha = math.radians(pressure_angle_deg)
+    crest_half_width = math.pi * module / 4 - addendum * math.tan(alpha)
+    if crest_half_width < 0.0:
+        greatest = math.pi * module / 4 / math.tan(alpha)
+        fix = "the rack's flanks cross below its crest: lower the addendum or the pressure angle"
+        yield Problem("gear_pair.rack_addendum_mm", addendum, f"up to {_mm(greatest)} mm", fix)
+        return
+    # A crest that is fully round: the arc touches both flanks and the crest line.
+    greatest = crest_half_width / ((1.0 - math.sin(alpha)) / math.cos(alpha))
+    if tip_radius > greatest:
+        fix = f"the crest is fully round at {_mm(greatest)} mm: give less, or lower rack_addendum_mm"
+        yield Problem("gear_pair.rack_tip_radius_mm", tip_radius, f"0 to {_mm(greatest)} mm", fix)
+
+
+@_across("gear_pair", "module_mm", "pinion_teeth", "rack_addendum_mm", "pinion_bore_radius_mm")
+def _pinion_has_a_rim(
+    module: float, pinion_teeth: int, rack_addendum: float, bore: float
+) -> Iterator[Problem]:
+    root_radius = 0.5 * module * pinion_teeth - rack_addendum
+    if root_radius <= 0.0:
+        fix = "the pinion's root would lie at its axis: the addendum of a rack is usually 1.25 m"
+        allowed = f"less than the pinion's pitch radius ({_mm(root_radius + rack_addendum)} mm)"
+        yield Problem("gear_pair.rack_addendum_mm", rack_addendum, allowed, fix)
+    elif bore >= root_radius:
+        allowed = f"less than the pinion's root radius ({_mm(root_radius)} mm)"
+        yield Problem("gear_pair.pinion_bore_radius_mm", bore, allowed, "give a radius, not a diameter")
+
+
+@_across("gear_pair", "pinion_addendum_mm", "pinion_tip_edge_radius_mm")
+def _pinion_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
+    yield from _edge_fits("pinion_tip_edge_radius_mm", radius, addendum, "pinion_addendum_mm")
+
+
+@_across("gear_pair", "gear_addendum_mm", "gear_tip_edge_radius_mm")
+def _gear_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
+    yield from _edge_fits("gear_tip_edge_radius_mm", radius, addendum, "gear_addendum_mm")
+
+
+@_across("gear_pair", "pinion_face_width_mm", "pinion_end_edge_radius_mm")
+def _pinion_end_edges_fit(width: float, radius: float) -> Iterator[Problem]:
+    yield from _edge_fits("pinion_end_edge_radius_mm", radius, width / 2, "half the face width")
+
+
+@_across("gear_pair", "gear_inner_radius_mm", "gear_outer_radius_mm", "gear_end_edge_radius_mm")
+def _gear_end_edges_fit(inner: float, outer: float, radius: float) -> Iterator[Problem]:
+    yield from _edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
+
+
+def _edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
+    if radius >= limit:
+        allowed = f"less than {what} ({_mm(limit)} mm)"
+        yield Problem(f"gear_pair.{name}", radius, allowed, "an edge radius is small, usually 0.2 mm")
+
+
+@_across("wear.until", "meshes", "control_depths_um")
+def _one_end_of_the_run(meshes: float | None, depths: tuple[float, ...] | None) -> Iterator[Problem]:
+    allowed = "exactly one of meshes and control_depths_um"
+    if meshes is None and depths is None:
+        yield Problem("wear.until", None, allowed, "needed by [wear]: say where the run ends")
+    elif meshes is not None and depths is not None:
+        both = shown({"meshes": meshes, "control_depths_um": list(depths)})
+        yield Problem("wear.until", both, allowed, "remove one of them")
+
+
+@_across("wear", "wear.until.control_depths_um", "wear.control_point.radius_mm")
+def _control_point_is_there(depths: tuple[float, ...] | None, radius: float | None) -> Iterator[Problem]:
+    if depths is not None and radius is None:
+        allowed = "a table with radius_mm and height_mm"
+        fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"
+        yield Problem("wear.control_point", None, allowed, fix)
+
+
+@_across(
+    "gear_pair",
+    "gear_inner_radius_mm",
+    "gear_outer_radius_mm",
+    "pinion_centre_mm",
+    "pinion_face_width_mm",
+    "wear.control_point.radius_mm",
+)
+def _control_point_is_in_the_face(
+    inner: float, outer: float, centre: float, width: float, radius: float | None
+) -> Iterator[Problem]:
+    low, high = max(inner, centre - width / 2), min(outer, centre + width / 2)
+    if radius is not None and not low <= radius <= high:
+        allowed = f"{_mm(low)} to {_mm(high)} mm, the part of the gear's face that the pinion covers"
+        yield Problem("wear.control_point.radius_mm", radius, allowed, "a gear radius, not a diameter")
+
+
+@_across("gear_pair", "shaper_addendum_mm", "gear_addendum_mm", "wear.control_point.height_mm")
+def _control_point_is_on_the_tooth(
+    dedendum: float, addendum: float, height: float | None
+) -> Iterator[Problem]:
+    if height is not None and not -dedendum <= height <= addendum:
+        allowed = f"{_mm(-dedendum)} to {_mm(addendum)} mm, root to tip of the gear tooth"
+        fix = "the height above the pitch plane, negative on the dedendum"
+        yield Problem("wear.control_point.height_mm", height, allowed, fix)

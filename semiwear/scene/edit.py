@@ -1,0 +1,58 @@
+"""A scene with some fields changed: `Scene.replace`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from semiwear.errors import Problem
+from semiwear.scene.assemble import scene_from_dict
+from semiwear.scene.model import Scene
+from semiwear.scene.reading import unknown_key
+from semiwear.scene.rules import RULES
+from semiwear.scene.schema import TABLES, parent, to_dict
+
+__all__ = ["replace_fields"]
+
+# Setting one of these removes the other: a run has one end.
+_RIVALS = {
+    "wear.until.meshes": "wear.until.control_depths_um",
+    "wear.until.control_depths_um": "wear.until.meshes",
+}
+
+
+def replace_fields(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """The scene with dotted keys set to new values, or removed by None; see `Scene.replace`."""
+    data = to_dict(scene, without_derived=True)
+    problems: list[Problem] = []
+    for key, value in changes.items():
+        if not isinstance(key, str) or (key not in RULES and key not in TABLES) or not key:
+            problems.append(_unknown(str(key), value))
+            continue
+        _set(data, key, value)
+        rival = _RIVALS.get(key)
+        if rival is not None and value is not None and changes.get(rival) is None:
+            _set(data, rival, None)
+    name = scene.title or "scene"
+    return scene_from_dict(data, name=name, check=scene._check, problems=problems)
+
+
+def _set(data: dict[str, Any], key: str, value: Any) -> None:
+    *path, name = key.split(".")
+    table = data
+    for step in path:
+        inner = table.get(step)
+        # Copied, since a table may be the caller's own; anything else gives way to a table.
+        table[step] = dict(inner) if isinstance(inner, Mapping) else {}
+        table = table[step]
+    if value is None:
+        table.pop(name, None)
+    else:
+        table[name] = value
+
+
+def _unknown(key: str, value: Any) -> Problem:
+    table = parent(key)
+    while table not in TABLES:
+        table = parent(table)
+    return unknown_key(table, key[len(table) :].removeprefix("."), value)

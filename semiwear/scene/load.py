@@ -1,0 +1,88 @@
+"""Scenes by name, from files and from text."""
+
+from __future__ import annotations
+
+import os
+from importlib import resources
+from pathlib import Path
+
+from semiwear.errors import Problem, SceneError
+from semiwear.scene.assemble import scene_from_dict
+from semiwear.scene.closest import closest
+from semiwear.scene.model import Check, Scene
+from semiwear.scene.toml_io import read_toml
+
+__all__ = ["load_scene", "parse_scene", "shipped_scenes"]
+
+_SUFFIX = ".toml"
+_SHIPPED = resources.files("semiwear.scene") / "scenes"
+
+
+def shipped_scenes() -> list[str]:
+    """Names of the scenes that come with semiwear, sorted."""
+    names = (entry.name for entry in _SHIPPED.iterdir())
+    return sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX))
+
+
+def load_scene(name_or_path: str | os.PathLike[str], *, check: Check | None = None) -> Scene:
+    """Load a scene that comes with semiwear, or a scene file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name from `shipped_scenes`, or the path of a TOML file.
+    check : callable, optional
+        Further limits of a scene, reported together with the problems of its fields.
+
+    Raises
+    ------
+    SceneError
+        With every problem at once; also when there is no such scene, or its file cannot be read.
+    """
+    if isinstance(name_or_path, str) and name_or_path in shipped_scenes():
+        content = (_SHIPPED / f"{name_or_path}{_SUFFIX}").read_bytes()
+    else:
+        content = _file_content(name_or_path)
+    name = os.fspath(name_or_path)
+    try:
+        text = content.decode("utf-8-sig")  # some editors put a byte order mark first
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        problem = Problem(f"line {line}", str(error.reason), "text in UTF-8", "save the file as UTF-8")
+        raise SceneError([problem], name) from None
+    return parse_scene(text, name=name, check=check)
+
+
+def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -> Scene:
+    """A scene from the text of a scene file.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    name : str
+        What to call the scene in errors.
+    check : callable, optional
+        Further limits of a scene, reported together with the problems of its fields.
+
+    Raises
+    ------
+    SceneError
+        With every problem at once, or the line where the TOML syntax is wrong.
+    """
+    return scene_from_dict(read_toml(text, name), name=name, check=check)
+
+
+def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
+    path = Path(name_or_path)
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        shipped = shipped_scenes()
+        meant = closest(path.stem, shipped)
+        fix = f'did you mean "{meant}"?' if meant else "check the path"
+        allowed = f"the path of a scene file, or a shipped scene: {', '.join(shipped)}"
+        problem = Problem("scene", f"no file {str(path)!r}", allowed, fix)
+    except (OSError, ValueError) as error:
+        problem = Problem("scene", str(path), "a readable scene file", str(error))
+    raise SceneError([problem], str(path))

@@ -1,0 +1,60 @@
+"""Where the pinion sits relative to its nominal place: mounting errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from semiwear.errors import Problem, SceneError
+from semiwear.scene.values import Unreadable, number, shown
+
+__all__ = ["Placement"]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A rigid displacement of the pinion from its nominal place; the default is perfect alignment.
+
+    Translations are along the axes of the fixed frame (origin where the axes meet, z along the pinion axis,
+    y along the gear axis, gear teeth pointing to +y); rotations are about axes through the pitch point.
+
+    Attributes
+    ----------
+    offset_mm : float
+        The pinion's motion along +x. Default 0.
+    axial_pinion_mm : float
+        The pinion's motion along +z, its own axis. Default 0.
+    axial_gear_mm : float
+        The pinion's motion along +y, away from the gear. Default 0.
+    shaft_angle_error_mrad : float
+        The pinion's rotation about +x. Default 0.
+    pinion_slope_mrad : float
+        The pinion's rotation about +y. Default 0.
+
+    Raises
+    ------
+    SceneError
+        For anything but finite numbers.
+    """
+
+    offset_mm: float = 0.0
+    axial_pinion_mm: float = 0.0
+    axial_gear_mm: float = 0.0
+    shaft_angle_error_mrad: float = 0.0
+    pinion_slope_mrad: float = 0.0
+
+    def __post_init__(self) -> None:
+        problems = []
+        for entry in fields(self):
+            raw = getattr(self, entry.name)
+            try:
+                object.__setattr__(self, entry.name, number(raw))
+            except Unreadable as reason:
+                key = f"placement.{entry.name}"
+                problems.append(Problem(key, shown(raw), "a finite number", str(reason)))
+        if problems:
+            raise SceneError(problems, "placement")
+
+    @property
+    def is_aligned(self) -> bool:
+        """Whether the pinion is exactly in its nominal place."""
+        return self == Placement()

@@ -1,0 +1,70 @@
+"""TOML text to nested dicts, and back for what a scene holds."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from semiwear.errors import Problem, SceneError
+from semiwear.scene.values import shown
+
+__all__ = ["read_toml", "write_toml"]
+
+_SHORT_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+
+
+def read_toml(text: str, name: str) -> dict[str, Any]:
+    """The tables of a TOML text.
+
+    Raises
+    ------
+    SceneError
+        Where the text is not TOML, with the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([_syntax_problem(text, str(error))], name) from None
+    except (ValueError, RecursionError) as error:
+        # Not syntax: an integer of thousands of digits, or lists nested without end.
+        problem = Problem("file", "unreadable values", "TOML with plain values", str(error))
+        raise SceneError([problem], name) from None
+
+
+def _syntax_problem(text: str, message: str) -> Problem:
+    lines = text.splitlines() or [""]
+    place = re.search(r"at line (\d+)", message)
+    number = min(int(place.group(1)), len(lines)) if place else len(lines)
+    return Problem(f"line {number}", shown(lines[number - 1].strip()), "TOML syntax", message)
+
+
+def write_toml(data: Mapping[str, Any]) -> str:
+    """TOML text of nested mappings of text, numbers and flat lists; numbers come back exactly."""
+    return "\n".join(_table_lines(data, "")).lstrip("\n") + "\n"
+
+
+def _table_lines(table: Mapping[str, Any], path: str) -> list[str]:
+    lines = [f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
+    if path and lines:
+        lines = ["", f"[{path}]", *lines]
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            lines += _table_lines(value, f"{path}.{key}" if path else key)
+    return lines
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + "".join(_escaped(character) for character in value) + '"'
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    return repr(value)
+
+
+def _escaped(character: str) -> str:
+    if character in _SHORT_ESCAPES:
+        return _SHORT_ESCAPES[character]
+    code = ord(character)
+    return f"\\u{code:04X}" if code < 0x20 or code == 0x7F else character

@@ -1,0 +1,99 @@
+"""From what a TOML file or a caller holds to the value that a scene keeps, or the reason why not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from numbers import Real
+from typing import Any
+
+__all__ = ["Reader", "Unreadable", "number", "numbers", "shown", "text", "texts", "whole", "whole_or_auto"]
+
+Reader = Callable[[Any], Any]
+"""Converts a raw value or raises `Unreadable`."""
+
+_LONGEST_SHOWN = 200
+
+
+class Unreadable(Exception):
+    """A value of the wrong type; the message is the fix to suggest."""
+
+
+def shown(raw: object) -> object:
+    """The value itself where it can be printed in an error message, otherwise a short text about it."""
+    try:
+        printed = repr(raw)
+    except (ValueError, RecursionError):  # integers of thousands of digits, bottomless nesting
+        return f"an unprintable {type(raw).__name__}"
+    return raw if len(printed) <= _LONGEST_SHOWN else printed[: _LONGEST_SHOWN - 3] + "..."
+
+
+def number(raw: Any) -> float:
+    """A finite real number."""
+    if isinstance(raw, bool):
+        raise Unreadable("give a number, not true or false")
+    if isinstance(raw, str):
+        raise Unreadable("give a number, without quotes")
+    if not isinstance(raw, Real):
+        raise Unreadable(f"give one number, not {_kind(raw)}")
+    try:
+        value = float(raw)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise Unreadable("give a finite number")
+    return value + 0.0  # turns -0.0 into 0.0, so that equal scenes are written alike
+
+
+def whole(raw: Any) -> int:
+    """A whole number; 25.0 counts as 25."""
+    value = number(raw)
+    if not value.is_integer():
+        raise Unreadable(f"give a whole number, e.g. {round(value)}")
+    return int(raw)
+
+
+def whole_or_auto(raw: Any) -> int | str:
+    """A whole number, or the word ``auto``."""
+    if isinstance(raw, str):
+        if raw != "auto":
+            raise Unreadable('give "auto", or a whole number without quotes')
+        return raw
+    return whole(raw)
+
+
+def text(raw: Any) -> str:
+    """Text that a UTF-8 file can hold."""
+    if not isinstance(raw, str):
+        raise Unreadable(f"give text in quotes, not {_kind(raw)}")
+    try:
+        raw.encode()
+    except UnicodeEncodeError:
+        raise Unreadable("remove the characters that UTF-8 cannot hold") from None
+    return str(raw)
+
+
+def numbers(raw: Any) -> tuple[float, ...]:
+    """A list of finite numbers."""
+    return tuple(number(item) for item in _items(raw, "numbers, e.g. [5, 10, 15]"))
+
+
+def texts(raw: Any) -> tuple[str, ...]:
+    """A list of texts."""
+    return tuple(text(item) for item in _items(raw, 'texts, e.g. ["gear"]'))
+
+
+def _items(raw: Any, example: str) -> list[Any] | tuple[Any, ...]:
+    if hasattr(raw, "tolist"):  # an array: sweeps hand them to `Scene.replace`
+        raw = raw.tolist()
+    if not isinstance(raw, list | tuple):
+        raise Unreadable(f"give a list of {example}")
+    return raw
+
+
+def _kind(raw: Any) -> str:
+    if isinstance(raw, dict):
+        return "a table"
+    if isinstance(raw, list | tuple):
+        return "a list"
+    return f"a {type(raw).__name__}"

@@ -1,0 +1,62 @@
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from semiwear.errors import ResultFileError
+from semiwear.report.trends import falls, levels, rises
+from semiwear.results import check_tree, open_results, save
+from tests.strategies.results import synthetic_tree, trees
+
+series = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 3)), min_size=3, max_size=20).map(
+    np.array
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(trees())
+def test_save_and_open_is_identical(tree):
+    with TemporaryDirectory() as folder:
+        save(tree, Path(folder) / "worn.nc")
+        opened = open_results(Path(folder) / "worn.nc")
+    assert opened.identical(tree)
+    check_tree(opened)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_any_changed_or_missing_byte_is_refused(data):
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "worn.nc"
+        save(synthetic_tree(1, profiles=3, faces=3, mesh_positions=1), path)
+        whole = bytearray(path.read_bytes())
+        place = data.draw(st.integers(0, len(whole) - 1))
+        if data.draw(st.booleans()):
+            whole[place] ^= data.draw(st.integers(1, 255))
+        else:
+            del whole[place:]
+        path.write_bytes(whole)
+        with pytest.raises(ResultFileError):
+            open_results(path)
+
+
+@given(series)
+def test_rising_is_falling_upside_down(values):
+    assert rises(values).holds == falls(-values).holds
+    assert not (rises(values).holds and falls(values).holds)
+
+
+@given(series)
+def test_sorted_series_rise(values):
+    ordered = np.sort(values)
+    assert rises(ordered).holds == (ordered[-1] > ordered[0])
+
+
+@given(st.integers(3, 40))
+def test_an_even_slope_does_not_level_and_a_saturating_one_does(steps):
+    meshes = np.linspace(0.0, 1.0, steps)
+    assert not levels(meshes, meshes).holds
+    assert levels(np.linspace(0.0, 1.0, 40), 1 - np.exp(-6 * np.linspace(0.0, 1.0, 40))).holds

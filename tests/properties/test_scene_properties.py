@@ -1,0 +1,124 @@
+"""Scenes survive writing and reading, and no file content makes anything but a scene or a SceneError."""
+
+from __future__ import annotations
+
+import copy
+import datetime
+import tomllib
+from importlib import resources
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from semiwear.errors import SceneError
+from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
+from semiwear.scene.rules import RULES
+from semiwear.scene.schema import TABLES
+from tests.strategies import placements, scenes
+
+TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
+NAMES = sorted(
+    {key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"effects", "modul_mm", "", "a.b"}
+)
+
+numbers = st.one_of(
+    st.floats(),
+    st.integers(),
+    st.sampled_from([0, -1, 10**400, 1e308, 5e-324, 2.0, 0.5, 25.0, 508.0]),
+)
+values = st.recursive(
+    st.one_of(
+        numbers,
+        st.booleans(),
+        st.text(st.characters(), max_size=8),
+        st.sampled_from(["auto", "line", "patch", "gear", "pinion", "prism", "\ud800"]),
+        st.just(datetime.date(2024, 1, 1)),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(NAMES), inner, max_size=4)
+    ),
+    max_leaves=6,
+)
+
+
+@st.composite
+def mutated_scenes(draw: st.DrawFn) -> dict[str, Any]:
+    """The shipped scene's tables with some entries changed, removed, added or renamed, at any depth."""
+    data = copy.deepcopy(tomllib.loads(TEXT))
+    for _ in range(draw(st.integers(1, 5))):
+        table = data
+        while inner := [value for value in table.values() if isinstance(value, dict)]:
+            if draw(st.booleans()):
+                break
+            table = draw(st.sampled_from(inner))
+        present = st.sampled_from(sorted(table)) if table else st.sampled_from(NAMES)
+        action = draw(st.sampled_from(["change", "scale", "remove", "add", "rename"]))
+        name = draw(present)
+        if action == "change":
+            table[name] = draw(values)
+        elif action == "scale" and isinstance(table.get(name), int | float):
+            table[name] *= draw(st.sampled_from([2, 0.5, -1, 0, 1.01]))
+        elif action == "remove":
+            table.pop(name, None)
+        elif action == "add":
+            table[draw(st.one_of(st.sampled_from(NAMES), st.text(max_size=6)))] = draw(values)
+        elif action == "rename" and name in table:
+            table[draw(st.sampled_from([name[:-1], name.upper(), name + "_", *NAMES]))] = table.pop(name)
+    return data
+
+
+@given(scenes())
+def test_writing_and_reading_gives_the_same_scene(scene: Scene) -> None:
+    again = parse_scene(scene.to_toml())
+    assert again == scene
+    assert hash(again) == hash(scene)
+    assert again.sha256 == scene.sha256
+    assert scene_from_dict(scene.to_dict()) == scene
+    assert scene.replace({}) == scene
+
+
+@given(mutated_scenes())
+def test_any_content_gives_a_scene_or_every_problem(data: dict[str, Any]) -> None:
+    before = repr(data)
+    try:
+        scene = scene_from_dict(data)
+    except SceneError as error:
+        assert error.problems
+        assert all(problem.field and problem.allowed for problem in error.problems)
+        assert str(error)
+    else:
+        assert parse_scene(scene.to_toml()) == scene
+    assert repr(data) == before
+
+
+@given(
+    st.dictionaries(st.one_of(st.sampled_from([*RULES, *TABLES]), st.text(max_size=9)), values, max_size=4)
+)
+def test_any_change_gives_a_scene_or_every_problem(changes: dict[str, Any]) -> None:
+    try:
+        scene = parse_scene(TEXT).replace(changes)
+    except SceneError as error:
+        assert str(error)
+    else:
+        assert parse_scene(scene.to_toml()) == scene
+
+
+@given(
+    start=st.integers(0, len(TEXT)),
+    length=st.integers(0, 30),
+    inserted=st.one_of(st.text(max_size=10), st.text('[]{}=".,#\n0159-+einf_x', max_size=10)),
+)
+def test_any_damage_to_the_text_gives_a_scene_or_every_problem(
+    start: int, length: int, inserted: str
+) -> None:
+    try:
+        parse_scene(TEXT[:start] + inserted + TEXT[start + length :])
+    except SceneError as error:
+        assert str(error)
+
+
+@given(placements())
+def test_placements_are_values(placement: Placement) -> None:
+    assert placement == copy.copy(placement)
+    assert placement.is_aligned == (placement == Placement())

@@ -1,0 +1,168 @@
+"""Results made of smooth formulas, shaped like the wear of the face gear pair, and random small ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from hypothesis import strategies as st
+
+from semiwear.results import build_tree, provenance
+
+PAPER_DEPTHS = 5.0 * np.arange(1, 13)
+
+SCENE = """\
+name = "face_gear_25x160"
+reference = "seed_paper"
+
+[gear_pair]
+type = "face_gear"
+pinion_teeth = 25
+gear_teeth = 160
+module_mm = 6.35
+
+[material.pinion]
+youngs_modulus_MPa = 206000
+poissons_ratio = 0.3
+
+[operation]
+pinion_torque_Nm = 1600
+
+[wear]
+coefficient_mm2_per_N = 1.0e-13
+control_depth_um = [5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60]
+"""
+
+
+def pitch_cone_height(radius: np.ndarray) -> np.ndarray:
+    """Height of the pair's pitch cone above the pitch plane [mm]."""
+    return 88.9 - 9.525 - 79.375 * radius / 508
+
+
+def synthetic_flank(profiles: int, faces: int, life: np.ndarray) -> dict[str, np.ndarray]:
+    """Flank grid and wear depth, in proportion to `life` (1 at 60 um of control depth)."""
+    radius = np.linspace(480.0, 560.0, faces)
+    gear_height = np.linspace(-7.9, 6.35, profiles)[:, None] * np.ones(faces)
+    pinion_height = np.linspace(-6.0, 7.5, profiles)[:, None] * np.ones(faces)
+    height = np.stack([pinion_height, gear_height])
+    own_radius = np.stack([79.375 + pinion_height, np.broadcast_to(radius, gear_height.shape)])
+    distance = np.stack([pinion_height, gear_height - pitch_cone_height(radius)])
+    zone = np.where(np.abs(distance) < 0.6, 1, np.where(distance < 0, 0, 2))
+    sliding = -distance / 8.0
+    along_face = np.exp(-(((radius - 505.0) / 26.0) ** 2))
+    shape = np.where(distance < 0, 17.0, 4.0) * np.abs(distance) * along_face
+    wear = life[:, None, None, None] * shape
+    wear[:, 0] *= 6.4 / 10
+    return {
+        "flank_height": height,
+        "flank_radius": own_radius,
+        "zone": zone,
+        "active": np.ones(zone.shape, dtype=int),
+        "specific_sliding": sliding,
+        "wear_depth": wear,
+    }
+
+
+def synthetic_engagement(roll: np.ndarray, faces: int, life: np.ndarray) -> dict[str, np.ndarray]:
+    """One tooth pair from entry to exit."""
+    worn = life[:, None]
+    hill = np.exp(-((roll / 0.85) ** 6))
+    share = (0.30 + (0.48 + 0.12 * (1 - np.exp(-4 * worn))) * np.cos(np.pi * roll / 2.6) ** 2) * hill
+    pressure = 900 * np.sqrt(share) * (1 + 0.25 * np.abs(roll) * np.exp(-4 * worn))
+    edge = pressure * (1 + 0.3 * np.abs(roll))
+    station = np.linspace(-1, 1, faces)
+    line_load = share[..., None] * 420 * np.clip(1 - (station - 0.5 * roll[:, None]) ** 2, 0, None)
+    sliding = np.abs(roll)[:, None] * np.array([1.1, 0.8]) * (pressure / 900)[..., None]
+    stress = (90 + 45 * share)[..., None] * np.array([1.02, 1.0]) * hill[:, None]
+    return {
+        "load_share": share,
+        "contact_pressure_max": pressure,
+        "contact_pressure_max_edge": edge,
+        "line_load": line_load,
+        "sliding_distance": sliding,
+        "root_stress": stress,
+    }
+
+
+def synthetic_tree(
+    wear_steps: int = 13,
+    *,
+    profiles: int = 41,
+    faces: int = 33,
+    mesh_positions: int = 12,
+    scene_toml: str = SCENE,
+) -> xr.DataTree:
+    """A complete result that follows the trends of the seed paper, 5 um of control depth a step."""
+    step = np.arange(wear_steps)
+    life = step / 12.0
+    meshes = 6e8 * step * (1 + 0.035 * step)
+    mesh_position = np.arange(mesh_positions) / mesh_positions
+    roll = np.concatenate([mesh_position - 2, mesh_position - 1, mesh_position, mesh_position + 1])
+    flank = synthetic_flank(profiles, faces, life)
+    engagement = synthetic_engagement(roll, faces, life)
+    level = 1 - np.exp(-4 * life)
+    mean = -10.0 - 2.83 * life
+    amplitude = 3.0 + 1.31 * life
+    wave = np.cos(2 * np.pi * mesh_position) / 2
+    gear_wear = flank["wear_depth"][:, 1]
+    zone = flank["zone"][1]
+    history = {
+        f"wear_depth_max_{name}": np.where(zone == value, gear_wear, 0.0).max(axis=(1, 2))
+        for value, name in enumerate(("root", "pitch", "addendum"))
+    }
+    history |= {
+        "wear_depth_control_point": 60.0 * life,
+        "load_share_max": engagement["load_share"].max(axis=1),
+        "root_stress_max": np.stack([121.59 + 10 * life, 120.12 + 10 * life], axis=1),
+        "contact_pressure_root": 1300 - 500 * level,
+        "contact_pressure_addendum": 1100 - 300 * level,
+        "contact_pressure_pitch": 800 + 120 * np.minimum(life * 1.5, 1) - 15 * np.clip(life - 2 / 3, 0, 1),
+        "transmission_error_mean": mean,
+        "transmission_error_amplitude": amplitude,
+    }
+    mesh_cycle = {
+        "transmission_error_loaded": mean[:, None] + amplitude[:, None] * wave,
+        "transmission_error_unloaded": -3.0 * life[:, None] + 0.5 * life[:, None] * wave,
+        "pairs_in_contact": np.where(mesh_position < 0.5, 2, 1) * np.ones((wear_steps, 1), dtype=int),
+    }
+    diagnostics = {
+        "iterations": 4 + step % 3,
+        "load_balance_residual": 1e-9 * (1 + step),
+        "complementarity_residual": 1e-12 * (1 + step),
+        "seconds": np.array([0.4, 1.1, 2.6]),
+        "error_estimate": np.array([0.004, 0.02]),
+    }
+    return build_tree(
+        {
+            "flank": flank,
+            "engagement": engagement,
+            "mesh_cycle": mesh_cycle,
+            "history": history,
+            "diagnostics": diagnostics,
+        },
+        {
+            "face": np.linspace(480.0, 560.0, faces),
+            "meshes": meshes,
+            "mesh_position": mesh_position,
+            "roll_position": roll,
+            "stage": np.array(["geometry", "compliance", "wear"]),
+            "quantity": np.array(["wear_depth_max_root", "root_stress_max"]),
+        },
+        provenance(
+            title="Wear of the face gear pair 25 x 160",
+            scene_toml=scene_toml,
+            physics="contact: line loads along the valley of the gap\nwear: swept line, implicit steps",
+            fidelity="line",
+            references="Archard 1953, J. Appl. Phys. 24, 981-988\nJohnson 1985, Contact Mechanics",
+        ),
+    )
+
+
+def trees() -> st.SearchStrategy[xr.DataTree]:
+    """Small results of random size."""
+    return st.builds(
+        synthetic_tree,
+        st.integers(1, 5),
+        profiles=st.integers(3, 7),
+        faces=st.integers(3, 6),
+        mesh_positions=st.integers(1, 6),
+    )

@@ -1,0 +1,322 @@
+import re
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+
+from semiwear import plot
+from semiwear.errors import MissingExtraError, SemiwearError
+from semiwear.references import load_reference, reference_names
+from semiwear.report import write_report
+from semiwear.report.comparison import Evidence, Verdict, compare
+from semiwear.report.markup import figure_text
+from semiwear.report.paper import SEED_PAPER, numbers
+from semiwear.report.pictures import PICTURES
+from semiwear.report.trends import LEVEL_SHARE, levels, rises
+from tests.strategies.results import SCENE, synthetic_tree
+
+PAPER = load_reference("seed_paper")
+NO_REFERENCE = SCENE.replace('reference = "seed_paper"\n', "")
+
+
+@pytest.fixture(scope="module")
+def tree():
+    return synthetic_tree()
+
+
+@pytest.fixture(autouse=True)
+def _close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def page(tree, tmp_path_factory):
+    return write_report(tree, tmp_path_factory.mktemp("report") / "worn.html").read_text(encoding="utf-8")
+
+
+def verdicts(tree, scene=None):
+    """Verdict and texts by (picture, first words of the statement)."""
+    scene = {
+        "wear": {"coefficient_mm2_per_N": 1e-13},
+        "operation": {"pinion_torque_Nm": 1600},
+        **(scene or {}),
+    }
+    found = compare(SEED_PAPER, Evidence(tree, PAPER, scene), numbers(PAPER))
+    return {entry.statement: entry for entry in found}
+
+
+def altered(tree, path, change):
+    copy = tree.copy(deep=True)
+    copy[path].values[:] = change(copy[path].values)
+    return copy
+
+
+def one(found, words):
+    (entry,) = [entry for statement, entry in found.items() if words in statement]
+    return entry
+
+
+# ---------------------------------------------------------------------- pictures
+
+
+@pytest.mark.parametrize("name", plot.__all__)
+@pytest.mark.parametrize("wear_steps", [1, 2, 13])
+def test_every_picture_is_drawn(name, wear_steps):
+    drawn = getattr(plot, name)(synthetic_tree(wear_steps, profiles=9, faces=7))
+    panels = drawn if isinstance(drawn, tuple) else (drawn,)
+    for panel in panels:
+        assert panel.get_xlabel() and panel.get_ylabel()
+        panel.figure.canvas.draw()
+
+
+@pytest.mark.parametrize("name", plot.__all__)
+def test_every_picture_takes_axes_and_leaves_the_users_settings(name, tree):
+    picture = next(picture for picture in PICTURES if picture.name == name)
+    before = dict(matplotlib.rcParams)
+    solid = {"projection": "3d"} if name == "wear_surface" else None
+    figure, axes = plt.subplots(picture.panels, 1, squeeze=False, subplot_kw=solid)
+    given = axes[0, 0] if picture.panels == 1 else axes[:, 0]
+    drawn = getattr(plot, name)(tree, ax=given)
+    assert (drawn[0] if isinstance(drawn, tuple) else drawn).figure is figure
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_every_picture_of_plot_is_in_the_report():
+    assert sorted(picture.name for picture in PICTURES) == sorted(plot.__all__)
+    assert {comparison.picture for comparison in SEED_PAPER} <= set(plot.__all__)
+
+
+def test_wrong_number_of_axes_is_refused(tree):
+    with pytest.raises(SemiwearError, match="2 panels"):
+        plot.load_share(tree, ax=plt.subplots()[1])
+
+
+def test_a_picture_says_what_it_lacks(tree):
+    copy = tree.copy(deep=True)
+    del copy["flank"]
+    with pytest.raises(SemiwearError, match="/flank/wear_depth"):
+        plot.wear_map(copy)
+
+
+def test_missing_matplotlib_names_the_extra(tree, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match=r"semiwear\[plot\]"):
+        plot.wear_map(tree)
+    with pytest.raises(MissingExtraError):
+        write_report(tree, "never.html")
+
+
+# ---------------------------------------------------------------------- page
+
+
+def test_the_page_needs_nothing_but_itself(page):
+    assert not re.search(r"""(src|href|url)\s*[=(]\s*["']?(https?:)?//""", page)
+    assert "<script" not in page and "<link" not in page and "@import" not in page
+    sources = re.findall(r'src="([^"]{0,30})', page)
+    assert len(sources) == len(PICTURES) and all(src.startswith("data:image/png;base64,") for src in sources)
+    assert "default-src 'none'" in page
+
+
+def test_every_picture_has_a_text(page):
+    for alt in re.findall(r"<img [^>]*?alt=\"([^\"]*)\"", page):
+        assert len(alt) > 40
+    assert page.count("<figcaption>") == len(PICTURES)
+
+
+def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):
+    for words in (
+        "[gear_pair]",
+        "[material.pinion]",
+        "module_mm",
+        "wear: swept line, implicit steps",
+        "Every wear step",
+        "load balance residual",
+        "compliance",
+        "Archard 1953",
+    ):
+        assert words in page
+    steps = page[page.index("Every wear step") : page.index("Diagnostics")]
+    assert steps.count("<tr>") == 14
+
+
+def test_text_of_the_scene_is_escaped(tmp_path):
+    scene = NO_REFERENCE.replace("face_gear_25x160", "<script>alert(1)</script>")
+    text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "<script" not in text
+
+
+def test_no_paper_without_a_reference(tmp_path):
+    path = write_report(synthetic_tree(3, scene_toml=NO_REFERENCE), tmp_path / "r.html")
+    text = path.read_text(encoding="utf-8")
+    assert not re.search(r"paper\b|AGREE|seed", text.split("</style>")[1])
+
+
+@pytest.mark.parametrize("scene", ["", "this is = no toml = at all", 'reference = "another"'])
+def test_odd_scenes_give_a_page(tmp_path, scene):
+    text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Against the paper" not in text
+
+
+def test_one_wear_step_gives_a_page_without_curves_over_the_life(tmp_path):
+    text = write_report(synthetic_tree(1), tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "NOT COMPARED" in text and "DISAGREE" not in text
+    assert "Left out" in text
+
+
+def test_loaded_contact_alone_gives_a_page(tmp_path, tree):
+    copy = tree.copy(deep=True)
+    for group in ("flank", "history", "diagnostics"):
+        del copy[group]
+    text = write_report(copy, tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Transmission error over the mesh cycle" in text
+
+
+def test_a_failing_report_leaves_the_old_page(tmp_path, tree, monkeypatch):
+    path = tmp_path / "r.html"
+    path.write_text("old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        write_report(tree, path)
+    assert path.read_text() == "old" and len(list(tmp_path.iterdir())) == 1
+
+
+# ---------------------------------------------------------------------- verdicts
+
+
+def test_a_tree_shaped_like_the_paper_agrees(tree):
+    found = verdicts(tree)
+    agreeing = [entry for entry in found.values() if entry.verdict is Verdict.AGREE]
+    assert len(found) == len(SEED_PAPER) and len(agreeing) >= 20
+    assert all(entry.why == "" for entry in agreeing)
+    assert all(entry.why for entry in found.values() if entry.verdict is Verdict.DISAGREE)
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("history/load_share_max", "greatest load share rises"),
+        ("history/root_stress_max", "gear's root stress rises"),
+        ("history/root_stress_max", "pinion's root stress rises"),
+        ("history/contact_pressure_root", "Contact stress at the root falls"),
+        ("history/contact_pressure_addendum", "Contact stress at the addendum falls"),
+        ("history/contact_pressure_pitch", "Contact stress at the pitch cone"),
+        ("history/transmission_error_mean", "size of the mean"),
+        ("history/transmission_error_amplitude", "amplitude of the loaded transmission error rises"),
+        ("history/transmission_error_mean", "Mean −12.83"),
+        ("history/transmission_error_amplitude", "Amplitude 4.31"),
+    ],
+)
+def test_a_reversed_history_disagrees(tree, path, words):
+    assert one(verdicts(tree), words).verdict is Verdict.AGREE
+    reversed_tree = altered(tree, path, lambda values: values[::-1].copy())
+    entry = one(verdicts(reversed_tree), words)
+    assert entry.verdict is Verdict.DISAGREE and entry.why
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "words"),
+    [
+        ("history/root_stress_max", lambda v: v[:, ::-1].copy(), "always above the gear's"),
+        ("history/root_stress_max", lambda v: 1.2 * v, "Gear 130.12"),
+        ("history/root_stress_max", lambda v: 0.8 * v, "Pinion 131.59"),
+        ("history/wear_depth_max_addendum", lambda v: 10 * v, "Wear is deepest at the tooth root"),
+        ("engagement/load_share", lambda v: np.roll(v, 6, axis=1), "load share is greatest near the middle"),
+        ("engagement/root_stress", lambda v: np.roll(v, 6, axis=1), "Root stress is greatest when"),
+        ("engagement/sliding_distance", lambda v: v + 0.2, "Relative sliding is close to zero"),
+        ("flank/wear_depth", lambda v: v.max() - v, "Along the tooth height"),
+        ("flank/wear_depth", lambda v: v[..., ::-1].copy() ** 2, "Along the tooth width"),
+    ],
+)
+def test_changed_data_disagree(tree, path, change, words):
+    assert one(verdicts(tree), words).verdict is Verdict.AGREE
+    entry = one(verdicts(altered(tree, path, change)), words)
+    assert entry.verdict is Verdict.DISAGREE and entry.why
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("root", "112.48"), ("addendum", "20.61")],
+)
+def test_wear_values_are_compared_at_the_papers_depth(tree, name, words):
+    published = PAPER["at_60_um"][f"max_wear_{name}_um"]
+
+    def scaled(factor):
+        return altered(tree, f"history/wear_depth_max_{name}", lambda v: v / v[-1] * published * factor)
+
+    assert one(verdicts(scaled(1.0)), words).verdict is Verdict.AGREE
+    assert one(verdicts(scaled(1.24)), words).verdict is Verdict.AGREE
+    assert one(verdicts(scaled(1.26)), words).verdict is Verdict.DISAGREE
+
+
+def test_meshes_with_the_papers_own_numbers_agree(tree):
+    paper_meshes = np.array([0.0, *PAPER["wear"]["engagements_1e10"]]) * 1e10
+    copy = tree.copy(deep=True)
+    history = copy["history"].to_dataset().assign_coords(meshes=("wear_step", paper_meshes))
+    copy["history"] = type(copy)(history)
+    for words in ("Each further 5", "Course of the engagements", "73.9·10¹⁰"):
+        assert one(verdicts(copy), words).verdict is Verdict.AGREE
+    assert "2 of 11 steps" in one(verdicts(copy), "Each further 5").ours
+    factor = one(verdicts(tree), "73.9·10¹⁰")
+    assert factor.verdict is Verdict.DISAGREE and "a factor of 72" in factor.ours
+
+
+def test_wear_that_falls_short_is_not_compared():
+    short = verdicts(synthetic_tree(10))
+    entry = one(short, "112.48")
+    assert entry.verdict is Verdict.NOT_COMPARED and "45 µm" in entry.ours
+    assert one(short, "gear's root stress rises").verdict is Verdict.AGREE
+
+
+def test_absent_variables_are_not_compared(tree):
+    copy = tree.copy(deep=True)
+    copy["history"] = type(copy)(copy["history"].to_dataset().drop_vars("root_stress_max"))
+    assert one(verdicts(copy), "Gear 130.12").verdict is Verdict.NOT_COMPARED
+
+
+# ---------------------------------------------------------------------- small pieces
+
+
+def test_trends_name_the_reversal():
+    trend = rises(np.array([1.0, 2.0, 1.5, 3.0]))
+    assert not trend.holds and "from 2 at step 1 to 1.500 at step 2" in trend.text
+    assert rises(np.array([1.0, 2.0, 1.95, 3.0])).holds
+    assert not rises(np.ones(4)).holds
+    slope = np.linspace(0, 1, 10)
+    assert LEVEL_SHARE < 1 / 3 and not levels(slope, slope).holds
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0, "0"),
+        (13.0, "13"),
+        (0.78, "0.7800"),
+        (-12.83, "−12.83"),
+        (1.0221e10, "1.02·10¹⁰"),
+        (3e-9, "3.00·10⁻⁹"),
+    ],
+)
+def test_figures(value, text):
+    assert figure_text(value) == text
+
+
+def test_references():
+    assert {"seed_paper", "block_on_ring"} <= set(reference_names())
+    with pytest.raises(SemiwearError, match="seed_paper"):
+        load_reference("nothing")
+
+
+def test_loaded_contact_without_meshes_is_drawn(tree):
+    copy = tree.copy(deep=True)
+    for group in ("engagement", "mesh_cycle"):
+        copy[group] = type(copy)(copy[group].to_dataset().isel(wear_step=[0]).drop_vars("meshes"))
+    panel = plot.transmission_error_curves(copy)
+    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["wear step 0"]
+    plot.sliding_along_path(copy)
+    plot.contact_pressure_over_engagement(copy)

@@ -1,0 +1,348 @@
+import hashlib
+import subprocess
+import sys
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from semiwear.errors import ResultFileError, SemiwearError
+from semiwear.results import (
+    COORDINATES,
+    GROUPS,
+    VARIABLES,
+    Zone,
+    build_dataset,
+    build_tree,
+    check_tree,
+    files,
+    open_results,
+    provenance,
+    save,
+)
+from semiwear.results.schema import coordinates_of, variables_of
+from tests.strategies.results import synthetic_tree
+
+TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
+
+
+def parts(tree=TREE):
+    """Groups and coords of a tree as plain arrays, the input of `build_tree`."""
+    groups = {
+        group: {str(name): array.values for name, array in tree[group].to_dataset().data_vars.items()}
+        for group in tree.children
+    }
+    coords = {
+        str(name): array.values
+        for group in tree.children
+        for name, array in tree[group].to_dataset().coords.items()
+    }
+    return groups, coords, {}
+
+
+# ---------------------------------------------------------------------- schema
+
+
+def test_every_entry_has_units_long_name_and_source():
+    for entry in [*VARIABLES.values(), *COORDINATES.values()]:
+        assert entry.units and entry.long_name and entry.references, entry.name
+        assert all(dim in COORDINATES for dim in entry.dims)
+
+
+def test_names_of_the_design_are_there():
+    names = {
+        "flank": "flank_height flank_radius zone active specific_sliding wear_depth",
+        "engagement": "load_share contact_pressure_max contact_pressure_max_edge line_load sliding_distance "
+        "root_stress",
+        "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
+        "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch "
+        "wear_depth_control_point load_share_max root_stress_max contact_pressure_root "
+        "contact_pressure_addendum contact_pressure_pitch transmission_error_mean "
+        "transmission_error_amplitude",
+        "diagnostics": "iterations load_balance_residual complementarity_residual seconds error_estimate",
+        "tooth_contact": "path_of_contact transmission_error principal_relative_curvature "
+        "contact_ellipse_angle contact_ratio undercut_radius pointing_radius",
+    }
+    assert tuple(names) == GROUPS
+    for group, expected in names.items():
+        assert [entry.name for entry in variables_of(group)] == expected.split()
+
+
+def test_every_variable_of_a_tree_is_in_the_schema_and_carries_it():
+    for group in TREE.children:
+        for name, array in TREE[group].to_dataset().variables.items():
+            entry = VARIABLES.get((group, name)) or COORDINATES[name]
+            assert array.dims == entry.dims
+            assert array.attrs["units"] == entry.units
+            assert array.attrs["long_name"] == entry.long_name
+            assert array.attrs["references"] == entry.references
+
+
+def test_root_carries_attributes_alone():
+    assert not TREE.to_dataset().variables
+    assert TREE.attrs["schema_version"] == "1"
+    assert all(isinstance(value, str) for value in TREE.attrs.values())
+
+
+def test_meshes_go_with_wear_step():
+    for group in ("flank", "engagement", "mesh_cycle", "history", "diagnostics"):
+        assert "meshes" in coordinates_of(group)
+        assert TREE[group]["meshes"].dims == ("wear_step",)
+
+
+def test_zone_flags():
+    assert TREE["flank/zone"].attrs["flag_meanings"].split() == ["root", "pitch", "addendum"]
+    assert list(TREE["flank/zone"].attrs["flag_values"]) == [Zone.ROOT, Zone.PITCH, Zone.ADDENDUM]
+
+
+# ---------------------------------------------------------------------- building
+
+
+@pytest.mark.parametrize("path", [entry.path for entry in VARIABLES.values() if entry.group in TREE.children])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_value_that_is_not_finite_is_refused_by_name(path, bad):
+    _, group, name = path.split("/")
+    groups, coords, attrs = parts()
+    array = groups[group][name].astype(float)
+    array[(-1,) * array.ndim] = bad
+    groups[group][name] = array
+    with pytest.raises(SemiwearError, match=f"{path}: 1 of {array.size} values are not finite"):
+        build_tree(groups, coords, attrs)
+
+
+@pytest.mark.parametrize("name", ["face", "meshes", "roll_position", "mesh_position"])
+def test_a_coordinate_that_is_not_finite_is_refused_by_name(name):
+    groups, coords, attrs = parts()
+    coords[name] = np.full(coords[name].shape, np.nan)
+    with pytest.raises(SemiwearError, match=f"coordinate {name}"):
+        build_tree(groups, coords, attrs)
+
+
+def test_wrong_shape_is_refused_by_name():
+    groups, coords, attrs = parts()
+    groups["engagement"]["load_share"] = groups["engagement"]["load_share"][:, :-1]
+    with pytest.raises(SemiwearError, match=r"/engagement/load_share: shape .* \(wear_step, roll_position\)"):
+        build_tree(groups, coords, attrs)
+
+
+def test_wrong_number_of_dimensions_is_refused_by_name():
+    groups, coords, attrs = parts()
+    groups["history"]["load_share_max"] = np.array(0.8)
+    with pytest.raises(SemiwearError, match="/history/load_share_max"):
+        build_tree(groups, coords, attrs)
+
+
+def test_unknown_names_are_refused():
+    groups, coords, attrs = parts()
+    with pytest.raises(SemiwearError, match="/history/load"):
+        build_tree({"history": {**groups["history"], "load": np.zeros(3)}}, coords, attrs)
+    with pytest.raises(SemiwearError, match="/histories"):
+        build_tree({"histories": {}}, coords, attrs)
+    with pytest.raises(SemiwearError, match="coordinate radius"):
+        build_tree(groups, {**coords, "radius": np.zeros(3)}, attrs)
+    with pytest.raises(SemiwearError, match="give it as a coordinate"):
+        build_dataset("history", {**groups["history"], "meshes": np.zeros(3)}, coords)
+
+
+def test_a_required_variable_is_missed_and_an_optional_one_is_not():
+    groups, coords, attrs = parts()
+    del groups["engagement"]["root_stress"], groups["history"]["root_stress_max"]
+    tree = build_tree(groups, coords, attrs)
+    assert "root_stress" not in tree["engagement"].to_dataset()
+    del groups["engagement"]["load_share"]
+    with pytest.raises(SemiwearError, match="/engagement: load_share missing"):
+        build_tree(groups, coords, attrs)
+
+
+def test_a_missing_coordinate_names_the_variable_that_needs_it():
+    groups, coords, attrs = parts()
+    del coords["roll_position"]
+    with pytest.raises(SemiwearError, match="roll_position: missing, needed by /engagement/load_share"):
+        build_tree(groups, coords, attrs)
+
+
+def test_history_needs_meshes_and_loaded_contact_does_not():
+    groups, coords, attrs = parts()
+    del coords["meshes"]
+    with pytest.raises(SemiwearError, match="meshes"):
+        build_tree(groups, coords, attrs)
+    del groups["history"]
+    build_tree(groups, coords, attrs)
+
+
+def test_flags_and_bodies_are_held_to_their_values():
+    groups, coords, attrs = parts()
+    with pytest.raises(SemiwearError, match="coordinate body"):
+        build_tree(groups, {**coords, "body": np.array(["gear", "pinion"])}, attrs)
+    groups["flank"]["zone"] = groups["flank"]["zone"] + 1
+    with pytest.raises(SemiwearError, match=r"/flank/zone: values must be 0 \(root\)"):
+        build_tree(groups, coords, attrs)
+
+
+def test_attributes_that_are_no_strings_are_refused():
+    groups, coords, _ = parts()
+    with pytest.raises(SemiwearError, match="attribute converged"):
+        build_tree(groups, coords, {"converged": True})
+
+
+def test_arrays_are_copied():
+    groups, coords, attrs = parts()
+    tree = build_tree(groups, coords, attrs)
+    groups["history"]["load_share_max"][:] = 0.0
+    assert (tree["history/load_share_max"].values > 0).all()
+
+
+def test_tooth_contact_dataset():
+    roll = np.linspace(-1, 1, 5)
+    dataset = build_dataset(
+        "tooth_contact",
+        {
+            "path_of_contact": np.zeros((5, 3)),
+            "transmission_error": np.zeros(5),
+            "principal_relative_curvature": np.ones((5, 2)),
+            "contact_ellipse_angle": np.zeros(5),
+            "contact_ratio": 1.554,
+            "undercut_radius": 465.17,
+        },
+        {"roll_position": roll},
+        {"title": "tooth contact analysis"},
+    )
+    assert list(dataset["axis"].values) == ["x", "y", "z"]
+    assert list(dataset["direction"].values) == ["along", "across"]
+    assert float(dataset["contact_ratio"]) == 1.554
+    assert dataset["principal_relative_curvature"].attrs["units"] == "1/mm"
+    assert "pointing_radius" not in dataset
+
+
+# ---------------------------------------------------------------------- files
+
+
+def test_save_and_open_is_identical(tmp_path):
+    save(TREE, tmp_path / "worn.nc")
+    opened = open_results(tmp_path / "worn.nc")
+    assert opened.identical(TREE)
+    for group in TREE.children:
+        for name, array in TREE[group].to_dataset().variables.items():
+            assert opened[group][name].dtype == array.dtype
+    assert [entry.name for entry in tmp_path.iterdir()] == ["worn.nc"]
+
+
+def test_an_opened_tree_does_not_hold_its_file(tmp_path):
+    path = tmp_path / "worn.nc"
+    save(TREE, path)
+    opened = open_results(path)
+    path.unlink()
+    assert opened.identical(TREE)
+
+
+def test_other_readers_open_the_file(tmp_path):
+    save(TREE, tmp_path / "worn.nc")
+    with netCDF4.Dataset(tmp_path / "worn.nc") as opened:
+        packing = opened["flank/wear_depth"].filters()
+        assert packing["zlib"] and packing["shuffle"] and packing["complevel"] == 1
+
+
+def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "worn.nc"
+    save(TREE, path)
+    before = path.read_bytes()
+
+    def fail(self, target, **_):
+        target.write_bytes(b"half of it")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", fail)
+    with pytest.raises(OSError, match="disk full"):
+        save(synthetic_tree(2), path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["worn.nc"]
+
+
+def test_save_refuses_what_is_no_result(tmp_path):
+    with pytest.raises(SemiwearError, match="schema_version"):
+        save(xr.DataTree(), tmp_path / "worn.nc")
+    tree = TREE.copy(deep=True)
+    tree["history/load_share_max"].values[0] = np.nan
+    with pytest.raises(SemiwearError, match="/history/load_share_max"):
+        save(tree, tmp_path / "worn.nc")
+    with pytest.raises(FileNotFoundError, match="nowhere"):
+        save(TREE, tmp_path / "nowhere" / "worn.nc")
+    assert not list(tmp_path.iterdir())
+
+
+def test_variables_of_the_user_are_kept(tmp_path):
+    tree = TREE.copy(deep=True)
+    tree["history/mine"] = xr.DataArray(np.arange(3.0), dims="wear_step")
+    save(tree, tmp_path / "worn.nc")
+    assert open_results(tmp_path / "worn.nc").identical(tree)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"absent\.nc"):
+        open_results(tmp_path / "absent.nc")
+
+
+@pytest.mark.parametrize("kept", [0, 1, 7, 9, 400, 0.3, 0.9, -1])
+def test_truncated_file(tmp_path, kept):
+    path = tmp_path / "worn.nc"
+    save(TREE, path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(kept * len(whole)) if isinstance(kept, float) else kept])
+    with pytest.raises(ResultFileError, match=r"worn\.nc"):
+        open_results(path)
+
+
+def test_random_bytes(tmp_path):
+    path = tmp_path / "worn.nc"
+    path.write_bytes(np.random.default_rng(0).bytes(5000))
+    with pytest.raises(ResultFileError, match="not a netCDF file"):
+        open_results(path)
+
+
+def test_foreign_netcdf(tmp_path):
+    path = tmp_path / "rain.nc"
+    xr.Dataset({"rain": ("time", np.zeros(3))}).to_netcdf(path)
+    with pytest.raises(ResultFileError, match="something else"):
+        open_results(path)
+
+
+@pytest.mark.parametrize(
+    ("version", "words"),
+    [("0", "older"), ("7", "newer"), ("two", "not one of semiwear"), ("", "not of semiwear")],
+)
+def test_other_schema_version(tmp_path, version, words):
+    path = tmp_path / "worn.nc"
+    tree = TREE.copy()
+    tree.attrs["schema_version"] = version
+    save(tree, path)
+    with pytest.raises(ResultFileError, match=words):
+        open_results(path)
+
+
+def test_a_sealed_file_that_lacks_a_variable(tmp_path, monkeypatch):
+    path = tmp_path / "worn.nc"
+    tree = TREE.copy(deep=True)
+    tree["engagement"] = xr.DataTree(tree["engagement"].to_dataset().drop_vars("load_share"))
+    with pytest.raises(SemiwearError, match="/engagement/load_share: missing"):
+        check_tree(tree)
+    monkeypatch.setattr(files, "check_tree", lambda _: None)
+    save(tree, path)
+    monkeypatch.undo()
+    with pytest.raises(ResultFileError, match="/engagement/load_share: missing"):
+        open_results(path)
+
+
+# ---------------------------------------------------------------------- provenance and imports
+
+
+def test_provenance():
+    attrs = provenance(title="t", scene_toml="a = 1", physics="p", fidelity="line", references="r")
+    assert attrs["accuracy"] == "not asked for"
+    assert attrs["scene_sha256"] == hashlib.sha256(b"a = 1").hexdigest()
+    assert attrs["history"].endswith("simulate") and attrs["source"].startswith("semiwear")
+
+
+def test_results_import_neither_matplotlib_nor_tqdm():
+    code = "import sys, semiwear.results; assert not {'matplotlib', 'tqdm'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
