@@ -48,6 +48,11 @@ class SceneError(SemiwearError, ValueError):
         lines = "\n".join(f"  {k + 1}. {problem}" for k, problem in enumerate(self.problems))
         super().__init__(f"{scene_name}: {count} problem{'s' if count != 1 else ''}\n{lines}")
 
+    @classmethod
+    def of(cls, field: str, value: object, allowed: str, fix: str = "") -> SceneError:
+        """An error with a single problem."""
+        return cls([Problem(field, value, allowed, fix)])
+
 
 class ConvergenceError(SemiwearError, RuntimeError):
     """An iteration did not reach its tolerance; the message says where and what to try."""

@@ -145,6 +145,8 @@ class BodyOnLines:
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
+        # the series resolves nothing shorter than half its last wave; nor may what is subtracted for it
+        depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))
         deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
         stress = np.stack([s.stress for s in body.sections])  # (B, N, 3, F, load)
         return cls(
@@ -235,33 +237,27 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: 
     """
     tooth = body.body
     sections, harmonics, heights, width = body.stress.shape
-    rolls = force.shape[0]
-    # modal loads, as seen by the load's own section (k) and by all sections together
-    modal = np.zeros((rolls, sections, harmonics, heights))
-    for k in np.flatnonzero(force.any(axis=1)):
-        on = np.flatnonzero(force[k])
-        weighted = force[k, on, None] * body.cosine[k, on]
-        for b in range(sections):
-            share = body.section[k, on, b]
-            if share.any():
-                modal[k, b] = weighted.T @ (share[:, None] * body.height[k, on])
-    by_load = np.zeros((rolls, harmonics, width))
-    total = modal.sum(axis=1)
-    by_section = np.empty((sections, rolls, harmonics, width))
-    for n in range(harmonics):
-        for b in range(sections):
-            by_section[b, :, n] = total[:, n] @ body.stress[b, n]
-            by_load[:, n] += modal[:, b, n] @ body.stress[b, n]
+    loaded = np.flatnonzero(force.any(axis=1))
+    # modal loads of each load's own section: (harmonic, roll, section, height)
+    modal = np.zeros((harmonics, loaded.size, sections, heights))
+    for k, roll in enumerate(loaded):
+        on = np.flatnonzero(force[roll])
+        shares = body.section[roll, on][:, :, None] * body.height[roll, on][:, None, :]
+        cosines = force[roll, on, None] * body.cosine[roll, on]
+        modal[:, k] = (cosines.T @ shares.reshape(on.size, -1)).reshape(harmonics, sections, heights)
+    # stress per harmonic by the load's section, and by each section for all loads
+    table = body.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
+    by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
+    by_section = modal.sum(axis=2)[:, None] @ table
     at = tooth.start + tooth.width * (np.arange(stations) + 0.5) / stations
-    cosine = np.cos(np.pi * np.outer(np.arange(harmonics), (at - tooth.start) / tooth.width))
+    cosine = np.cos(np.pi * np.outer((at - tooth.start) / tooth.width, np.arange(harmonics)))
     observer = _section_weights(tooth.faces, at)
+    mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
+    seen = 0.5 * (cosine @ by_load.reshape(harmonics, -1) + mixed @ by_section.reshape(harmonics * sections, -1))
     points = width // 3
-    stress = np.zeros((3, rolls, stations, points))
-    for z in range(stations):
-        seen = 0.5 * (by_load + np.tensordot(observer[z], by_section, axes=1))
-        value = np.tensordot(cosine[:, z], seen, axes=(0, 1)).reshape(rolls, 3, points)
-        stress[:, :, z] = value.transpose(1, 0, 2)
-    result = stress[1].copy()
+    stress = np.zeros((3, force.shape[0], stations, points))
+    stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
+    result = stress[1]
     # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
     # and the observer is then its neighbour on the other side
     result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]

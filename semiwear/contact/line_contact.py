@@ -17,24 +17,29 @@ from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotrs
 
 from semiwear.compliance.tooth import BodyOnLines, line_compliance
+from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
-from semiwear.contact.stripe import add_stripe_compliance, average_along_lines, stripe_table
-from semiwear.contact.worn_lines import WornLines
+from semiwear.contact.stripe import add_far_stripe, stripe_table
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["LineContact", "LineLoads"]
+__all__ = ["LineContact", "LineLoads", "usual_approach"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_WIDTH_TOLERANCE = 1e-6  # of the half-widths, between two solutions
-_NEAR = 0.5  # mm
+_NEAR_FIELD = 20.0  # half-widths; farther away the width of a stripe does not show
+_WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _FIRST_CAP = 2.0  # candidates reach to this multiple of a typical approach; more when that is too little
+
+
+def usual_approach(line_load: float, modulus: float) -> float:
+    """Order of the approach of loaded teeth: q/(pi E*) times a usual fourteen [mm]."""
+    return 14.0 * line_load / (pi * modulus)
 
 
 @dataclass
@@ -94,7 +99,8 @@ class _System:
     rolls: IntArray
     faces: IntArray
     starts: IntArray
-    tooth: FloatArray
+    near: float
+    static: FloatArray
     slope: FloatArray
 
 
@@ -111,6 +117,8 @@ class LineContact:
     bodies : tuple of BodyOnLines
         Tooth compliance of both bodies; empty for rigid teeth.
     torque : float [N mm]
+    reach : float [mm]
+        Separation beyond which no slice can touch, however loaded and worn.
     modulus : float [MPa]
         Effective modulus E*.
     max_iterations : int
@@ -120,14 +128,14 @@ class LineContact:
     per_cycle: int
     bodies: tuple[BodyOnLines, ...]
     torque: float
+    reach: float
     modulus: float
     max_iterations: int = 60
     _systems: dict[int, _System] = field(default_factory=dict, repr=False)
 
-    @property
-    def near(self) -> BoolArray:
+    def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
-        return self.lines.separation[0] < _NEAR
+        return lines.separation[0] < float(self.lines.separation[0].min()) + self.reach
 
     @property
     def pairs(self) -> int:
@@ -138,7 +146,7 @@ class LineContact:
         """Line load q [N/mm], (roll, face)."""
         return loads.force / self.lines.length
 
-    def pressure(self, loads: LineLoads, worn: WornLines) -> FloatArray:
+    def pressure(self, loads: LineLoads, worn: Footprints) -> FloatArray:
         """Greatest Hertz pressure of each slice [MPa], (roll, face)."""
         return line_contact_pressure(self.line_load(loads), worn.curvature, self.modulus)
 
@@ -162,13 +170,38 @@ class LineContact:
         pair, face = np.nonzero(self.lines.separation[0][rolls] < cap)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
         tooth, slope = line_compliance(self.bodies, rolls[pair], face, pair)
-        system = _System(cap, rolls[pair], face, starts, tooth, slope)
+        at = (rolls[pair], face)
+        usual = float(self._usual_half_width(at))
+        near = _NEAR_FIELD * usual
+        depth, shear, poisson = self._mid_surface(at)
+        add_far_stripe(
+            tooth, starts, self.lines.arc[at], self.lines.length[at], usual, near, 1.0 / (pi * self.modulus),
+            depth, shear, poisson,
+        )  # fmt: skip
+        system = _System(cap, rolls[pair], face, starts, near, tooth, slope)
         self._systems[position] = system
         return system
 
+    def _usual_half_width(self, at: tuple[IntArray, IntArray]) -> float:
+        curvature = np.maximum(self.lines.separation[2][at], 1e-9) / self.lines.spacing[at] ** 2
+        if curvature.size == 0:
+            return 1.0
+        return float(np.median(line_contact_half_width(self._typical_load(), curvature, self.modulus)))
+
+    def _mid_surface(self, at: tuple[IntArray, IntArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
+        if not self.bodies:
+            return np.zeros((0, at[0].size)), np.zeros(0), np.zeros(0)
+        bodies = [on_lines.body for on_lines in self.bodies]
+        return (
+            np.stack([on_lines.depth[at] for on_lines in self.bodies]),
+            np.array([(1.0 + b.poissons_ratio) / (2.0 * pi * b.youngs_modulus) for b in bodies]),
+            np.array([b.poissons_ratio for b in bodies]),
+        )
+
     def solve(
         self,
-        worn: WornLines,
+        worn: Footprints,
         loads: LineLoads,
         wear_compliance: FloatArray | None = None,
         positions: Sequence[int] | None = None,
@@ -177,7 +210,7 @@ class LineContact:
 
         Parameters
         ----------
-        worn : WornLines
+        worn : Footprints
             Current gaps and curvatures.
         loads : LineLoads
             Start; loads of another state serve well.
@@ -197,14 +230,14 @@ class LineContact:
         return new
 
     def _solve_position(
-        self, position: int, worn: WornLines, loads: LineLoads, wear_compliance: FloatArray | None
+        self, position: int, worn: Footprints, loads: LineLoads, wear_compliance: FloatArray | None
     ) -> None:
         rolls = self._rolls_of(position)
         known = self._systems.get(position)
         if known is not None:
             cap = known.cap
         else:
-            near = self.near[rolls]
+            near = self.is_near(self.lines)[rolls]
             least = float(worn.gap[rolls][near].min()) if near.any() else 0.0
             cap = _FIRST_CAP * self._typical_approach() + least
         while True:
@@ -215,154 +248,75 @@ class LineContact:
                 return
             cap = 1.5 * reached
 
-    def _typical_approach(self) -> float:
-        """Order of the approach: one pair loaded over half the face, q/(pi E*) times a usual fourteen [mm]."""
+    def _typical_load(self) -> float:
+        """Order of the line load: one pair loaded over half the face [N/mm]."""
         face = self.lines.face
         half_width = 0.5 * float(face[-1] - face[0]) if face.size > 1 else 1.0
-        load = self.torque / float(self.lines.lever_arm.max()) / half_width
-        return 14.0 * load / (pi * self.modulus)
+        return self.torque / float(self.lines.lever_arm.max()) / half_width
+
+    def _typical_approach(self) -> float:
+        return usual_approach(self._typical_load(), self.modulus)
 
     def _solve_system(
         self,
         position: int,
         system: _System,
-        worn: WornLines,
+        worn: Footprints,
         loads: LineLoads,
         wear_compliance: FloatArray | None,
     ) -> float:
         at = (system.rolls, system.faces)
         lines = self.lines
         gap = worn.gap[at]
-        near = np.flatnonzero(np.isfinite(gap))
-        if near.size == 0:
+        if gap.size == 0:
             raise ConvergenceError(
                 f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement"
             )
         lever, curvature, length, arc = (x[at] for x in (lines.lever_arm, worn.curvature, lines.length, lines.arc))
+        static = system.static
         moved = (worn.profile - lines.profile)[at]
-        tooth = system.tooth
         if np.any(moved):
             change = system.slope * moved[:, None]
-            tooth = tooth + change + change.T
-        diagonal = None if wear_compliance is None else wear_compliance[at]
-        depth = (
-            np.stack([body.depth[at] for body in self.bodies]) if self.bodies else np.zeros((0, gap.size))
-        )
-        shear = np.array(
-            [(1 + b.body.poissons_ratio) / (2 * pi * b.body.youngs_modulus) for b in self.bodies]
-        )
-        poisson = np.array([b.body.poissons_ratio for b in self.bodies])
-        values, slopes = stripe_table()
+            static = static + change + change.T
+        if wear_compliance is not None:
+            static = static.copy()
+            static[np.diag_indices_from(static)] += wear_compliance[at]
 
-        force = np.where(np.isfinite(gap), loads.force[at], 0.0)
-        typical = self.torque / float(lever.max()) / (0.3 * float(length.sum()))
+        force, slack = loads.force[at], np.empty(gap.size)
+        typical = self._typical_load()
         usual = line_contact_half_width(np.full(gap.size, typical), curvature, self.modulus)
         floor, reach = 0.2 * usual, 2.0 * float(np.median(usual))
         if force.any():
-            active = force > 0.0
-            width = np.maximum(loads.half_width[at], floor)
+            active, width = force > 0.0, np.maximum(loads.half_width[at], floor)
         else:
-            active = gap <= np.partition(gap, min(gap.size - 1, gap.size // 4))[min(gap.size - 1, gap.size // 4)]
-            active &= np.isfinite(gap)
-            width = usual
-        rotation = 0.0
-        residual = image = None
-        for iteration in range(1, self.max_iterations + 1):
-            matrix = tooth.copy()
-            for start, stop in zip(system.starts[:-1], system.starts[1:], strict=True):
-                add_stripe_compliance(
-                    matrix, start, stop, arc, length, width, depth, 1.0 / (pi * self.modulus), shear, poisson,
-                    values, slopes,
-                )  # fmt: skip
-            if diagonal is not None:
-                matrix[np.diag_indices_from(matrix)] += diagonal
-            solved = _complementarity(matrix, gap, lever, self.torque, active)
-            if solved is None:
-                raise ConvergenceError(
-                    f"load sharing stopped at mesh position {position}/{self.per_cycle}: the contact set does not "
-                    "settle; use more numerics.face_slices or fewer, or a smaller placement"
-                )
-            force, rotation, active = solved
-            even = average_along_lines(force, system.starts, arc, length, reach)
-            new_width = np.maximum(line_contact_half_width(even, curvature, self.modulus), floor)
-            change_of_width = float(np.max(np.abs(new_width - width)) / new_width.max())
-            if change_of_width < _WIDTH_TOLERANCE:
-                break
-            width, residual, image = _accelerated(np.log(width), np.log(new_width), residual, image)
-        else:
-            raise ConvergenceError(
-                f"load sharing stopped at mesh position {position}/{self.per_cycle}: half-widths still change by "
-                f"{change_of_width:.1e}; raise numerics.max_iterations above {self.max_iterations}"
-            )
-        near_gap = gap + matrix @ force - lever * rotation
+            active, width = gap <= np.quantile(gap, 0.25), usual
+        status, rotation, iterations, change_of_width = solve_line_loads(
+            static, gap, lever, self.torque, curvature, system.starts, arc, length, system.near, self.modulus,
+            floor, reach, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations, active, width, force, slack,
+        )  # fmt: skip
+        if status != SolveStatus.CONVERGED:
+            where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
+            raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width))
         loads.force[self._rolls_of(position)] = 0.0
         loads.force[at] = force
-        loads.half_width[at] = np.where(force > 0.0, new_width, 0.0)
+        loads.half_width[at] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation
-        loads.iterations[position] = iteration
-        approach = float(np.max(lever * rotation - gap, where=np.isfinite(gap), initial=0.0))
+        loads.iterations[position] = iterations
+        approach = float(np.max(lever * rotation - gap))
         loads.balance[position] = abs(float(lever @ force) / self.torque - 1.0)
-        loads.complementarity[position] = max(
-            float(np.max(force / force.max() * np.abs(near_gap), where=np.isfinite(gap), initial=0.0)),
-            float(np.max(-near_gap, where=np.isfinite(gap), initial=0.0)),
-        ) / approach
-        return rotation
+        # force over length is the line load; the Hertz pressure goes with its root
+        pressure = np.sqrt(force / length * curvature)
+        loads.complementarity[position] = (
+            max(float(np.max(pressure * np.abs(slack))) / float(pressure.max()), float(np.max(-slack))) / approach
+        )
+        return float(rotation)
 
-
-def _accelerated(
-    argument: FloatArray, image: FloatArray, last_residual: FloatArray | None, last_image: FloatArray | None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Next half-widths of the fixed point on their logarithms (Anderson 1965, depth one).
-
-    Widths and loads answer each other, sometimes slowly, sometimes with overshoot; either is one eigenvalue.
-    """
-    residual = image - argument
-    following = image
-    if last_residual is not None and last_image is not None:
-        change = residual - last_residual
-        square = float(change @ change)
-        if square > 0.0:
-            mixing = min(max(float(residual @ change) / square, -5.0), 5.0)
-            following = image - mixing * (image - last_image)
-    return np.exp(following), residual, image
-
-
-def _complementarity(
-    matrix: FloatArray, gap: FloatArray, lever: FloatArray, torque: float, active: BoolArray
-) -> tuple[FloatArray, float, BoolArray] | None:
-    """Forces and rotation by a primal-dual active set (Hintermueller, Ito, Kunisch 2002).
-
-    Returns None when the set does not settle.
-    """
-    active = active.copy()
-    count = gap.size
-    for attempt in range(200):
-        on = np.flatnonzero(active)
-        if on.size == 0:
-            active[np.argmin(gap / lever)] = True
-            continue
-        factor, failed = dpotrf(matrix[np.ix_(on, on)], lower=1, overwrite_a=1)
-        if failed:
-            return None
-        rhs = np.column_stack([gap[on], lever[on]])
-        solution, _ = dpotrs(factor, rhs, lower=1)
-        rotation = (torque + lever[on] @ solution[:, 0]) / (lever[on] @ solution[:, 1])
-        force_on = rotation * solution[:, 1] - solution[:, 0]
-        force = np.zeros(count)
-        force[on] = force_on
-        slack = gap + matrix[:, on] @ force_on - lever * rotation
-        slack[on] = 0.0
-        tolerance = 1e-13 * abs(rotation) * float(lever.max())
-        pull = on[force_on < 0.0]
-        press = np.flatnonzero(~active & (slack < -tolerance))
-        if pull.size == 0 and press.size == 0:
-            return force, float(rotation), active
-        if attempt < 20:
-            active[pull] = False
-            active[press] = True
-        elif pull.size:
-            # one at a time always ends, if slowly
-            active[pull[np.argmin(force[pull])]] = False
-        else:
-            active[press[np.argmin(slack[press])]] = True
-    return None
+    def _reason(self, status: SolveStatus, change: float) -> str:
+        if status == SolveStatus.WIDTHS_CHANGE:
+            return (
+                f"half-widths still change by {change:.1e}; raise numerics.max_iterations above "
+                f"{self.max_iterations}"
+            )
+        if status == SolveStatus.NO_CONTACT_SET:
+            return "the contact set does not settle; change numerics.face_slices"
+        return "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"

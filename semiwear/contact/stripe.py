@@ -19,7 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipkm1
 
-__all__ = ["add_stripe_compliance", "average_along_lines", "stripe_kernel", "stripe_table"]
+__all__ = ["add_far_stripe", "add_near_stripe", "average_along_lines", "stripe_kernel", "stripe_table"]
 
 FloatArray = NDArray[np.float64]
 
@@ -85,54 +85,83 @@ def _integral(distance, values, slopes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def add_stripe_compliance(  # type: ignore[no-untyped-def]
-    matrix, start, stop, arc, length, half_width, depth, factor, shear_factor, poisson, values, slopes
-):
-    """Add the local compliance [mm/N] of the slices of one contact line to a compliance matrix.
+def add_near_stripe(matrix, starts, arc, length, half_width, near, factor, values, slopes):  # type: ignore[no-untyped-def]
+    """Add the stripe kernel between slices of one line that are nearer than `near`, as compliance [mm/N].
 
     Parameters
     ----------
     matrix : (n, n) array, changed
-    start, stop : int
-        The line's slices are start..stop-1.
+    starts : (lines + 1,) int array
+        First slice of each contact line.
     arc, length, half_width : (n,) arrays [mm]
         Place along the line, length and Hertz half-width of each slice.
-    depth : (bodies, n) array [mm]
-        Depth of the mid-surface, whose displacement tooth compliance counts already: it is subtracted as the
-        half-space solution (Johnson 1985, eq. 3.22a with z = depth). No rows: nothing is subtracted.
+    near : float [mm]
     factor : float
         1/(pi E*).
-    shear_factor, poisson : (bodies,) arrays
-        (1 + nu)/(2 pi E) and nu of each body.
     values, slopes : arrays
         `stripe_table`.
     """
-    for i in range(start, stop):
-        for j in range(i, stop):
-            mean_length = sqrt(length[i] * length[j])
-            width = sqrt(half_width[i] * half_width[j])
-            middle = abs(arc[i] - arc[j])
-            upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
-            if lower > 20.0 * width:
-                # the stripe's width no longer shows: 1/s with its first correction b^2/(8 s^2)
-                total = log(upper / lower) + 0.0625 * width * width * (1.0 / upper**2 - 1.0 / lower**2)
-            elif lower >= 0.0:
-                total = _integral(upper / width, values, slopes) - _integral(lower / width, values, slopes)
-            else:
-                total = _integral(upper / width, values, slopes) + _integral(-lower / width, values, slopes)
-            total *= factor
-            for body in range(depth.shape[0]):
-                d = sqrt(depth[body, i] * depth[body, j])
-                for end, sign in ((upper, 1.0), (lower, -1.0)):
-                    total -= (
-                        sign
-                        * shear_factor[body]
-                        * (end / sqrt(end * end + d * d) + 2.0 * (1.0 - poisson[body]) * asinh(end / d))
-                    )
-            total /= mean_length
-            matrix[i, j] += total
-            if j > i:
-                matrix[j, i] += total
+    for line in range(starts.shape[0] - 1):
+        for i in range(starts[line], starts[line + 1]):
+            for j in range(i, starts[line + 1]):
+                middle = arc[j] - arc[i]
+                if middle > near:
+                    break
+                mean_length = sqrt(length[i] * length[j])
+                width = sqrt(half_width[i] * half_width[j])
+                upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
+                total = _integral(upper / width, values, slopes)
+                if lower >= 0.0:
+                    total -= _integral(lower / width, values, slopes)
+                else:
+                    total += _integral(-lower / width, values, slopes)
+                total *= factor / mean_length
+                matrix[i, j] += total
+                if j > i:
+                    matrix[j, i] += total
+
+
+@njit(cache=True)
+def add_far_stripe(  # type: ignore[no-untyped-def]
+    matrix, starts, arc, length, half_width, near, factor, depth, shear_factor, poisson
+):
+    """Add what does not change with the loads: the far field, less what tooth compliance counts already [mm/N].
+
+    Parameters
+    ----------
+    matrix, starts, arc, length, near, factor
+        As in `add_near_stripe`.
+    half_width : float [mm]
+        Typical half-width; beyond `near` it only enters as a small correction.
+    depth : (bodies, n) array [mm]
+        Depth of the mid-surface, whose displacement tooth compliance counts already: it is subtracted as the
+        half-space solution (Johnson 1985, eq. 3.22a with z = depth). No rows: nothing is subtracted.
+    shear_factor, poisson : (bodies,) arrays
+        (1 + nu)/(2 pi E) and nu of each body.
+    """
+    for line in range(starts.shape[0] - 1):
+        for i in range(starts[line], starts[line + 1]):
+            for j in range(i, starts[line + 1]):
+                middle = arc[j] - arc[i]
+                mean_length = sqrt(length[i] * length[j])
+                upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
+                total = 0.0
+                if middle > near:
+                    # 1/s with its first correction, b^2/(8 s^2) of it
+                    total = log(upper / lower) + 0.0625 * half_width**2 * (1.0 / upper**2 - 1.0 / lower**2)
+                    total *= factor
+                for body in range(depth.shape[0]):
+                    d = sqrt(depth[body, i] * depth[body, j])
+                    for end, sign in ((upper, -1.0), (lower, 1.0)):
+                        total += (
+                            sign
+                            * shear_factor[body]
+                            * (end / sqrt(end * end + d * d) + 2.0 * (1.0 - poisson[body]) * asinh(end / d))
+                        )
+                total /= mean_length
+                matrix[i, j] += total
+                if j > i:
+                    matrix[j, i] += total
 
 
 @njit(cache=True)

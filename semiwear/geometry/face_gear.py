@@ -228,12 +228,8 @@ class FaceGearTooth:
         cross_y = along_roll[2] * along_generation[0] - along_roll[0] * along_generation[2]
         return cosine * cross_x + sine * cross_y
 
-    def undercut_radius(self) -> float:
-        """Gear radius inside which a shaper with its involute carried to the crest undercuts the tooth [mm].
-
-        Of the singular points at the crest's roll angle the outermost one on the tooth counts.
-        """
-        roll = self.crest_roll_angle
+    def singular_radii(self, roll: float) -> list[float]:
+        """Gear radii at which the flank that a shaper's roll angle [rad] generates is singular, growing [mm]."""
         angles = np.linspace(1e-6, 0.5 * pi - 1e-3, 4000)
         values = np.array([self.singularity(angle, roll) for angle in angles])
         radii = []
@@ -241,6 +237,14 @@ class FaceGearTooth:
             beta = brentq(self.singularity, angles[k], angles[k + 1], args=(roll,), xtol=1e-15)
             x = self.shaper_base_radius * (sin(beta) - roll * cos(beta))
             radii.append(float(np.hypot(x, self.shaper_base_radius / (self.ratio * cos(beta)))))
+        return sorted(radii)
+
+    def undercut_radius(self) -> float:
+        """Gear radius inside which a shaper with its involute carried to the crest undercuts the tooth [mm].
+
+        Of the singular points at the crest's roll angle the outermost one on the tooth counts.
+        """
+        radii = self.singular_radii(self.crest_roll_angle)
         inside = [radius for radius in radii if radius < self.pitch_radius]
         return max(inside) if inside else self.shaper_base_radius / self.ratio
 

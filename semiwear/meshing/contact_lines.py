@@ -8,6 +8,7 @@ be searched without asking geometry again.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +81,15 @@ class ContactLines:
     low_edge_radius: FloatArray
     high_edge_radius: FloatArray
 
+    def every(self, step: int) -> ContactLines:
+        """The lines of every `step`-th roll position."""
+        by_roll = {
+            entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step])
+            for entry in dataclasses.fields(self)
+            if entry.name not in ("face", "separation")
+        }
+        return ContactLines(face=self.face, separation=np.ascontiguousarray(self.separation[:, ::step]), **by_roll)
+
 
 def face_stations(pair: FlankPair, slices: int) -> FloatArray:
     """Middles of equal slices of the driven flank [mm]."""
@@ -139,9 +149,14 @@ def _start_of_line(
     return low, np.clip(guess, low, tip)
 
 
-def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray) -> ContactLines:
-    """Contact lines of a pair at roll positions [1] in slices at face stations [mm]."""
-    borders = pair.borders(face)
+def trace_contact_lines(
+    pair: FlankPair, roll: FloatArray, face: FloatArray, *, sharp: bool = False
+) -> ContactLines:
+    """Contact lines of a pair at roll positions [1] in slices at face stations [mm].
+
+    With `sharp` the flanks end at their nominal edges, otherwise where the rounding of the edges begins.
+    """
+    borders = pair.borders(face, sharp=sharp)
     low, profile = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.partner_tip)
     high = np.broadcast_to(borders.tip, low.shape)
     step = _STEP * float(np.mean(borders.tip - borders.root))

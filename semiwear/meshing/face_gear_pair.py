@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.meshing.flank_pair import DRIVING, Borders, Meeting, PrismBody
-from typing import TYPE_CHECKING
-if TYPE_CHECKING:
-    from semiwear.scene import FaceGearPair as FaceGearTable, Placement
+from semiwear.scene import FaceGearPair as FaceGearTable
+from semiwear.scene import Placement
 
 __all__ = ["FaceGearMesh"]
 
@@ -198,11 +197,12 @@ class FaceGearMesh:
         return np.full(position.shape[:-1], self.pinion.base_radius)
 
     def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Height above the pitch plane (pitch circle) and gear radius (distance from the gear axis) [mm]."""
+        """Height above the pitch plane (pitch circle), and radius about the body's own axis [mm]."""
         face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
         if body == DRIVING:
             roll = self.pinion.roll_from_profile(profile)
-            return self.pinion.base_radius * np.sqrt(1.0 + roll**2) - self.pinion.pitch_radius, face
+            radius = self.pinion.base_radius * np.sqrt(1.0 + roll**2)
+            return radius - self.pinion.pitch_radius, radius
         return self.gear.height(face, profile), face
 
     def profile_at(self, face: FloatArray, height: FloatArray) -> FloatArray:

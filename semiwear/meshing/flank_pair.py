@@ -144,7 +144,10 @@ class FlankPair(Protocol):
         """Approach along the normal per unit rotation of the driving body at positions [mm]."""
 
     def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Height above the pitch surface and radius (or face coordinate) of flank points, for pictures [mm]."""
+        """Height above the pitch surface, and radius about the body's own axis, of flank points [mm]."""
+
+    def profile_at(self, face: FloatArray, height: FloatArray) -> FloatArray:
+        """Profile coordinate of the driven flank at a height above the pitch surface [mm]."""
 
     def pitch_profile(self, face: FloatArray) -> FloatArray:
         """Profile coordinate where the driven flank crosses its pitch surface [mm]; may lie outside the flank."""

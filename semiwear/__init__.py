@@ -1,0 +1,69 @@
+"""Gear tooth wear: a fast semi-analytical core.
+
+>>> import semiwear as sw
+>>> scene = sw.load_scene("face_gear_25x160")
+>>> print(sw.plan(scene))                     # what will run, what will not, and why
+>>> tree = sw.simulate(scene)                 # a labelled DataTree
+>>> sw.save(tree, "worn.nc"); sw.report(tree, "worn.html")
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import metadata
+from pathlib import Path
+
+import xarray as xr
+
+from semiwear import plot
+from semiwear.analyses import loaded_contact, tooth_contact_analysis
+from semiwear.check import geometric_problems
+from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
+from semiwear.plan import plan
+from semiwear.results import open_results, save
+from semiwear.scene import Placement, Scene, shipped_scenes
+from semiwear.scene import load_scene as _load_scene
+from semiwear.simulate import simulate
+
+__all__ = [
+    "ConvergenceError",
+    "MissingExtraError",
+    "Placement",
+    "ResultFileError",
+    "Scene",
+    "SceneError",
+    "SemiwearError",
+    "load_scene",
+    "loaded_contact",
+    "open_results",
+    "plan",
+    "plot",
+    "report",
+    "save",
+    "shipped_scenes",
+    "simulate",
+    "tooth_contact_analysis",
+]
+
+try:
+    __version__ = metadata.version("semiwear")
+except metadata.PackageNotFoundError:
+    __version__ = "unknown"
+
+
+def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
+    """A scene by its shipped name or from a TOML file, checked: ranges and geometric limits together.
+
+    Raises
+    ------
+    SceneError
+        With every problem at once.
+    """
+    return _load_scene(name_or_path, check=geometric_problems)
+
+
+def report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
+    """Write a self-contained HTML page of a result (extra ``plot``)."""
+    from semiwear.report import write_report  # jinja-free, but it needs the plot extra: import it where it is used
+
+    return write_report(tree, path)

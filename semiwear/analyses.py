@@ -1,0 +1,116 @@
+"""Analyses of a scene without wear steps: unloaded and loaded tooth contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from semiwear import collect
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.errors import SceneError
+from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.tooth_contact import unloaded_contact
+from semiwear.plan import plan
+from semiwear.results import build_dataset, build_tree
+from semiwear.scene import Placement, Scene
+from semiwear.simulate import attributes
+
+__all__ = ["loaded_contact", "tooth_contact_analysis"]
+
+
+def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> xr.Dataset:
+    """Unloaded contact of one tooth pair, from its first to its last touch.
+
+    Parameters
+    ----------
+    scene : Scene
+    placement : Placement, optional
+        Rigid displacement of the pinion.
+
+    Returns
+    -------
+    Dataset
+        `path_of_contact` [mm, fixed frame], `transmission_error` [arcsec, gear side], `contact_ellipse_angle` [deg
+        off the pinion axis] and `principal_relative_curvature` [1/mm] over `roll_position`; `contact_ratio`,
+        `undercut_radius`, `pointing_radius` [mm].
+    """
+    physics = plan(scene)
+    pair = physics.flank_pair(placement)
+    contact = unloaded_contact(pair)
+    points = contact.points
+    mirror = np.array([1.0 if scene.operation.loaded_flank == "drive" else -1.0, 1.0, 1.0])
+    variables: dict[str, ArrayLike] = {
+        "path_of_contact": points.position * mirror,
+        "transmission_error": contact.transmission_error,
+        "principal_relative_curvature": points.curvature,
+        "contact_ellipse_angle": np.degrees(np.arccos(np.minimum(np.abs(points.along[:, 2]), 1.0))),
+        "contact_ratio": contact.contact_ratio,
+    }
+    if isinstance(pair, FaceGearMesh):
+        variables["undercut_radius"] = pair.gear.undercut_radius()
+        variables["pointing_radius"] = pair.gear.pointing_radius()
+    arrays = {name: np.asarray(value) for name, value in variables.items()}
+    attrs = attributes(physics, "tooth_contact_analysis")
+    return build_dataset("tooth_contact", arrays, {"roll_position": contact.roll}, attrs)
+
+
+def loaded_contact(
+    scene: Scene,
+    roll_positions: ArrayLike | None = None,
+    wear_depth: ArrayLike | xr.DataArray | None = None,
+    placement: Placement | None = None,
+) -> xr.DataTree:
+    """Loaded contact over one mesh cycle, for one wear state.
+
+    Parameters
+    ----------
+    scene : Scene
+    roll_positions : array_like, optional
+        Roll positions, taken modulo 1; every tooth pair there is solved. Default: ``numerics.roll_positions`` even
+        ones over a mesh cycle.
+    wear_depth : array_like (body, profile, face) or (profile, face), optional
+        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. Default: unworn.
+    placement : Placement, optional
+        Rigid displacement of the pinion.
+
+    Returns
+    -------
+    DataTree
+        Groups `/engagement`, `/mesh_cycle` and `/diagnostics`, with a `wear_step` of length one.
+    """
+    physics = plan(scene)
+    given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
+    teeth = physics.loaded_teeth(placement, given)
+    state = teeth.load(_wear_of_gear(teeth, wear_depth))
+    groups = {
+        "engagement": collect.engagement(teeth, state),
+        "mesh_cycle": collect.mesh_cycle(teeth, state, collect.unworn_zero(teeth)),
+        "diagnostics": collect.residuals(state),
+    }
+    stacks = {name: collect.stacked([group]) for name, group in groups.items()}
+    return build_tree(stacks, collect.coordinates(teeth), attributes(physics, "loaded_contact"))
+
+
+def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> np.ndarray:
+    """Wear of the driven flank on the grid [mm], from a wear depth [um] in the result's layout."""
+    shape = teeth.grid.profile.shape
+    if wear_depth is None:
+        return np.zeros(shape)
+    depth = np.asarray(wear_depth, float)
+    if depth.ndim == 3 and depth.shape[0] == 2:
+        if np.any(depth[0] != 0.0):
+            raise SceneError.of(
+                "wear_depth", "a worn pinion", "zero on the pinion", "only the gear's wear can be given as yet"
+            )
+        depth = depth[1]
+    if depth.shape != shape[::-1]:
+        raise SceneError.of(
+            "wear_depth",
+            f"an array of shape {np.shape(wear_depth)}",
+            f"(profile, face) = {shape[::-1]}, or with both bodies in front",
+            "use the wear_depth of a result with the same numerics",
+        )
+    if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
+        raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
+    return np.ascontiguousarray(1e-3 * depth.T)

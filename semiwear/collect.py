@@ -1,0 +1,227 @@
+"""From states of the loaded, worn teeth to the plain arrays of a result.
+
+Names and units of what is collected here are written in `semiwear.results.schema`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.compliance.tooth import root_stress
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
+from semiwear.results import Zone
+from semiwear.wear.swept_line import sweep
+
+__all__ = ["Arrays", "coordinates", "engagement", "flank", "history", "mesh_cycle", "residuals", "stacked", "unworn_zero", "wear_maps"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Arrays = dict[str, np.ndarray]
+
+_UM = 1e3  # micrometres in a millimetre
+
+
+def coordinates(teeth: LoadedTeeth) -> Arrays:
+    """Labels of the dims: roll and mesh positions, face stations, profile index."""
+    return {
+        "roll_position": teeth.rolls.roll,
+        "mesh_position": np.sort(teeth.rolls.mesh_position),
+        "face": teeth.grid.face,
+        "profile": np.arange(teeth.grid.profile.shape[1]),
+    }
+
+
+@dataclass(frozen=True)
+class _Zones:
+    """Pitch band of the driven flank: profile coordinates of its two borders in each slice [mm]."""
+
+    low: FloatArray
+    high: FloatArray
+
+    @classmethod
+    def of(cls, teeth: LoadedTeeth) -> _Zones:
+        pitch = teeth.pair.pitch_profile(teeth.grid.face)
+        half = teeth.half_width / np.mean(teeth.lines.spacing, axis=0)
+        return cls(pitch - half, pitch + half)
+
+    def of_profile(self, profile: FloatArray) -> NDArray[np.int64]:
+        """Zone of places in slices; `profile` has the slices along its last axis."""
+        return np.where(
+            profile < self.low, int(Zone.ROOT), np.where(profile > self.high, int(Zone.ADDENDUM), int(Zone.PITCH))
+        )
+
+    def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
+        """Greatest value in each zone along curves that cross it.
+
+        Parameters
+        ----------
+        value, profile, counts : (along the curve, face) arrays
+            Samples, their places, and whether they count. Between two samples that count the value is linear, and
+            is read at the border of the band as well: a zone's greatest then hardly depends on the sampling.
+        """
+        zone = self.of_profile(profile)
+        best = {z: float(np.max(value, where=counts & (zone == z), initial=0.0)) for z in Zone}
+        both = counts[1:] & counts[:-1]
+        for border, zones in ((self.low, (Zone.ROOT, Zone.PITCH)), (self.high, (Zone.PITCH, Zone.ADDENDUM))):
+            a, b = profile[:-1] - border, profile[1:] - border
+            crosses = both & (a * b < 0.0)
+            share = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
+            there = value[:-1] + share * (value[1:] - value[:-1])
+            at_border = float(np.max(there, where=crosses, initial=0.0))
+            for z in zones:
+                best[z] = max(best[z], at_border)
+        return best
+
+
+def _inside(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
+    """Slices whose contact is cut off by no edge, (roll, face)."""
+    return ~state.coarse.edge & ~teeth.at_ends()
+
+
+def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
+    """Values in the order of growing mesh position."""
+    return values[np.argsort(teeth.rolls.mesh_position)]
+
+
+def engagement(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
+    """What one wear state does at every roll position."""
+    lines, loads = teeth.lines, state.loads
+    pressure = teeth.solver.pressure(loads, state.coarse)
+    inside = _inside(teeth, state)
+    moment = np.sum(loads.force * lines.lever_arm, axis=1)
+    total = moment.reshape(teeth.rolls.pairs, -1).sum(axis=0)
+    motion = sweep(lines, state.coarse, teeth.pair.roll_per_time)
+    greatest = np.argmax(np.where(inside, pressure, 0.0) + 1e-9 * pressure, axis=1)
+    rows = np.arange(greatest.size)
+    width = 2.0 * loads.half_width[rows, greatest]
+    sliding = np.stack(
+        [specific[rows, greatest] * width for specific in (motion.partner_specific_sliding, motion.specific_sliding)],
+        axis=-1,
+    )
+    arrays = {
+        "load_share": moment / np.tile(total, teeth.rolls.pairs),
+        "contact_pressure_max": np.max(pressure, axis=1, where=inside, initial=0.0),
+        "contact_pressure_max_edge": np.max(pressure, axis=1, where=~inside, initial=0.0),
+        "line_load": teeth.solver.line_load(loads),
+        "sliding_distance": sliding,
+    }
+    if teeth.solver.bodies:
+        per_cycle = teeth.rolls.phase.size
+        arrays["root_stress"] = np.stack(
+            [root_stress(body, loads.force, per_cycle) for body in teeth.solver.bodies], axis=-1
+        )
+    return arrays
+
+
+def mesh_cycle(teeth: LoadedTeeth, state: LoadedState, zero: float) -> Arrays:
+    """What one wear state does at every mesh position; `zero` [mm] is the unworn, unloaded mean separation."""
+    pairs = teeth.rolls.pairs
+    least = state.coarse.least.min(axis=1).reshape(pairs, -1).min(axis=0)
+    loaded = np.any(state.loads.force > 0.0, axis=1).reshape(pairs, -1).sum(axis=0)
+    scale = -teeth.pair.arcsec_per_mm
+    return {
+        "transmission_error_loaded": _by_position(teeth, scale * (teeth.solver.approach(state.loads) - zero)),
+        "transmission_error_unloaded": _by_position(teeth, scale * (least - zero)),
+        "pairs_in_contact": _by_position(teeth, loaded),
+    }
+
+
+def unworn_zero(teeth: LoadedTeeth) -> float:
+    """Mean unloaded, unworn separation of the placement [mm]: where transmission error is zero."""
+    least = teeth.lines.separation[0].min(axis=1).reshape(teeth.rolls.pairs, -1).min(axis=0)
+    return float(least.mean())
+
+
+def history(teeth: LoadedTeeth, state: LoadedState, parts: Mapping[str, Arrays]) -> Arrays:
+    """The quantities of a wear state that the paper follows, from its engagement and mesh cycle."""
+    zones = _Zones.of(teeth)
+    profile = teeth.grid.profile.T
+    wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
+    loads = state.loads
+    pressure = teeth.solver.pressure(loads, state.coarse)
+    stress = zones.greatest(pressure, state.coarse.profile, _inside(teeth, state) & (loads.force > 0.0))
+    error = parts["mesh_cycle"]["transmission_error_loaded"]
+    arrays: dict[str, float | np.ndarray] = {
+        "wear_depth_max_root": wear[Zone.ROOT],
+        "wear_depth_max_addendum": wear[Zone.ADDENDUM],
+        "wear_depth_max_pitch": wear[Zone.PITCH],
+        "load_share_max": parts["engagement"]["load_share"].max(),
+        "contact_pressure_root": stress[Zone.ROOT],
+        "contact_pressure_addendum": stress[Zone.ADDENDUM],
+        "contact_pressure_pitch": stress[Zone.PITCH],
+        "transmission_error_mean": error.mean(),
+        "transmission_error_amplitude": np.ptp(error),
+    }
+    if "root_stress" in parts["engagement"]:
+        arrays["root_stress_max"] = parts["engagement"]["root_stress"].max(axis=0)
+    return {name: np.asarray(value) for name, value in arrays.items()}
+
+
+def residuals(state: LoadedState) -> Arrays:
+    """How well the equations of one wear state are met."""
+    loads = state.loads
+    return {
+        "iterations": np.asarray(int(loads.iterations.max())),
+        "load_balance_residual": np.asarray(loads.balance.max()),
+        "complementarity_residual": np.asarray(loads.complementarity.max()),
+    }
+
+
+def flank(teeth: LoadedTeeth) -> Arrays:
+    """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
+    pair, grid, fine = teeth.pair, teeth.grid, teeth.fine
+    zones = _Zones.of(teeth)
+    fresh, _ = teeth.touch(np.zeros(grid.profile.shape))
+    motion = sweep(fine, fresh, pair.roll_per_time)
+    inside = (fine.profile > fine.low) & (fine.profile < fine.high) & np.isfinite(fine.separation[0])
+    inside &= fine.separation[0] < teeth.solver.reach
+    driving = _driving_profile(teeth)
+    # specific sliding is positive on the addendum (ISO 21771): where the other body is the slower one
+    sign = np.sign(motion.sliding[..., 0])
+    parts = {
+        DRIVING: (driving, fine.partner_profile, -sign * motion.partner_specific_sliding),
+        DRIVEN: (grid.profile, fine.profile, sign * motion.specific_sliding),
+    }
+    arrays: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
+    }
+    for body in range(len(BODIES)):
+        nodes, places, sliding = parts[body]
+        height, radius = pair.flank_place(body, grid.face[:, None], nodes)
+        specific, active = np.zeros(nodes.shape), np.zeros(nodes.shape, dtype=np.int8)
+        for i in range(grid.face.size):
+            on = np.flatnonzero(inside[:, i])
+            if on.size == 0:
+                continue
+            order = on[np.argsort(places[on, i])]
+            specific[i] = np.interp(nodes[i], places[order, i], sliding[order, i])
+            active[i] = (nodes[i] >= places[order[0], i]) & (nodes[i] <= places[order[-1], i])
+        zone = zones.of_profile(nodes.T).T
+        if body == DRIVING:
+            zone = np.where(height < -teeth.half_width, Zone.ROOT, np.where(height > teeth.half_width, 2, Zone.PITCH))
+        for name, values in zip(arrays, (height, radius, zone, active, specific), strict=True):
+            arrays[name].append(values.T)
+    return {name: np.stack(values) for name, values in arrays.items()}
+
+
+def _driving_profile(teeth: LoadedTeeth) -> FloatArray:
+    """Nodes of the driving flank, (face, profile): even from its root to its tip end."""
+    borders = teeth.pair.borders(teeth.grid.face)
+    nodes = np.linspace(borders.partner_root, borders.partner_tip, teeth.grid.profile.shape[1])
+    return np.broadcast_to(nodes, teeth.grid.profile.shape)
+
+
+def wear_maps(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> np.ndarray:
+    """Wear depth of both bodies [um], (wear_step, body, profile, face); the driving body does not wear."""
+    driven = _UM * np.stack([state.wear.T for state in states])
+    return np.stack([np.zeros_like(driven), driven], axis=1)
+
+
+def stacked(parts: Sequence[Arrays]) -> Arrays:
+    """Arrays of several wear states, with the wear step as first axis."""
+    return {name: np.stack([part[name] for part in parts]) for name in parts[0]}

@@ -1,0 +1,335 @@
+"""Where and how a worn flank is touched in each slice: the footprint of a contact line.
+
+Hertz's semi-ellipse over a parabola g = x^2/(2R) is the square root of (d - g), with d = b^2/(2R). The footprint
+of a slice is the same root over the *current* gap, fresh separation plus wear, inside the part of the slice that
+both bodies share and on the rounded edges at its ends:
+
+    w(x) = sqrt(d - (g(x) - min g)) / area        where positive
+
+with d such that the fresh gap gives the reference half-width. It narrows on a ridge, widens in a worn valley, is cut
+off at an edge, and passes from one valley to another without a jump. Its mean gap is what the slice feels, its
+greatest density gives the curvature of the Hertz contact that would be as concentrated, and its shape spreads the
+wear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import pi, sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid, locate
+
+__all__ = ["Footprints", "Spread", "footprints", "spread_over_flank"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_ARC_NODES = 6  # on the part of a rounded edge that a footprint can reach
+_MOST_NODES = 1024  # of a footprint: a bound for the work arrays
+
+
+@dataclass(frozen=True)
+class Footprints:
+    """Contact of every slice with a worn flank; arrays are (roll, face).
+
+    Attributes
+    ----------
+    profile : array [mm]
+        Profile coordinate of the footprint's centre.
+    gap : array [mm]
+        Separation at the nominal rotation that a Hertz contact in this place would start from.
+    curvature : array [1/mm]
+        Relative curvature normal to the line of the Hertz contact that is as concentrated.
+    half_width : array [mm]
+        Half-width normal to the line of that contact under the reference load.
+    edge : bool array
+        The footprint is cut off by an end of either flank.
+    least : array [mm]
+        Least separation at the nominal rotation: where an unloaded slice touches first.
+    """
+
+    profile: FloatArray
+    gap: FloatArray
+    curvature: FloatArray
+    half_width: FloatArray
+    edge: BoolArray
+    least: FloatArray
+
+    def every(self, step: int) -> Footprints:
+        """The footprints of every `step`-th roll position."""
+        return Footprints(
+            **{entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step]) for entry in fields(self)}
+        )
+
+
+@njit(cache=True)
+def _gap_at(place, at, cubic, wear, nodes, split):  # type: ignore[no-untyped-def]
+    cell, x = locate(nodes, split, place)
+    d = place - at
+    return (
+        cubic[0] + d * (cubic[1] + d * (0.5 * cubic[2] + d * cubic[3] / 6.0))
+        + (1.0 - x) * wear[cell] + x * wear[cell + 1]
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
+    """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius)."""
+    here = _gap_at(border, at, cubic, wear, nodes, split)
+    d = border - at
+    slope = direction * (cubic[1] + d * (cubic[2] + 0.5 * d * cubic[3])) / per_mm
+    reach = radius * (-slope + sqrt(slope * slope + 2.0 * room / radius))
+    for c in range(1, _ARC_NODES + 1):
+        x = reach * c / _ARC_NODES
+        u[count] = border + direction * x / per_mm
+        g[count] = here + slope * x + 0.5 * x * x / radius
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def _outline(  # type: ignore[no-untyped-def]
+    at, low, high, cubic, per_mm, low_radius, high_radius, half_width, wear, spread, nodes, split, u, g
+):
+    """Points (profile, gap) of a slice in which its footprint lies, from low to high; returns their number."""
+    bend = max(cubic[2], 1e-6)
+    room = 0.5 * bend * half_width * half_width
+    reach = half_width + sqrt(2.0 * (spread + room) / bend)
+    start, stop = max(low, at - reach), min(high, at + reach)
+    count = 0
+    if start <= low and low_radius > 0.0:
+        count = _arc(low, -1.0, low_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
+        u[:count] = u[:count][::-1].copy()
+        g[:count] = g[:count][::-1].copy()
+    u[count] = start
+    g[count] = _gap_at(start, at, cubic, wear, nodes, split)
+    count += 1
+    p = np.searchsorted(nodes, start)
+    if p < nodes.shape[0] and nodes[p] <= start:
+        p += 1
+    while p < nodes.shape[0] and nodes[p] < stop and count < _MOST_NODES - _ARC_NODES - 2:
+        d = nodes[p] - at
+        u[count] = nodes[p]
+        g[count] = cubic[0] + d * (cubic[1] + d * (0.5 * cubic[2] + d * cubic[3] / 6.0)) + wear[p]
+        count += 1
+        p += 1
+    if stop > u[count - 1]:
+        u[count] = stop
+        g[count] = _gap_at(stop, at, cubic, wear, nodes, split)
+        count += 1
+    if stop >= high and high_radius > 0.0:
+        count = _arc(high, 1.0, high_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
+    return count, room
+
+
+@njit(cache=True)
+def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
+    """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
+    a, b = t_a * t_a, t_b * t_b
+    if abs(a - b) <= 1e-6 * room:
+        t = 0.5 * (t_a + t_b)
+        return width * t, width * t * t * t
+    per = width / abs(b - a)
+    return (
+        2.0 / 3.0 * per * abs(t_a * a - t_b * b),
+        2.0 / 5.0 * per * abs(t_a * a * a - t_b * b * b),
+    )
+
+
+@njit(cache=True)
+def _clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
+    """Part of a stretch with g - least < room: its ends and the roots t there; empty if width is zero."""
+    a, b = room - (g_a - least), room - (g_b - least)
+    if a <= 0.0 and b <= 0.0:
+        return u_a, u_a, 0.0, 0.0
+    if a < 0.0:
+        return u_b - (u_b - u_a) * b / (b - a), u_b, 0.0, sqrt(b)
+    if b < 0.0:
+        return u_a, u_a + (u_b - u_a) * a / (a - b), sqrt(a), 0.0
+    return u_a, u_b, sqrt(a), sqrt(b)
+
+
+@njit(cache=True)
+def _find(  # type: ignore[no-untyped-def]
+    near, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split, half_width,
+    out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
+):  # fmt: skip
+    u, g = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
+    rolls, faces = profile.shape
+    for i in range(faces):
+        spread = wear[i].max() - wear[i].min()
+        for k in range(rolls):
+            at, per_mm = profile[k, i], spacing[k, i]
+            cubic = separation[:, k, i]
+            width = half_width / per_mm
+            out_profile[k, i] = at
+            out_gap[k, i] = cubic[0] + wear[i, 0]
+            out_curvature[k, i] = max(cubic[2], 1e-9) / per_mm**2
+            out_width[k, i] = half_width
+            out_least[k, i] = out_gap[k, i]
+            out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
+            if not near[k, i] or (spread == 0.0 and not out_edge[k, i]):
+                continue
+            count, room = _outline(
+                at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i], high_radius[k, i], width,
+                wear[i], spread, nodes[i], split[i], u, g,
+            )  # fmt: skip
+            least = g[0]
+            for c in range(1, count):
+                least = min(least, g[c])
+            out_least[k, i] = least
+            area, below, moment = 0.0, 0.0, 0.0
+            for c in range(count - 1):
+                if min(g[c], g[c + 1]) - least >= room:
+                    continue
+                u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+                if u_b > u_a:
+                    a, b = _segment(room, u_b - u_a, t_a, t_b)
+                    area += a
+                    below += b
+                    moment += a * 0.5 * (u_a + u_b)
+            # Hertz: the mean of (room - g) is 3/4 of room, the greatest density sqrt(room)/area = 2/(pi b)
+            out_gap[k, i] = least + (room - below / area) - 0.25 * room
+            out_width[k, i] = 2.0 * area / (pi * sqrt(room)) * per_mm
+            out_curvature[k, i] = 2.0 * room / out_width[k, i] ** 2
+            out_profile[k, i] = min(max(moment / area, low[k, i]), high[k, i])
+            # cut off where the gap is still open to the footprint at an end of the slice
+            cut = False
+            for c in range(count):
+                if (u[c] <= low[k, i] or u[c] >= high[k, i]) and g[c] - least < room:
+                    cut = True
+            out_edge[k, i] = cut
+
+
+def footprints(
+    lines: ContactLines, grid: FlankGrid, wear: FloatArray, half_width: float, near: BoolArray
+) -> Footprints:
+    """Footprints of all contact lines on a worn flank.
+
+    Parameters
+    ----------
+    lines : ContactLines
+        Fresh contact lines.
+    grid : FlankGrid
+    wear : (face, profile) array [mm]
+        Wear depth on the grid, >= 0.
+    half_width : float [mm]
+        Reference half-width: that of the footprint on a fresh flank.
+    near : (roll, face) bool array
+        Slices that can carry load; the others keep their fresh place.
+    """
+    shape = lines.profile.shape
+    profile, gap, curvature, width, least = (np.empty(shape) for _ in range(5))
+    edge = np.empty(shape, dtype=np.bool_)
+    _find(
+        near, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
+        lines.low_edge_radius, lines.high_edge_radius, wear, grid.profile, grid.split, half_width,
+        profile, gap, curvature, width, edge, least,
+    )  # fmt: skip
+    return Footprints(profile, gap, curvature, width, edge, least)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What is spread over the footprints, (roll, face) and (roll, face, 2) arrays.
+
+    Attributes
+    ----------
+    rate : array
+        Amount per length of line, e.g. line load times time.
+    centre : array
+        Two components of the factor at the footprint's centre, e.g. the sliding velocity.
+    slope : array
+        Their change by the profile coordinate; the factor is the length of the vector.
+    """
+
+    rate: FloatArray
+    centre: FloatArray
+    slope: FloatArray
+
+
+@njit(cache=True)
+def _spread(  # type: ignore[no-untyped-def]
+    rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
+    wear, nodes, split, half_width, slices, out,
+):  # fmt: skip
+    u, g = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
+    mass, middle = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
+    rolls = profile.shape[0]
+    points = nodes.shape[1]
+    for i in slices:
+        spread = wear[i].max() - wear[i].min()
+        for k in range(rolls):
+            if rate[k, i] == 0.0:
+                continue
+            per_mm = spacing[k, i]
+            count, room = _outline(
+                profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
+                high_radius[k, i], half_width / per_mm, wear[i], spread, nodes[i], split[i], u, g,
+            )  # fmt: skip
+            least = g[0]
+            for c in range(1, count):
+                least = min(least, g[c])
+            area = 0.0
+            pieces = 0
+            for c in range(count - 1):
+                if min(g[c], g[c + 1]) - least >= room:
+                    continue
+                u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+                if u_b > u_a:
+                    mass[pieces] = _segment(room, u_b - u_a, t_a, t_b)[0]
+                    middle[pieces] = 0.5 * (u_a + u_b)
+                    area += mass[pieces]
+                    pieces += 1
+            scale = rate[k, i] / (area * per_mm)
+            for c in range(pieces):
+                away = middle[c] - at_profile[k, i]
+                v0 = centre[k, i, 0] + slope[k, i, 0] * away
+                v1 = centre[k, i, 1] + slope[k, i, 1] * away
+                cell, x = locate(nodes[i], split[i], middle[c])
+                amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                out[i, cell] += (1.0 - x) * amount
+                out[i, cell + 1] += x * amount
+        for p in range(points):
+            left = nodes[i, p] - nodes[i, p - 1] if p > 0 else 0.0
+            right = nodes[i, p + 1] - nodes[i, p] if p < points - 1 else 0.0
+            out[i, p] /= 0.5 * (left + right)
+
+
+def spread_over_flank(
+    lines: ContactLines,
+    grid: FlankGrid,
+    wear: FloatArray,
+    half_width: float,
+    places: FloatArray,
+    what: Spread,
+    slices: NDArray[np.int64],
+) -> FloatArray:
+    """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.
+
+    Parameters
+    ----------
+    lines, grid, wear, half_width
+        As in `footprints`.
+    places : (roll, face) array [mm]
+        Centres to which `what.centre` belongs.
+    what : Spread
+    slices : int array
+        Slices to do; the others stay zero.
+
+    Returns
+    -------
+    (face, profile) array
+    """
+    out = np.zeros(grid.profile.shape)
+    _spread(
+        what.rate, what.centre, what.slope, places, lines.profile, lines.low, lines.high, lines.separation,
+        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, wear, grid.profile, grid.split, half_width,
+        slices, out,
+    )  # fmt: skip
+    return out

@@ -1,0 +1,85 @@
+"""Roll positions at which a mesh cycle is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.errors import SceneError
+from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.tooth_contact import nearest_separation
+
+__all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
+
+FloatArray = NDArray[np.float64]
+
+_FARTHEST = 4  # roll positions from the pitch point beyond which no pair is looked for
+_STEPS = 8  # to a roll position, in that search
+
+
+@dataclass(frozen=True)
+class RollGrid:
+    """Roll positions of several tooth pairs over one mesh cycle.
+
+    Attributes
+    ----------
+    start : float
+        Roll position from which the first pair is followed.
+    pairs : int
+        Tooth pairs; pair j of position m stands at ``start + phase[m] + j``.
+    phase : (M,) array
+        Mesh positions relative to `start`, in [0, 1), growing.
+    substeps : int
+        Steps of the fine grid, on which wear is summed, between two of these positions.
+    """
+
+    start: float
+    pairs: int
+    phase: FloatArray
+    substeps: int = 1
+
+    @property
+    def roll(self) -> FloatArray:
+        """All roll positions, growing: (pairs * M,) array."""
+        return (self.start + np.arange(self.pairs)[:, None] + self.phase).ravel()
+
+    @property
+    def fine_roll(self) -> FloatArray:
+        """The same with `substeps` positions for each."""
+        if self.substeps == 1:
+            return self.roll
+        steps = self.phase.size * self.substeps
+        return self.start + np.arange(self.pairs * steps) / steps
+
+    @property
+    def mesh_position(self) -> FloatArray:
+        """Mesh positions modulo 1, in the order of `phase`."""
+        position = np.mod(self.start + self.phase, 1.0)
+        # rounding must not turn a whole number into one just below the next
+        return np.where(position > 1.0 - 1e-9, 0.0, position)
+
+
+def pairs_that_can_touch(pair: FlankPair, reach: float) -> tuple[float, int]:
+    """First roll position, and number of pairs, that follow every contact nearer than `reach` [mm]."""
+    roll = np.arange(-_FARTHEST * _STEPS, _FARTHEST * _STEPS + 1) / _STEPS
+    separation = nearest_separation(pair, roll)
+    near = roll[separation <= separation.min() + reach]
+    start = float(np.floor(near[0]))
+    return start, max(int(np.floor(near[-1]) - start) + 1, 1)
+
+
+def even_roll_grid(start: float, pairs: int, positions: int, fine: int) -> RollGrid:
+    """Even mesh positions, with substeps enough for `fine` to a mesh cycle."""
+    substeps = max(1, -(-fine // positions))
+    return RollGrid(start, pairs, np.arange(positions) / positions, substeps)
+
+
+def given_roll_grid(start: float, pairs: int, roll_positions: FloatArray) -> RollGrid:
+    """Mesh positions given as roll positions, taken modulo 1."""
+    wanted = np.atleast_1d(np.asarray(roll_positions, float))
+    if wanted.size == 0 or not np.all(np.isfinite(wanted)):
+        raise SceneError.of("roll_positions", roll_positions, "finite numbers, one at least")
+    phase = np.mod(np.round(wanted - start, 12), 1.0)
+    return RollGrid(start, pairs, np.unique(phase))

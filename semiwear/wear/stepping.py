@@ -1,0 +1,197 @@
+"""Wear steps: from one worn flank to the next.
+
+Implicit: within a step of dN meshes the wear that a load causes is itself a gap. Its rate times dN joins the
+diagonal of the compliance and the loads at the end of the step are found in one solution; no step is unstable.
+Explicit: the loads at the start of the step hold throughout; only for comparison.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.line_contact import LineLoads
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.errors import ConvergenceError
+from semiwear.wear.swept_line import Sweep, own_wear, sweep, wear_of_mesh
+
+__all__ = ["ControlPoint", "WearState", "WearStepper"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_SUBCYCLES = 4  # of the footprints within an implicit step, while the loads hold
+_DEPTH_TOLERANCE = 1e-9  # of the wanted depth
+_DEPTH_ITERATIONS = 40
+
+
+@dataclass(frozen=True)
+class WearState:
+    """A worn flank and its elastic contact.
+
+    Attributes
+    ----------
+    meshes : float
+        Engagements of one driven tooth so far.
+    contact : LoadedState
+    """
+
+    meshes: float
+    contact: LoadedState
+
+    @property
+    def wear(self) -> FloatArray:
+        """Wear depth on the grid [mm]."""
+        return self.contact.wear
+
+
+@dataclass(frozen=True)
+class ControlPoint:
+    """A point of the driven flank whose wear controls the steps.
+
+    Attributes
+    ----------
+    face : float [mm]
+    profile : (face,) array [mm]
+        Profile coordinate at which each slice is read: the point's height there.
+    """
+
+    face: float
+    profile: FloatArray
+
+
+@dataclass(frozen=True)
+class WearStepper:
+    """Advances the wear of the driven flank.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+    coefficient : float [mm^2/N]
+        Wear coefficient k of the driven body.
+    implicit : bool
+    """
+
+    teeth: LoadedTeeth
+    coefficient: float
+    implicit: bool = True
+
+    def start(self) -> WearState:
+        """The unworn flank."""
+        return WearState(0.0, self.teeth.load(np.zeros(self.teeth.grid.profile.shape)))
+
+    def step(self, state: WearState, meshes: float) -> WearState:
+        """The state `meshes` engagements later."""
+        step = _Step(self, state)
+        wear = step.worn(step.loads(meshes), meshes)
+        return self._committed(state, wear, meshes)
+
+    def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
+        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
+        step = _Step(self, state)
+        meshes = step.meshes_to(point, depth)
+        wear = step.worn(step.loads(meshes), meshes)
+        return self._committed(state, wear, meshes)
+
+    def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
+        """Wear depth at a control point [mm]."""
+        return self.teeth.grid.interpolate(wear, point.face, point.profile)
+
+    def _committed(self, state: WearState, wear: FloatArray, meshes: float) -> WearState:
+        contact = self.teeth.load(wear, state.contact.loads)
+        return WearState(state.meshes + meshes, contact)
+
+
+class _Step:
+    """What a step knows about its start, whatever its length."""
+
+    def __init__(self, stepper: WearStepper, state: WearState):
+        teeth = stepper.teeth
+        self.stepper, self.teeth, self.state = stepper, teeth, state
+        per_time = teeth.pair.roll_per_time
+        self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
+        coarse = state.contact.coarse
+        loaded = state.contact.loads.force > 0.0
+        self.rate = own_wear(teeth.lines, sweep(teeth.lines, coarse, per_time), coarse, loaded)
+
+    def loads(self, meshes: float, positions: IntArray | None = None) -> LineLoads:
+        """Loads that hold over the step."""
+        contact = self.state.contact
+        if not self.stepper.implicit:
+            return contact.loads
+        own = meshes * self.stepper.coefficient * self.rate
+        return self.teeth.solver.solve(contact.coarse, contact.loads, own, positions)
+
+    def worn(self, loads: LineLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:
+        """Wear at the end of the step [mm]."""
+        teeth = self.teeth
+        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
+        cycles = _SUBCYCLES if self.stepper.implicit else 1
+        wear = self.state.wear
+        for _ in range(cycles):
+            mesh = wear_of_mesh(teeth.fine, teeth.grid, wear, self.motion, line_load, teeth.half_width, slices)
+            wear = wear + meshes * self.stepper.coefficient / cycles * mesh
+        return wear
+
+    def meshes_to(self, point: ControlPoint, depth: float) -> float:
+        """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
+
+        Only the mesh positions whose contact passes near the point are solved for it.
+        """
+        stepper, teeth = self.stepper, self.teeth
+        low, weight = teeth.grid.bracket(point.face)
+        slices = np.unique([low, min(low + 1, teeth.grid.face.size - 1)]) if weight > 0.0 else np.array([low])
+        now = stepper.depth_at(point, self.state.wear)
+        wanted = depth - now
+        positions = self._positions_at(point, slices)
+
+        def missing(meshes: float) -> float:
+            wear = self.worn(self.loads(meshes, positions), meshes, slices)
+            return stepper.depth_at(point, wear) - depth
+
+        mesh = wear_of_mesh(
+            teeth.fine, teeth.grid, self.state.wear, self.motion,
+            teeth.on_fine_rolls(teeth.solver.line_load(self.state.contact.loads)), teeth.half_width, slices,
+        )  # fmt: skip
+        rate = stepper.coefficient * stepper.depth_at(point, mesh)
+        if rate <= 0.0:
+            raise ConvergenceError(
+                f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
+                "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
+            )
+        guess = wanted / rate
+        lower, upper = (0.0, -wanted), None
+        trial = guess
+        for _ in range(_DEPTH_ITERATIONS):
+            value = missing(trial)
+            if abs(value) <= _DEPTH_TOLERANCE * depth:
+                return trial
+            if value < 0.0:
+                lower = (trial, value)
+            else:
+                upper = (trial, value)
+            if upper is None:
+                # wear slows within a step: reach on in proportion, at most fourfold
+                trial *= min(max(wanted / max(value + wanted, 0.25 * wanted), 1.05), 4.0)
+            else:
+                trial = lower[0] - lower[1] * (upper[0] - lower[0]) / (upper[1] - lower[1])
+                width = upper[0] - lower[0]
+                trial = min(max(trial, lower[0] + 1e-3 * width), upper[0] - 1e-3 * width)
+        raise ConvergenceError(
+            f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
+            "it loses its load on the way; choose another wear.control_point or smaller control depths"
+        )
+
+    def _positions_at(self, point: ControlPoint, slices: IntArray) -> IntArray:
+        """Mesh positions whose footprints, in these slices, can reach the control point."""
+        teeth = self.teeth
+        place = self.state.contact.coarse.profile[:, slices]
+        loaded = self.state.contact.loads.force[:, slices] > 0.0
+        reach = 3.0 * teeth.half_width / float(teeth.lines.spacing[:, slices].min())
+        near = loaded & (np.abs(place - point.profile[slices]) <= reach)
+        rolls = np.flatnonzero(near.any(axis=1))
+        # loads are interpolated between positions, so the next ones count as well
+        rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
+        return np.unique(rolls % teeth.rolls.phase.size)
