@@ -56,13 +56,12 @@ class _Zones:
         )
 
     def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
-        """Greatest value in each zone along curves that cross it.
+        """Greatest value in each zone along curves that cross it, read at the zone's borders as well.
 
         Parameters
         ----------
         value, profile, counts : (along the curve, face) arrays
-            Samples, their places, and whether they count. Between two samples that count the value is linear, and
-            is read at the border of the band as well: a zone's greatest then hardly depends on the sampling.
+            Samples, their places, and whether they count; linear between two that count.
         """
         zone = self.of_profile(profile)
         best = {z: float(np.max(value, where=counts & (zone == z), initial=0.0)) for z in Zone}
@@ -144,7 +143,9 @@ def history(teeth: LoadedTeeth, state: LoadedState, parts: Mapping[str, Arrays])
     wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
     loads = state.loads
     pressure = teeth.solver.pressure(loads, state.coarse)
-    stress = zones.greatest(pressure, state.coarse.profile, _inside(teeth, state) & (loads.force > 0.0))
+    zone = zones.of_profile(state.coarse.profile)
+    inside = _inside(teeth, state)
+    stress = {z: float(np.max(pressure, where=inside & (zone == z), initial=0.0)) for z in Zone}
     error = parts["mesh_cycle"]["transmission_error_loaded"]
     arrays: dict[str, float | np.ndarray] = {
         "wear_depth_max_root": wear[Zone.ROOT],

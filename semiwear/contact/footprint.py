@@ -29,6 +29,7 @@ __all__ = ["Footprints", "Spread", "footprints", "spread_over_flank"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
 _ARC_NODES = 6  # on the part of a rounded edge that a footprint can reach
 _MOST_NODES = 1024  # of a footprint: a bound for the work arrays
 
@@ -93,14 +94,17 @@ def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split,
 
 
 @njit(cache=True)
+def _room(cubic, half_width):  # type: ignore[no-untyped-def]
+    """Depth d of a footprint: the sagitta of the fresh gap over the reference half-width."""
+    return 0.5 * max(cubic[2], _LEAST_BEND) * half_width * half_width
+
+
+@njit(cache=True)
 def _outline(  # type: ignore[no-untyped-def]
-    at, low, high, cubic, per_mm, low_radius, high_radius, half_width, wear, spread, nodes, split, u, g
+    start, stop, at, low, high, cubic, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
 ):
-    """Points (profile, gap) of a slice in which its footprint lies, from low to high; returns their number."""
-    bend = max(cubic[2], 1e-6)
-    room = 0.5 * bend * half_width * half_width
-    reach = half_width + sqrt(2.0 * (spread + room) / bend)
-    start, stop = max(low, at - reach), min(high, at + reach)
+    """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
+    start, stop = max(low, min(start, high)), min(high, max(stop, low))
     count = 0
     if start <= low and low_radius > 0.0:
         count = _arc(low, -1.0, low_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
@@ -124,7 +128,7 @@ def _outline(  # type: ignore[no-untyped-def]
         count += 1
     if stop >= high and high_radius > 0.0:
         count = _arc(high, 1.0, high_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
-    return count, room
+    return count
 
 
 @njit(cache=True)
@@ -175,9 +179,12 @@ def _find(  # type: ignore[no-untyped-def]
             out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
             if not near[k, i] or (spread == 0.0 and not out_edge[k, i]):
                 continue
-            count, room = _outline(
-                at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i], high_radius[k, i], width,
-                wear[i], spread, nodes[i], split[i], u, g,
+            room = _room(cubic, width)
+            # a footprint cannot lie where the fresh separation alone exceeds what the wear varies by
+            reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], _LEAST_BEND))
+            count = _outline(
+                at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
+                high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
             )  # fmt: skip
             least = g[0]
             for c in range(1, count):
@@ -268,9 +275,13 @@ def _spread(  # type: ignore[no-untyped-def]
             if rate[k, i] == 0.0:
                 continue
             per_mm = spacing[k, i]
-            count, room = _outline(
-                profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], half_width / per_mm, wear[i], spread, nodes[i], split[i], u, g,
+            width = half_width / per_mm
+            room = _room(separation[:, k, i], width)
+            at = profile[k, i]
+            reach = width + sqrt(2.0 * (spread + room) / max(separation[2, k, i], _LEAST_BEND))
+            count = _outline(
+                at - reach, at + reach, at, low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
+                high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
             )  # fmt: skip
             least = g[0]
             for c in range(1, count):

@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_NEAR_FIELD = 20.0  # half-widths; farther away the width of a stripe does not show
+_NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _FIRST_CAP = 2.0  # candidates reach to this multiple of a typical approach; more when that is too little
 

@@ -21,9 +21,11 @@ __all__ = ["ControlPoint", "WearState", "WearStepper"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
-_SUBCYCLES = 4  # of the footprints within an implicit step, while the loads hold
-_DEPTH_TOLERANCE = 1e-9  # of the wanted depth
+_SUBCYCLES = 8  # of the footprints within an implicit step, while the loads hold
+_MARGIN = 2e-3  # mm by which the approach may grow in a step
+_DEPTH_TOLERANCE = 1e-6  # of the depth that a step adds
 _DEPTH_ITERATIONS = 40
 
 
@@ -85,23 +87,22 @@ class WearStepper:
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
         step = _Step(self, state)
-        wear = step.worn(step.loads(meshes), meshes)
-        return self._committed(state, wear, meshes)
+        return self._committed(step, meshes)
 
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
         step = _Step(self, state)
-        meshes = step.meshes_to(point, depth)
-        wear = step.worn(step.loads(meshes), meshes)
-        return self._committed(state, wear, meshes)
+        return self._committed(step, step.meshes_to(point, depth))
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm]."""
         return self.teeth.grid.interpolate(wear, point.face, point.profile)
 
-    def _committed(self, state: WearState, wear: FloatArray, meshes: float) -> WearState:
-        contact = self.teeth.load(wear, state.contact.loads)
-        return WearState(state.meshes + meshes, contact)
+    def _committed(self, step: _Step, meshes: float) -> WearState:
+        """The end of a step of known length; nothing is changed before everything has converged."""
+        loads = step.loads(meshes)
+        contact = self.teeth.load(step.worn(loads, meshes), loads)
+        return WearState(step.state.meshes + meshes, contact)
 
 
 class _Step:
@@ -113,16 +114,24 @@ class _Step:
         per_time = teeth.pair.roll_per_time
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
         coarse = state.contact.coarse
-        loaded = state.contact.loads.force > 0.0
-        self.rate = own_wear(teeth.lines, sweep(teeth.lines, coarse, per_time), coarse, loaded)
+        motion = sweep(teeth.lines, coarse, per_time)
+        self.rate = own_wear(teeth.lines, motion, coarse, self._may_load())
 
-    def loads(self, meshes: float, positions: IntArray | None = None) -> LineLoads:
-        """Loads that hold over the step."""
+    def _may_load(self) -> BoolArray:
+        """Slices that carry load, or may come to within the step: what is nearer than the approach, and a little."""
+        teeth, contact = self.teeth, self.state.contact
+        approach = np.tile(contact.loads.rotation, teeth.rolls.pairs)[:, None] * teeth.lines.lever_arm
+        return contact.coarse.gap < approach + _MARGIN
+
+    def loads(
+        self, meshes: float, positions: IntArray | None = None, start: LineLoads | None = None
+    ) -> LineLoads:
+        """Loads that hold over the step, found from `start` (its first loads unless given)."""
         contact = self.state.contact
         if not self.stepper.implicit:
             return contact.loads
         own = meshes * self.stepper.coefficient * self.rate
-        return self.teeth.solver.solve(contact.coarse, contact.loads, own, positions)
+        return self.teeth.solver.solve(contact.coarse, start or contact.loads, own, positions)
 
     def worn(self, loads: LineLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:
         """Wear at the end of the step [mm]."""
@@ -146,39 +155,26 @@ class _Step:
         now = stepper.depth_at(point, self.state.wear)
         wanted = depth - now
         positions = self._positions_at(point, slices)
-
-        def missing(meshes: float) -> float:
-            wear = self.worn(self.loads(meshes, positions), meshes, slices)
-            return stepper.depth_at(point, wear) - depth
-
+        loads = self.state.contact.loads
+        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
         mesh = wear_of_mesh(
-            teeth.fine, teeth.grid, self.state.wear, self.motion,
-            teeth.on_fine_rolls(teeth.solver.line_load(self.state.contact.loads)), teeth.half_width, slices,
-        )  # fmt: skip
+            teeth.fine, teeth.grid, self.state.wear, self.motion, line_load, teeth.half_width, slices
+        )
         rate = stepper.coefficient * stepper.depth_at(point, mesh)
         if rate <= 0.0:
             raise ConvergenceError(
                 f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )
-        guess = wanted / rate
-        lower, upper = (0.0, -wanted), None
-        trial = guess
+        known = [(0.0, -wanted)]
+        trial = wanted / rate
         for _ in range(_DEPTH_ITERATIONS):
-            value = missing(trial)
-            if abs(value) <= _DEPTH_TOLERANCE * depth:
+            loads = self.loads(trial, positions, loads)
+            value = stepper.depth_at(point, self.worn(loads, trial, slices)) - depth
+            if abs(value) <= _DEPTH_TOLERANCE * wanted:
                 return trial
-            if value < 0.0:
-                lower = (trial, value)
-            else:
-                upper = (trial, value)
-            if upper is None:
-                # wear slows within a step: reach on in proportion, at most fourfold
-                trial *= min(max(wanted / max(value + wanted, 0.25 * wanted), 1.05), 4.0)
-            else:
-                trial = lower[0] - lower[1] * (upper[0] - lower[0]) / (upper[1] - lower[1])
-                width = upper[0] - lower[0]
-                trial = min(max(trial, lower[0] + 1e-3 * width), upper[0] - 1e-3 * width)
+            known.append((trial, value))
+            trial = _next_trial(known)
         raise ConvergenceError(
             f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
@@ -195,3 +191,15 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return np.unique(rolls % teeth.rolls.phase.size)
+
+
+def _next_trial(known: list[tuple[float, float]]) -> float:
+    """Next argument on the way to the zero of a rising function: a secant, held between the nearest on either side."""
+    below = max(x for x, y in known if y < 0.0)
+    above = min((x for x, y in known if y >= 0.0), default=4.0 * max(x for x, _ in known))
+    (x_0, y_0), (x_1, y_1) = known[-2:]
+    secant = x_1 - y_1 * (x_1 - x_0) / (y_1 - y_0) if y_1 != y_0 else above
+    margin = 1e-3 * (above - below)
+    if below + margin < secant < above - margin or abs(y_1) < 1e-3 * abs(known[0][1]):
+        return min(max(secant, below), above)
+    return 0.5 * (below + above) if len(known) > 3 else min(max(secant, below + margin), above - margin)
