@@ -21,10 +21,8 @@ __all__ = ["ControlPoint", "WearState", "WearStepper"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _SUBCYCLES = 8  # of the footprints within an implicit step, while the loads hold
-_MARGIN = 2e-3  # mm by which the approach may grow in a step
 _DEPTH_TOLERANCE = 1e-6  # of the depth that a step adds
 _DEPTH_ITERATIONS = 40
 
@@ -113,15 +111,22 @@ class _Step:
         self.stepper, self.teeth, self.state = stepper, teeth, state
         per_time = teeth.pair.roll_per_time
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
-        coarse = state.contact.coarse
-        motion = sweep(teeth.lines, coarse, per_time)
-        self.rate = own_wear(teeth.lines, motion, coarse, self._may_load())
+        self.coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
+        rotation = np.tile(state.contact.loads.rotation, teeth.rolls.pairs)
+        self.distance = state.contact.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+        self._rate: FloatArray | None = None
 
-    def _may_load(self) -> BoolArray:
-        """Slices that carry load, or may come to within the step: what is nearer than the approach, and a little."""
-        teeth, contact = self.teeth, self.state.contact
-        approach = np.tile(contact.loads.rotation, teeth.rolls.pairs)[:, None] * teeth.lines.lever_arm
-        return contact.coarse.gap < approach + _MARGIN
+    def rate(self, meshes: float) -> FloatArray:
+        """Own wear per mesh, force and wear coefficient, fixed by the first length that is asked for."""
+        if self._rate is None:
+            arguments = (self.teeth.lines, self.coarse_motion, self.state.contact.coarse, self.distance)
+            force = self.state.contact.loads.force
+            now = own_wear(*arguments, 0.0)
+            # wear that the present loads would leave, where they are; elasticity spreads it when it is large
+            depth = meshes * self.stepper.coefficient * float(np.sum(now * force**2) / np.sum(force))
+            elastic = 2.0 * float(self.teeth.solver.approach(self.state.contact.loads).mean())
+            self._rate = own_wear(*arguments, depth / (1.0 + depth / elastic)) if elastic > 0.0 else now
+        return self._rate
 
     def loads(
         self, meshes: float, positions: IntArray | None = None, start: LineLoads | None = None
@@ -130,7 +135,7 @@ class _Step:
         contact = self.state.contact
         if not self.stepper.implicit:
             return contact.loads
-        own = meshes * self.stepper.coefficient * self.rate
+        own = meshes * self.stepper.coefficient * self.rate(meshes)
         return self.teeth.solver.solve(contact.coarse, start or contact.loads, own, positions)
 
     def worn(self, loads: LineLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:

@@ -32,6 +32,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+_FARTHEST = 1.0  # mm from contact beyond which no step brings a slice to it
 _STANDSTILL = 1e-6  # mm per roll; far from any contact a line may stand still at a border
 
 
@@ -156,18 +157,18 @@ def wear_of_mesh(
 
 
 @njit(cache=True)
-def _own_wear(place, loaded, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
+def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
     rolls, faces = place.shape
     for i in range(faces):
         for k in range(rolls):
-            if not loaded[k, i]:
+            if distance[k, i] > _FARTHEST:
                 continue
             # between roll positions the line moves on: a footprint narrower than that is felt no more often
             step = 0.5 * abs(place[min(k + 1, rolls - 1), i] - place[max(k - 1, 0), i])
             own = max(width[k, i], 0.5 * step)
             total = 0.0
             for j in range(rolls):
-                if not loaded[j, i]:
+                if distance[j, i] > max(distance[k, i], growth):
                     continue
                 d = (place[k, i] - place[j, i]) / (2.0 * own)
                 if abs(d) < 1.0:
@@ -177,25 +178,29 @@ def _own_wear(place, loaded, weight, sliding, time, width, out):  # type: ignore
 
 
 def own_wear(
-    lines: ContactLines, motion: Sweep, worn: Footprints, loaded: BoolArray
+    lines: ContactLines, motion: Sweep, worn: Footprints, distance: FloatArray, growth: float
 ) -> FloatArray:
     """Wear of one mesh, as the line itself will feel it, per force on a slice and wear coefficient [1/mm].
 
-    |v_s| / v_n over the length of the slice where a line moves on: the implicit term of a wear step. Neighbouring
-    roll positions are taken to carry the same load.
+    |v_s| / v_n over the length of the slice where a line moves on: the implicit term of a wear step. Roll positions
+    at which the slice comes into contact within the step, or no later than at this one, are taken to carry the same
+    load.
 
     Parameters
     ----------
     lines : ContactLines
     motion : Sweep
     worn : Footprints
-    loaded : (roll, face) bool array
-        Slices that can carry load; only they wear what others feel.
+    distance : (roll, face) array [mm]
+        Gap less approach: negative where a slice is pressed on. Slices that are still apart have a rate as well,
+        since a long step may bring them into contact.
+    growth : float [mm]
+        By how much the approach will have grown at the end of the step, roughly.
     """
-    out = np.zeros(loaded.shape)
+    out = np.zeros(distance.shape)
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])
     _own_wear(
-        motion.place, loaded, 1.0 / (lines.spacing * lines.length), sliding, motion.time,
+        motion.place, distance, growth, 1.0 / (lines.spacing * lines.length), sliding, motion.time,
         worn.half_width / lines.spacing, out,
     )  # fmt: skip
     return out
