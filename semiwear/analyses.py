@@ -84,7 +84,7 @@ def loaded_contact(
     teeth = physics.loaded_teeth(placement, given)
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     groups = {
-        "engagement": collect.engagement(teeth, state),
+        "engagement": collect.engagement(teeth, state, collect.fresh_sweep(teeth)),
         "mesh_cycle": collect.mesh_cycle(teeth, state, collect.unworn_zero(teeth)),
         "diagnostics": collect.residuals(state),
     }

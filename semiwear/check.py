@@ -51,6 +51,9 @@ def geometric_problems(scene: Scene) -> list[Problem]:
     failed: list[Problem] = []
     with np.errstate(all="ignore"):
         for limit, field in _LIMITS.items():
+            # a point can only be placed on a sound tooth
+            if limit is _control_point_is_on_the_flank and (found or failed):
+                continue
             try:
                 for problem in limit(scene, mesh):
                     found.setdefault(problem.field, problem)
@@ -142,9 +145,7 @@ def _pinion_tip_clears_the_gear_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
         return
     reason = "the pinion's tip would touch the gear's fillet"
     if flank_depth(0.0) >= pinion.addendum:
-        greatest = _crossing(
-            lambda radius: flank_depth(radius) - pinion.addendum, 0.0, tooth.shaper_tip_radius
-        )
+        greatest = _crossing(lambda radius: flank_depth(radius) - pinion.addendum, 0.0, tooth.shaper_tip_radius)
         fix = f"{reason}: give less, or lower pinion_addendum_mm to {_down(depth)}"
         yield _problem(scene, "shaper_tip_radius_mm", f"0 to {_down(greatest)} mm", fix)
     else:
@@ -183,6 +184,21 @@ def _gear_tip_is_generated(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
     if not tooth.gear_addendum < greatest:
         fix = "the shaper's involute ends at its base circle: give less, usually 1 m"
         yield _problem(scene, "gear_addendum_mm", f"below {_down(greatest)} mm", fix)
+
+
+def _gear_has_a_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
+    """The fillet, which rises towards the inner radius, ends below the tip plane."""
+    tooth, inner = mesh.gear, scene.gear_pair.gear_inner_radius_mm
+
+    def flank_height(radius: float) -> float:
+        return tooth.gear_addendum - float(tooth.height(np.array(radius), np.array(tooth.root_profile)))
+
+    if not _crest_margin(tooth) >= 0.0 or flank_height(inner) > 0.0:
+        return
+    limit = _crossing(flank_height, tooth.pitch_radius, inner)
+    fix = "the fillet reaches the tip plane inside: give more, or lower shaper_addendum_mm"
+    allowed = f"above {_up(limit)} mm, below the pitch radius ({_down(tooth.pitch_radius)} mm)"
+    yield _problem(scene, "gear_inner_radius_mm", allowed, fix)
 
 
 def _gear_is_not_pointed(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
@@ -245,9 +261,8 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
     if least < min(greatest, full):
         from_least = f"above {_up(least)}" if least > 0.0 else "0"
         allowed = f"{from_least} to {_down(min(greatest, full))} mm"
-        yield _problem(
-            scene, "rack_tip_radius_mm", allowed, f"{reason}: give {'less' if shallow else 'more'}"
-        )
+        fix = f"{reason}: give {'less' if shallow else 'more'}"
+        yield _problem(scene, "rack_tip_radius_mm", allowed, fix)
     else:
         low, high = addendum + share * radius, deepest + share * radius
         fix = f"{reason}: give {'more' if shallow else 'less'}, or more pinion teeth"
@@ -257,25 +272,21 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
 def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
     tooth, pinion = mesh.gear, mesh.pinion
-    outer = np.array([scene.gear_pair.gear_outer_radius_mm])
-    sharp, rounded = mesh.borders(outer, sharp=True), mesh.borders(outer)
-    gear_room = min(
-        tooth.half_thickness(float(outer[0]), tooth.gear_addendum), float(sharp.tip[0] - sharp.root[0])
-    )
+    ends = np.array(mesh.face_limits)
+    sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
+    # the top land is least at the outer end; the flank may be short at either
+    land = tooth.half_thickness(float(ends[1]), tooth.gear_addendum)
+    inset, flank = sharp.tip - rounded.tip, sharp.tip - sharp.root
+    pinion_inset = sharp.partner_tip - rounded.partner_tip
     pinion_room = min(pinion.tip_half_thickness, sharp.partner_tip - sharp.partner_root)
-    for field, radius, inset, room in (
-        ("gear_tip_edge_radius_mm", sharp.tip_edge_radius, float(sharp.tip[0] - rounded.tip[0]), gear_room),
-        (
-            "pinion_tip_edge_radius_mm",
-            sharp.partner_tip_edge_radius,
-            sharp.partner_tip - rounded.partner_tip,
-            pinion_room,
-        ),
+    for field, radius, fit in (
+        ("gear_tip_edge_radius_mm", sharp.tip_edge_radius, np.min(np.minimum(flank, land) / inset)),
+        ("pinion_tip_edge_radius_mm", sharp.partner_tip_edge_radius, pinion_room / np.float64(pinion_inset)),
     ):
         # a tooth without a land is pointed, which is another limit
-        if inset > room > 0.0:
+        if 0.0 < fit < 1.0:
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower addendum"
-            yield _problem(scene, field, f"0 to {_down(radius * room / inset)} mm", fix)
+            yield _problem(scene, field, f"0 to {_down(radius * float(fit))} mm", fix)
 
 
 # ---- the control point
@@ -295,9 +306,9 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator
         fix = "the height above the pitch plane, between fillet and tip edge where the pinion meets the flank"
         yield Problem(name, point.height_mm, allowed, fix)
     else:
-        allowed = "a radius at which the pinion meets the flank; usually close to the gear's pitch radius, "
-        allowed += f"{mesh.gear.pitch_radius:.6g} mm"
-        yield Problem("wear.control_point.radius_mm", point.radius_mm, allowed, "move the point inwards")
+        allowed = f"a radius at which the pinion meets the flank, as at {mesh.gear.pitch_radius:.6g} mm"
+        fix = "give a radius closer to the gear's pitch radius"
+        yield Problem("wear.control_point.radius_mm", point.radius_mm, allowed, fix)
 
 
 def _reach(mesh: FaceGearMesh, radius: float) -> tuple[float, float]:
@@ -330,6 +341,7 @@ _LIMITS: dict[Callable[[Scene, FaceGearMesh], Iterator[Problem]], str] = {
     _pinion_tip_clears_the_gear_fillet: "shaper_addendum_mm",
     _gear_is_not_undercut: "gear_inner_radius_mm",
     _gear_tip_is_generated: "gear_addendum_mm",
+    _gear_has_a_flank: "gear_inner_radius_mm",
     _gear_is_not_pointed: "gear_outer_radius_mm",
     _pinion_is_not_pointed: "pinion_addendum_mm",
     _gear_tip_clears_the_pinion_fillet: "rack_addendum_mm",

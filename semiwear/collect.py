@@ -15,9 +15,9 @@ from semiwear.compliance.tooth import root_stress
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
-from semiwear.wear.swept_line import sweep
+from semiwear.wear.swept_line import Sweep, sweep
 
-__all__ = ["Arrays", "coordinates", "engagement", "flank", "history", "mesh_cycle", "residuals", "stacked", "unworn_zero", "wear_maps"]
+__all__ = ["Arrays", "coordinates", "engagement", "flank", "fresh_sweep", "history", "mesh_cycle", "residuals", "stacked", "unworn_zero", "wear_maps"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -87,19 +87,22 @@ def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
     return values[np.argsort(teeth.rolls.mesh_position)]
 
 
-def engagement(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
-    """What one wear state does at every roll position."""
+def engagement(teeth: LoadedTeeth, state: LoadedState, fresh: Sweep) -> Arrays:
+    """What one wear state does at every roll position.
+
+    Speeds over the flanks are those of the fresh contact lines (`fresh_sweep`): wear moves a line by a fraction of
+    its path, but lets it hurry and dwell between roll positions.
+    """
     lines, loads = teeth.lines, state.loads
     pressure = teeth.solver.pressure(loads, state.coarse)
     inside = _inside(teeth, state)
     moment = np.sum(loads.force * lines.lever_arm, axis=1)
     total = moment.reshape(teeth.rolls.pairs, -1).sum(axis=0)
-    motion = sweep(lines, state.coarse, teeth.pair.roll_per_time)
     greatest = np.argmax(np.where(inside, pressure, 0.0) + 1e-9 * pressure, axis=1)
     rows = np.arange(greatest.size)
     width = 2.0 * loads.half_width[rows, greatest]
     sliding = np.stack(
-        [specific[rows, greatest] * width for specific in (motion.partner_specific_sliding, motion.specific_sliding)],
+        [specific[rows, greatest] * width for specific in (fresh.partner_specific_sliding, fresh.specific_sliding)],
         axis=-1,
     )
     arrays = {
@@ -115,6 +118,12 @@ def engagement(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
             [root_stress(body, loads.force, per_cycle) for body in teeth.solver.bodies], axis=-1
         )
     return arrays
+
+
+def fresh_sweep(teeth: LoadedTeeth) -> Sweep:
+    """Motion of the unworn contact lines at the solved positions."""
+    _, fresh = teeth.touch(np.zeros(teeth.grid.profile.shape))
+    return sweep(teeth.lines, fresh, teeth.pair.roll_per_time)
 
 
 def mesh_cycle(teeth: LoadedTeeth, state: LoadedState, zero: float) -> Arrays:

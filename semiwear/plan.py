@@ -29,7 +29,7 @@ from semiwear.wear.stepping import ControlPoint, WearStepper
 
 __all__ = ["Choice", "Plan", "plan"]
 
-_FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
+_FINE_ROLLS = 48  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
 _WEAR_TO_COME = 0.15  # mm
 

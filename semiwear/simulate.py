@@ -115,10 +115,11 @@ def _result(
     zero = collect.unworn_zero(teeth)
     contacts = [state.contact for state in states]
     point = physics.control_point(teeth)
+    fresh = collect.fresh_sweep(teeth)
     parts: list[dict[str, collect.Arrays]] = []
     for contact in contacts:
         part = {
-            "engagement": collect.engagement(teeth, contact),
+            "engagement": collect.engagement(teeth, contact, fresh),
             "mesh_cycle": collect.mesh_cycle(teeth, contact, zero),
         }
         part["history"] = collect.history(teeth, contact, part)

@@ -32,6 +32,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+_LEAST_WIDTH = 0.1  # of the usual half-width: what slices hardly loaded are given
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _FIRST_CAP = 2.0  # candidates reach to this multiple of a typical approach; more when that is too little
@@ -91,17 +92,37 @@ class LineLoads:
         )
 
 
-@dataclass
+@dataclass(frozen=True)
 class _System:
-    """What a mesh position needs at every wear state: candidates and their tooth compliance."""
+    """What a mesh position needs at every wear state: its candidates and what does not change about them.
+
+    Attributes
+    ----------
+    cap : float [mm]
+        Fresh separation below which a slice is a candidate.
+    index : (n,) int array
+        Flat indices of the candidates in (roll, face) arrays.
+    starts : (lines + 1,) int array
+        First candidate of each contact line.
+    usual : float [mm]
+        Half-width of a usual load.
+    static : (n, n) array [mm/N]
+        Compliance apart from the near field of the stripe kernel.
+    slope : (n, n) array [mm/N/mm]
+        Change of row i when point i moves.
+    profile, lever, length, arc : (n,) arrays [mm]
+    """
 
     cap: float
-    rolls: IntArray
-    faces: IntArray
+    index: IntArray
     starts: IntArray
-    near: float
+    usual: float
     static: FloatArray
     slope: FloatArray
+    profile: FloatArray
+    lever: FloatArray
+    length: FloatArray
+    arc: FloatArray
 
 
 @dataclass
@@ -166,27 +187,35 @@ class LineContact:
         known = self._systems.get(position)
         if known is not None and known.cap >= cap:
             return known
-        rolls = self._rolls_of(position)
-        pair, face = np.nonzero(self.lines.separation[0][rolls] < cap)
-        starts = np.searchsorted(pair, np.arange(self.pairs + 1))
-        tooth, slope = line_compliance(self.bodies, rolls[pair], face, pair)
+        rolls, lines = self._rolls_of(position), self.lines
+        pair, face = np.nonzero(lines.separation[0][rolls] < cap)
+        if pair.size == 0:
+            raise ConvergenceError(
+                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement"
+            )
         at = (rolls[pair], face)
-        usual = float(self._usual_half_width(at))
-        near = _NEAR_FIELD * usual
-        depth, shear, poisson = self._mid_surface(at)
+        starts = np.searchsorted(pair, np.arange(self.pairs + 1))
+        static, slope = line_compliance(self.bodies, *at, pair)
+        curvature = np.maximum(lines.separation[2][at], 1e-9) / lines.spacing[at] ** 2
+        usual = float(np.median(line_contact_half_width(self._typical_load(), curvature, self.modulus)))
         add_far_stripe(
-            tooth, starts, self.lines.arc[at], self.lines.length[at], usual, near, 1.0 / (pi * self.modulus),
-            depth, shear, poisson,
+            static, starts, lines.arc[at], lines.length[at], usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus),
+            *self._mid_surface(at),
         )  # fmt: skip
-        system = _System(cap, rolls[pair], face, starts, near, tooth, slope)
+        system = _System(
+            cap=cap,
+            index=np.ravel_multi_index(at, lines.profile.shape),
+            starts=starts,
+            usual=usual,
+            static=static,
+            slope=slope,
+            profile=lines.profile[at],
+            lever=lines.lever_arm[at],
+            length=lines.length[at],
+            arc=lines.arc[at],
+        )
         self._systems[position] = system
         return system
-
-    def _usual_half_width(self, at: tuple[IntArray, IntArray]) -> float:
-        curvature = np.maximum(self.lines.separation[2][at], 1e-9) / self.lines.spacing[at] ** 2
-        if curvature.size == 0:
-            return 1.0
-        return float(np.median(line_contact_half_width(self._typical_load(), curvature, self.modulus)))
 
     def _mid_surface(self, at: tuple[IntArray, IntArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
@@ -243,7 +272,7 @@ class LineContact:
         while True:
             system = self._system(position, cap)
             rotation = self._solve_system(position, system, worn, loads, wear_compliance)
-            reached = float(np.max(rotation * self.lines.lever_arm[rolls]))
+            reached = rotation * float(system.lever.max())
             if reached <= system.cap:
                 return
             cap = 1.5 * reached
@@ -265,50 +294,42 @@ class LineContact:
         loads: LineLoads,
         wear_compliance: FloatArray | None,
     ) -> float:
-        at = (system.rolls, system.faces)
-        lines = self.lines
-        gap = worn.gap[at]
-        if gap.size == 0:
-            raise ConvergenceError(
-                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement"
-            )
-        lever, curvature, length, arc = (x[at] for x in (lines.lever_arm, worn.curvature, lines.length, lines.arc))
-        static = system.static
-        moved = (worn.profile - lines.profile)[at]
-        if np.any(moved):
+        index = system.index
+        gap, curvature = worn.gap.ravel()[index], worn.curvature.ravel()[index]
+        static = system.static.copy()
+        moved = worn.profile.ravel()[index] - system.profile
+        if moved.any():
             change = system.slope * moved[:, None]
-            static = static + change + change.T
+            static += change
+            static += change.T
         if wear_compliance is not None:
-            static = static.copy()
-            static[np.diag_indices_from(static)] += wear_compliance[at]
+            static.ravel()[:: index.size + 1] += wear_compliance.ravel()[index]
 
-        force, slack = loads.force[at], np.empty(gap.size)
-        typical = self._typical_load()
-        usual = line_contact_half_width(np.full(gap.size, typical), curvature, self.modulus)
-        floor, reach = 0.2 * usual, 2.0 * float(np.median(usual))
-        if force.any():
-            active, width = force > 0.0, np.maximum(loads.half_width[at], floor)
+        force, slack = loads.force.ravel()[index], np.empty(index.size)
+        floor = np.full(index.size, _LEAST_WIDTH * system.usual)
+        active = force > 0.0
+        if active.any():
+            width = np.maximum(loads.half_width.ravel()[index], floor)
         else:
-            active, width = gap <= np.quantile(gap, 0.25), usual
+            active, width = gap <= np.quantile(gap, 0.25), np.full(index.size, system.usual)
         status, rotation, iterations, change_of_width = solve_line_loads(
-            static, gap, lever, self.torque, curvature, system.starts, arc, length, system.near, self.modulus,
-            floor, reach, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations, active, width, force, slack,
+            static, gap, system.lever, self.torque, curvature, system.starts, system.arc, system.length,
+            _NEAR_FIELD * system.usual, self.modulus, floor, 2.0 * system.usual, *stripe_table(),
+            _WIDTH_TOLERANCE, self.max_iterations, active, width, force, slack,
         )  # fmt: skip
         if status != SolveStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
             raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width))
         loads.force[self._rolls_of(position)] = 0.0
-        loads.force[at] = force
-        loads.half_width[at] = np.where(force > 0.0, width, 0.0)
+        loads.force.ravel()[index] = force
+        loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation
         loads.iterations[position] = iterations
-        approach = float(np.max(lever * rotation - gap))
-        loads.balance[position] = abs(float(lever @ force) / self.torque - 1.0)
-        # force over length is the line load; the Hertz pressure goes with its root
-        pressure = np.sqrt(force / length * curvature)
-        loads.complementarity[position] = (
-            max(float(np.max(pressure * np.abs(slack))) / float(pressure.max()), float(np.max(-slack))) / approach
-        )
+        loads.balance[position] = abs(float(system.lever @ force) / self.torque - 1.0)
+        # the Hertz pressure goes with the root of line load times curvature
+        pressure = np.sqrt(force / system.length * curvature)
+        worst = max(float((pressure * np.abs(slack)).max() / pressure.max()), float(-slack.min()))
+        loads.complementarity[position] = worst / float((system.lever * rotation - gap).max())
         return float(rotation)
 
     def _reason(self, status: SolveStatus, change: float) -> str:

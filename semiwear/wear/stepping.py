@@ -22,7 +22,8 @@ __all__ = ["ControlPoint", "WearState", "WearStepper"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SUBCYCLES = 8  # of the footprints within an implicit step, while the loads hold
+_DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step footprints follow the wear that often, while the loads hold
+_CYCLES = (4, 32)
 _DEPTH_TOLERANCE = 1e-6  # of the depth that a step adds
 _DEPTH_ITERATIONS = 40
 
@@ -115,6 +116,7 @@ class _Step:
         rotation = np.tile(state.contact.loads.rotation, teeth.rolls.pairs)
         self.distance = state.contact.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self._rate: FloatArray | None = None
+        self.cycles = 1
 
     def rate(self, meshes: float) -> FloatArray:
         """Own wear per mesh, force and wear coefficient, fixed by the first length that is asked for."""
@@ -124,8 +126,10 @@ class _Step:
             now = own_wear(*arguments, 0.0)
             # wear that the present loads would leave, where they are; elasticity spreads it when it is large
             depth = meshes * self.stepper.coefficient * float(np.sum(now * force**2) / np.sum(force))
-            elastic = 2.0 * float(self.teeth.solver.approach(self.state.contact.loads).mean())
-            self._rate = own_wear(*arguments, depth / (1.0 + depth / elastic)) if elastic > 0.0 else now
+            elastic = 2.0 * float(np.abs(self.teeth.solver.approach(self.state.contact.loads)).mean())
+            growth = depth / (1.0 + depth / elastic)
+            self._rate = own_wear(*arguments, growth)
+            self.cycles = int(np.clip(np.ceil(growth / _DEPTH_A_CYCLE), *_CYCLES))
         return self._rate
 
     def loads(
@@ -142,11 +146,10 @@ class _Step:
         """Wear at the end of the step [mm]."""
         teeth = self.teeth
         line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
-        cycles = _SUBCYCLES if self.stepper.implicit else 1
         wear = self.state.wear
-        for _ in range(cycles):
+        for _ in range(self.cycles):
             mesh = wear_of_mesh(teeth.fine, teeth.grid, wear, self.motion, line_load, teeth.half_width, slices)
-            wear = wear + meshes * self.stepper.coefficient / cycles * mesh
+            wear = wear + meshes * self.stepper.coefficient / self.cycles * mesh
         return wear
 
     def meshes_to(self, point: ControlPoint, depth: float) -> float:

@@ -1,0 +1,156 @@
+"""Command line: run, plan, report."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import semiwear as sw
+from semiwear.errors import SceneError, SemiwearError
+
+__all__ = ["main"]
+
+_COLUMNS = (
+    ("meshes", "meshes", "{:.3e}", 1),
+    ("control [um]", "wear_depth_control_point", "{:.1f}", 1),
+    ("root [um]", "wear_depth_max_root", "{:.1f}", 1),
+    ("addendum [um]", "wear_depth_max_addendum", "{:.1f}", 1),
+    ("load share", "load_share_max", "{:.3f}", 1),
+    ("p root [MPa]", "contact_pressure_root", "{:.0f}", 1),
+    ("p pitch [MPa]", "contact_pressure_pitch", "{:.0f}", 1),
+    ("root stress p/g [MPa]", "root_stress_max", "{:.1f}", 2),
+    ("TE mean [arcsec]", "transmission_error_mean", "{:.2f}", 1),
+    ("TE ampl. [arcsec]", "transmission_error_amplitude", "{:.2f}", 1),
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status: 0, or 2 for an error that the user can mend."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.action(options)
+    except (SemiwearError, FileNotFoundError) as error:
+        print(f"semiwear: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="semiwear", description="Gear tooth wear, from a scene to a worn flank.")
+    parser.add_argument("--version", action="version", version=f"semiwear {sw.__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="simulate a scene")
+    run.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
+    run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
+    run.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    run.set_defaults(action=_run)
+
+    plan = commands.add_parser("plan", help="show what would run for a scene, and why")
+    plan.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    plan.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    plan.set_defaults(action=_plan)
+
+    report = commands.add_parser("report", help="make the HTML page of a result")
+    report.add_argument("file", help="a netCDF file that semiwear wrote")
+    report.add_argument("-o", "--output", metavar="FILE", help="default: the file's name with .html")
+    report.set_defaults(action=_report)
+    return parser
+
+
+def _scene(options: argparse.Namespace) -> sw.Scene:
+    scene = sw.load_scene(options.scene)
+    changes = dict(_assignment(text) for text in options.set)
+    return scene.replace(changes) if changes else scene
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    """`key=value`, the value as in TOML; what is no TOML value is taken as text."""
+    key, separator, value = text.partition("=")
+    if not separator or not key.strip():
+        raise SceneError.of("--set", text, "KEY=VALUE, e.g. operation.pinion_torque_Nm=800")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def _run(options: argparse.Namespace) -> None:
+    scene = _scene(options)
+    for path in (options.output, options.report):
+        folder = Path(path).resolve().parent if path else None
+        if folder is not None and not folder.is_dir():
+            raise SceneError.of("output", path, "a file in a folder that exists", f"make the folder {folder}")
+    begin = time.perf_counter()
+    with _Bar() as bar:
+        tree = sw.simulate(scene, progress=bar)
+    print(_table(tree))
+    print(f"\n{time.perf_counter() - begin:.1f} s (the first run after an installation compiles for some seconds more)")
+    if options.output:
+        sw.save(tree, options.output)
+        print(f"result: {options.output}")
+    if options.report:
+        print(f"report: {sw.report(tree, options.report)}")
+
+
+def _plan(options: argparse.Namespace) -> None:
+    print(sw.plan(_scene(options)))
+
+
+def _report(options: argparse.Namespace) -> None:
+    target = options.output or Path(options.file).with_suffix(".html")
+    print(f"report: {sw.report(sw.open_results(options.file), target)}")
+
+
+def _table(tree: xr.DataTree) -> str:
+    """One row a wear step."""
+    history = tree["history"].to_dataset()
+    shown = [column for column in _COLUMNS if column[1] in history.variables]
+    rows = [[name for name, *_ in shown]]
+    for step in range(history.sizes["wear_step"]):
+        row = []
+        for _, variable, form, _count in shown:
+            values = np.atleast_1d(history[variable].values[step])
+            row.append("/".join(form.format(value) for value in values))
+        rows.append(row)
+    wide = [max(len(row[k]) for row in rows) for k in range(len(shown))]
+    return "\n".join("  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows)
+
+
+class _Bar:
+    """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else a line a step."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+
+    def __enter__(self) -> _Bar:
+        print("computing the unworn teeth ...", file=sys.stderr, flush=True)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def step(self, done: int, total: int, text: str) -> None:
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            print(f"wear step {done} of {total}: {text}", file=sys.stderr, flush=True)
+            return
+        if self._bar is None:
+            self._bar = tqdm(total=total, unit="step", desc="wear", leave=True)
+        self._bar.set_postfix_str(text)
+        self._bar.update(done - self._bar.n)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,437 @@
+"""Loaded line contact against Hertz, against numerical integrals and against brute force."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq, nnls
+
+import semiwear as sw
+from semiwear.compliance.tooth import line_compliance
+from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.hertz import (
+    effective_modulus,
+    elliptic_contact,
+    line_contact_half_width,
+    line_contact_pressure,
+)
+from semiwear.contact.stripe import add_far_stripe, add_near_stripe, stripe_kernel, stripe_table
+from semiwear.plan import plan
+
+STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
+TOOTH_LOAD = 1.6e6 / (0.5 * 6.35 * 25 * np.cos(np.radians(25.0)))  # N, 1600 N m on one tooth
+
+
+# ---------------------------------------------------------------- closed forms
+
+
+def test_hertz_of_spheres():
+    load, radius, modulus = 321.0, 17.0, 115e3
+    contact = elliptic_contact(load, 1.0 / radius, 1.0 / radius, modulus)
+    a = (0.75 * load * radius / modulus) ** (1.0 / 3.0)
+    assert contact.major_half_axis == pytest.approx(a, rel=1e-9)
+    assert contact.minor_half_axis == pytest.approx(a, rel=1e-9)
+    assert contact.peak_pressure == pytest.approx(1.5 * load / (np.pi * a**2), rel=1e-9)
+    assert contact.approach == pytest.approx(a**2 / radius, rel=1e-9)
+
+
+def test_hertz_nearly_of_spheres_is_continuous():
+    round_ = elliptic_contact(100.0, 0.05, 0.05, 1e5)
+    for excess in (1e-10, 1e-8, 1e-6):
+        contact = elliptic_contact(100.0, 0.05, 0.05 * (1.0 + excess), 1e5)
+        assert contact.major_half_axis == pytest.approx(round_.major_half_axis, rel=2.0 * excess + 1e-7)
+        assert contact.peak_pressure == pytest.approx(round_.peak_pressure, rel=2.0 * excess + 1e-7)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_hertz_of_a_long_ellipse(order):
+    contact = elliptic_contact(5000.0, *(1.0 / 20.0, 1.0 / 2000.0)[::order], 115e3)
+    assert contact.major_half_axis == pytest.approx(6.49113, rel=2e-6)
+    assert contact.minor_half_axis == pytest.approx(0.35691, rel=2e-5)
+    assert contact.peak_pressure == pytest.approx(1030.47, rel=1e-5)
+    assert contact.approach == pytest.approx(0.013718, rel=4e-5)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, 50.0, 900.0])
+def test_hertz_pressure_makes_the_gap_vanish(ratio):
+    """The half-space moves by approach less the gap, at the middle and on both half-axes."""
+    modulus, load, curvature = 115e3, 5000.0, (0.05 / ratio, 0.05)
+    contact = elliptic_contact(load, *curvature, modulus)
+    a, b, p0 = contact.major_half_axis, contact.minor_half_axis, contact.peak_pressure
+    for x, y in ((0.0, 0.0), (0.7 * a, 0.0), (0.0, 0.6 * b)):
+
+        def integrand(angle, x=x, y=y):
+            # along a ray from (x, y): pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2) over r times r dr; half of a whole disc
+            u, v = np.cos(angle), np.sin(angle)
+            A = (u / a) ** 2 + (v / b) ** 2
+            B = x * u / a**2 + y * v / b**2
+            C = 1.0 - (x / a) ** 2 - (y / b) ** 2
+            return 0.5 * np.pi * (C + B**2 / A) / np.sqrt(A) / 2.0
+
+        total = quad(integrand, 0.0, 2.0 * np.pi, points=[0.5 * np.pi, np.pi, 1.5 * np.pi], limit=400)[0]
+        moved = p0 / (np.pi * modulus) * total / 2.0
+        gap = 0.5 * (curvature[0] * x**2 + curvature[1] * y**2)
+        # opposite rays together cover each chord twice over, hence the halves above
+        assert 2.0 * moved == pytest.approx(contact.approach - gap, rel=1e-6)
+
+
+def test_hertz_of_a_line():
+    line_load, radius = 420.0, 33.0
+    b = line_contact_half_width(np.array(line_load), np.array(1.0 / radius), STEEL)
+    p0 = line_contact_pressure(np.array(line_load), np.array(1.0 / radius), STEEL)
+    assert b**2 == pytest.approx(4.0 * line_load * radius / (np.pi * STEEL), rel=1e-12)
+    assert p0 * b * np.pi / 2.0 == pytest.approx(line_load, rel=1e-12)  # the semi-ellipse carries the load
+
+
+# ---------------------------------------------------------------- the stripe kernel
+
+
+@pytest.mark.parametrize("distance", [1e-3, 0.02, 0.3, 1.0, 4.0, 30.0, 800.0])
+def test_stripe_kernel_is_the_integral_over_the_stripe(distance):
+    def across(angle):
+        return 2.0 / np.pi * np.cos(angle) ** 2 / np.hypot(np.sin(angle), distance)
+
+    narrow = min(10.0 * distance, 1.0)
+    expected = 2.0 * (
+        quad(across, 0.0, narrow, limit=400, epsabs=1e-13)[0]
+        + quad(across, narrow, 0.5 * np.pi, limit=400, epsabs=1e-13)[0]
+    )
+    assert float(stripe_kernel(np.array(distance))) == pytest.approx(expected, rel=1e-9)
+
+
+def test_stripe_kernel_far_away_is_a_point_load():
+    distance = np.array([50.0, 300.0, 2000.0])
+    np.testing.assert_allclose(stripe_kernel(distance) * distance, 1.0, atol=0.15 / 50.0**2)
+
+
+def self_compliance(length: float, half_width: float) -> float:
+    matrix = np.zeros((1, 1))
+    add_near_stripe(
+        matrix, np.array([0, 1]), np.zeros(1), np.array([length]), np.array([half_width]), np.inf,
+        1.0 / (np.pi * STEEL), *stripe_table(),
+    )  # fmt: skip
+    return float(matrix[0, 0])
+
+
+@pytest.mark.parametrize("length_over_width", [0.01, 0.1, 1.0, 7.0, 100.0])
+def test_self_compliance_of_a_slice_is_the_kernel_integrated(length_over_width):
+    half_width = 0.4
+    length = length_over_width * half_width
+    t = 0.5 * length_over_width
+    expected = quad(lambda u: float(stripe_kernel(np.array(t * u**2))) * 2.0 * t * u, 0.0, 1.0, limit=200)[0]
+    found = self_compliance(length, half_width) * np.pi * STEEL * length / 2.0
+    assert found == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("length_over_width", [50.0, 400.0, 4000.0])
+def test_stripe_in_the_plane_limit_is_the_hertz_approach(length_over_width):
+    half_width = 0.5
+    half_length = length_over_width * half_width
+    found = self_compliance(2.0 * half_length, half_width) * 2.0 * half_length * np.pi * STEEL
+    assert found == pytest.approx(2.0 * np.log(4.0 * length_over_width) + 1.0, abs=1.0 / length_over_width**2 + 1e-6)
+
+
+def test_compliance_between_slices_is_the_kernel_integrated():
+    arc, half_width = np.array([0.0, 0.9, 4.0, 20.0]), np.full(4, 0.5)
+    length = np.full(4, 0.7)
+    matrix = np.zeros((4, 4))
+    add_near_stripe(
+        matrix, np.array([0, 4]), arc, length, half_width, np.inf, 1.0 / (np.pi * STEEL), *stripe_table()
+    )
+    for i, j in combinations(range(4), 2):
+        expected = quad(
+            lambda s, i=i, j=j: float(stripe_kernel(np.array(abs(arc[j] - arc[i] + s) / 0.5))) / 0.5, -0.35, 0.35
+        )[0]
+        assert matrix[i, j] == matrix[j, i]
+        assert matrix[i, j] == pytest.approx(expected / (np.pi * STEEL * 0.7), rel=1e-5)
+
+
+# ---------------------------------------------------------------- one rigid tooth is a Hertz ellipse
+
+
+def one_rigid_tooth(scene: sw.Scene, slices: int) -> sw.Scene:
+    return scene.replace(
+        {
+            "wear": None,
+            "numerics.tooth_compliance": "rigid",
+            "numerics.tooth_pairs": 1,
+            "numerics.face_slices": slices,
+            "operation.pinion_torque_Nm": 1600.0,
+        }
+    )
+
+
+SLICES = [40, 61, 121, 400, 2000]
+
+
+@pytest.fixture(scope="module")
+def at_pitch_point(shipped):
+    """Engagement at roll position 0, by the number of slices; a second position goes along."""
+    return {
+        slices: sw.loaded_contact(one_rigid_tooth(shipped, slices), roll_positions=[0.0, 0.25])["engagement"]
+        .isel(wear_step=0)
+        .sel(roll_position=0.0)
+        for slices in SLICES
+    }
+
+
+@pytest.mark.parametrize("slices", SLICES)
+def test_peak_pressure_of_one_tooth(at_pitch_point, slices):
+    assert at_pitch_point[slices].contact_pressure_max.item() == pytest.approx(910.0, rel=0.01)
+
+
+@pytest.mark.parametrize("slices", SLICES)
+def test_half_length_of_one_tooth(shipped, slices):
+    teeth = plan(one_rigid_tooth(shipped, slices)).loaded_teeth(None, np.array([0.0, 0.25]))
+    force = teeth.load(np.zeros(teeth.grid.profile.shape)).loads.force[0]
+    assert teeth.lines.roll[0] == 0.0
+    half_length = 0.5 * teeth.lines.length[0][force > 0.0].sum()
+    assert half_length == pytest.approx(22.2, abs=80.0 / slices)
+
+
+@pytest.mark.parametrize("slices", SLICES)
+def test_half_width_of_one_tooth(at_pitch_point, slices):
+    contact = at_pitch_point[slices]
+    half_width = 2.0 * contact.line_load.max().item() / (np.pi * contact.contact_pressure_max.item())
+    assert half_width == pytest.approx(0.525, rel=0.01)
+
+
+@pytest.mark.parametrize("slices", SLICES)
+def test_one_tooth_carries_the_torque(shipped, at_pitch_point, slices):
+    contact = at_pitch_point[slices]
+    assert contact.load_share.item() == pytest.approx(1.0, abs=1e-12)
+    # slices are equal in gear radius; along the line, about 8.08 degrees off that direction, they are longer
+    total = contact.line_load.sum().item() * 80.0 / slices / np.cos(np.radians(8.08))
+    assert total == pytest.approx(TOOTH_LOAD, rel=0.01)
+
+
+def test_a_single_roll_position_is_enough(shipped, at_pitch_point):
+    alone = sw.loaded_contact(one_rigid_tooth(shipped, 61), roll_positions=[0.0])["engagement"].isel(wear_step=0)
+    assert alone.contact_pressure_max.item() == pytest.approx(at_pitch_point[61].contact_pressure_max.item(), rel=1e-9)
+
+
+def test_approach_of_one_tooth(shipped):
+    """Rigid teeth approach as two half-spaces do: 21.56 um along the line of action."""
+    tree = sw.loaded_contact(one_rigid_tooth(shipped, 121), roll_positions=[0.0, 0.25])
+    approach = elliptic_contact(TOOTH_LOAD, 7.032e-5, 3.041e-2, STEEL).approach
+    base_radius = 0.5 * 6.35 * 25 * np.cos(np.radians(25.0))
+    expected = -approach / base_radius * 25 / 160 * np.degrees(1.0) * 3600.0
+    error = tree["mesh_cycle"].transmission_error_loaded.sel(mesh_position=0.0).item()
+    assert error == pytest.approx(expected, rel=0.01)
+
+
+# ---------------------------------------------------------------- equations of the loaded teeth
+
+
+def test_residuals_fresh_and_worn(worn):
+    diagnostics = worn["diagnostics"]
+    assert diagnostics.load_balance_residual.sizes == {"wear_step": 13}
+    assert float(diagnostics.load_balance_residual.max()) < 1e-9
+    assert float(diagnostics.complementarity_residual.max()) < 1e-6
+
+
+def test_load_shares_sum_to_one(worn):
+    share = worn["engagement"].load_share
+    phase = np.round(np.mod(share.roll_position.values, 1.0), 9) % 1.0
+    positions = np.unique(phase)
+    assert positions.size == worn["mesh_cycle"].sizes["mesh_position"]
+    for position in positions:
+        total = share.values[:, phase == position].sum(axis=1)
+        np.testing.assert_allclose(total, 1.0, atol=1e-9)
+
+
+class Assembled:
+    """Equations of one mesh position, put together anew from the public pieces, without the solver's shortcuts."""
+
+    def __init__(self, teeth, state, position):
+        solver, lines = teeth.solver, teeth.lines
+        rolls = np.arange(teeth.rolls.pairs) * teeth.rolls.phase.size + position
+        pair, face = np.nonzero(solver.is_near(lines)[rolls])
+        at = (rolls[pair], face)
+        starts = np.searchsorted(pair, np.arange(teeth.rolls.pairs + 1))
+        self.force = state.loads.force[at]
+        self.gap = state.coarse.gap[at]
+        self.lever = lines.lever_arm[at]
+        self.rotation = state.loads.rotation[position]
+        self.tooth, _ = line_compliance(solver.bodies, rolls[pair], face, pair)
+        self.matrix = self.tooth.copy()
+        width = np.where(self.force > 0.0, state.loads.half_width[at], 0.3)
+        factor = 1.0 / (np.pi * solver.modulus)
+        bodies = [on_lines.body for on_lines in solver.bodies]
+        add_far_stripe(
+            self.matrix, starts, lines.arc[at], lines.length[at], 0.5, np.inf, factor,
+            np.stack([on_lines.depth[at] for on_lines in solver.bodies]),
+            np.array([(1.0 + b.poissons_ratio) / (2.0 * np.pi * b.youngs_modulus) for b in bodies]),
+            np.array([b.poissons_ratio for b in bodies]),
+        )  # fmt: skip
+        add_near_stripe(self.matrix, starts, lines.arc[at], lines.length[at], width, np.inf, factor, *stripe_table())
+
+
+@pytest.fixture(scope="module")
+def fresh_teeth(shipped):
+    teeth = plan(shipped).loaded_teeth()
+    return teeth, teeth.load(np.zeros(teeth.grid.profile.shape))
+
+
+@pytest.mark.parametrize("position", [0, 7, 15])
+def test_equations_hold_when_put_together_anew(fresh_teeth, position):
+    teeth, state = fresh_teeth
+    equations = Assembled(teeth, state, position)
+    slack = equations.gap + equations.matrix @ equations.force - equations.lever * equations.rotation
+    approach = float(np.max(equations.lever * equations.rotation - equations.gap))
+    on = equations.force > 0.0
+    assert 10 < on.sum() < on.size
+    assert equations.lever @ equations.force == pytest.approx(1.6e6, rel=1e-9)
+    # the solver replaces the kernel beyond twelve half-widths by its far field, and its widths are 1e-5 old
+    assert np.abs(slack[on]).max() < 1e-3 * approach
+    assert slack[~on].min() > -1e-3 * approach
+
+
+@pytest.mark.parametrize("position", [0, 7, 15])
+def test_compliance_is_symmetric_and_positive_definite(fresh_teeth, position):
+    equations = Assembled(*fresh_teeth, position)
+    for matrix in (equations.tooth, equations.matrix):
+        np.testing.assert_allclose(matrix, matrix.T, rtol=0.0, atol=1e-15 * np.abs(matrix).max())
+    assert np.linalg.eigvalsh(equations.matrix)[0] > 0.0
+    assert np.linalg.eigvalsh(equations.tooth)[0] > -1e-6 * np.linalg.eigvalsh(equations.tooth)[-1]
+
+
+def test_pinion_compliance_is_reciprocal_before_it_is_made_symmetric(fresh_teeth):
+    teeth, _ = fresh_teeth
+    pinion = teeth.solver.bodies[0]
+    pairs = teeth.rolls.pairs
+    rolls = np.repeat(np.arange(pairs) * teeth.rolls.phase.size + 3, 5)
+    faces = np.tile(np.linspace(5, 55, 5).astype(int), pairs)
+    matrix, slope = np.zeros((rolls.size, rolls.size)), np.zeros((rolls.size, rolls.size))
+    pinion.add_compliance(rolls, faces, np.repeat(np.arange(pairs), 5), matrix, slope)
+    np.testing.assert_allclose(matrix, matrix.T, rtol=0.0, atol=1e-3 * np.abs(matrix).max())
+
+
+def test_given_roll_positions_equal_those_of_the_even_grid(small):
+    even = sw.loaded_contact(small)
+    wanted = np.array([0.0, 0.25, 0.5, 11.0 / 12.0])
+    given = sw.loaded_contact(small, roll_positions=wanted[::-1] - 3.0)
+    for group, dim in (("engagement", "roll_position"), ("mesh_cycle", "mesh_position")):
+        for name, values in given[group].data_vars.items():
+            if name == "sliding_distance":  # speeds are differences between neighbouring roll positions
+                continue
+            same = even[group][name].sel({dim: values[dim]}, method="nearest", tolerance=1e-9)
+            np.testing.assert_allclose(values, same, rtol=1e-6, atol=1e-6 * float(np.abs(same).max()), err_msg=name)
+
+
+def test_wear_depth_of_a_result_gives_its_loads_again(small):
+    scene = small.replace({"wear.until.meshes": 5e9, "numerics.wear_steps": 2})
+    tree = sw.simulate(scene)
+    again = sw.loaded_contact(scene, wear_depth=tree["flank"].wear_depth.isel(wear_step=-1))
+    last = tree["engagement"].isel(wear_step=-1)
+    for name in ("load_share", "contact_pressure_max", "root_stress"):
+        greatest = float(np.abs(last[name]).max())
+        np.testing.assert_allclose(again["engagement"][name][0], last[name], atol=1e-4 * greatest, err_msg=name)
+
+
+def test_twice_the_stiffness_under_twice_the_torque(small):
+    modulus = small.material.gear.youngs_modulus_MPa
+    twice = small.replace(
+        {
+            "operation.pinion_torque_Nm": 2.0 * small.operation.pinion_torque_Nm,
+            "material.gear.youngs_modulus_MPa": 2.0 * modulus,
+            "material.pinion.youngs_modulus_MPa": 2.0 * modulus,
+        }
+    )
+    one, two = sw.loaded_contact(small), sw.loaded_contact(twice)
+    for name, factor in {
+        "load_share": 1.0,
+        "line_load": 2.0,
+        "contact_pressure_max": 2.0,
+        "root_stress": 2.0,
+        "sliding_distance": 1.0,
+    }.items():
+        greatest = factor * float(np.abs(one["engagement"][name]).max())
+        np.testing.assert_allclose(
+            two["engagement"][name], factor * one["engagement"][name], atol=1e-6 * greatest, err_msg=name
+        )
+    error = one["mesh_cycle"].transmission_error_loaded
+    np.testing.assert_allclose(two["mesh_cycle"].transmission_error_loaded, error, rtol=1e-6)
+
+
+# ---------------------------------------------------------------- the active set
+
+
+def loads_of(matrix, gap, lever, torque):
+    """`solve_line_loads` where the near field vanishes: infinitely stiff half-spaces, every slice on its own line."""
+    n = gap.size
+    force, slack = np.zeros(n), np.zeros(n)
+    status, rotation, _, _ = solve_line_loads(
+        static=matrix, gap=gap, lever=lever, torque=torque, curvature=np.ones(n),
+        starts=np.arange(n + 1), arc=np.zeros(n), length=np.ones(n), near=1.0, modulus=1e30, floor=np.ones(n),
+        reach=1.0, values=stripe_table()[0], slopes=stripe_table()[1], tolerance=1e-9, max_iterations=20,
+        active=np.zeros(n, dtype=bool), width=np.ones(n), force=force, slack=slack,
+    )  # fmt: skip
+    assert status == SolveStatus.CONVERGED
+    return force, rotation, slack
+
+
+def random_contact(random, n):
+    root = random.normal(size=(n, n + 2))
+    matrix = root @ root.T / n + 0.05 * np.eye(n)
+    return matrix, np.abs(random.normal(size=n)), random.uniform(0.5, 2.0, n), random.uniform(0.05, 5.0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_active_set_against_all_sets(seed):
+    random = np.random.default_rng(seed)
+    n = 8
+    matrix, gap, lever, torque = random_contact(random, n)
+    found = []
+    for size in range(1, n + 1):
+        for members in combinations(range(n), size):
+            on = list(members)
+            whole = np.zeros((size + 1, size + 1))
+            whole[:size, :size] = matrix[np.ix_(on, on)]
+            whole[:size, size], whole[size, :size] = -lever[on], lever[on]
+            solution = np.linalg.solve(whole, np.append(-gap[on], torque))
+            force = np.zeros(n)
+            force[on] = solution[:size]
+            slack = gap + matrix @ force - lever * solution[size]
+            if force.min() >= 0.0 and slack.min() >= -1e-12:
+                found.append((force, solution[size]))
+    assert len(found) == 1
+    force, rotation, slack = loads_of(matrix, gap, lever, torque)
+    np.testing.assert_allclose(force, found[0][0], atol=1e-10)
+    assert rotation == pytest.approx(found[0][1], rel=1e-10)
+    np.testing.assert_allclose(slack, gap + matrix @ force - lever * rotation, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_active_set_against_least_squares(seed):
+    random = np.random.default_rng(100 + seed)
+    n = 60
+    matrix, gap, lever, torque = random_contact(random, n)
+    factor = np.linalg.cholesky(matrix).T
+
+    def forces(rotation):
+        # min 1/2 F C F - (a phi - g) F over F >= 0 is a least-squares problem in the Cholesky factor
+        return nnls(factor, np.linalg.solve(factor.T, lever * rotation - gap), maxiter=50 * n)[0]
+
+    high = 1.0
+    while lever @ forces(high) < torque:
+        high *= 2.0
+    rotation = brentq(lambda phi: lever @ forces(phi) - torque, 0.0, high, xtol=1e-14)
+    force, found, _ = loads_of(matrix, gap, lever, torque)
+    assert found == pytest.approx(rotation, rel=1e-9)
+    np.testing.assert_allclose(force, forces(rotation), atol=1e-9)
+    assert (force > 0.0).sum() < n
+
+
+def test_active_set_refuses_an_indefinite_compliance():
+    n = 3
+    matrix = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    force, slack = np.zeros(n), np.zeros(n)
+    status = solve_line_loads(
+        matrix, np.zeros(n), np.ones(n), 1.0, np.ones(n), np.arange(n + 1), np.zeros(n), np.ones(n), 1.0, 1e30,
+        np.ones(n), 1.0, *stripe_table(), 1e-9, 20, np.ones(n, dtype=bool), np.ones(n), force, slack,
+    )[0]  # fmt: skip
+    assert status == SolveStatus.NOT_POSITIVE_DEFINITE
