@@ -11,15 +11,13 @@ from __future__ import annotations
 
 import os
 from importlib import metadata
-from pathlib import Path
-
-import xarray as xr
 
 from semiwear import plot
 from semiwear.analyses import loaded_contact, tooth_contact_analysis
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
 from semiwear.plan import plan
+from semiwear.report import write_report as report
 from semiwear.results import open_results, save
 from semiwear.scene import Placement, Scene, shipped_scenes
 from semiwear.scene import load_scene as _load_scene
@@ -60,10 +58,3 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
         With every problem at once.
     """
     return _load_scene(name_or_path, check=geometric_problems)
-
-
-def report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
-    """Write a self-contained HTML page of a result (extra ``plot``)."""
-    from semiwear.report import write_report  # jinja-free, but it needs the plot extra: import it where it is used
-
-    return write_report(tree, path)

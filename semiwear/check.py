@@ -274,9 +274,8 @@ def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     tooth, pinion = mesh.gear, mesh.pinion
     ends = np.array(mesh.face_limits)
     sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
-    # the top land is least at the outer end; the flank may be short at either
-    land = tooth.half_thickness(float(ends[1]), tooth.gear_addendum)
     inset, flank = sharp.tip - rounded.tip, sharp.tip - sharp.root
+    land = np.array([tooth.half_thickness(float(end), tooth.gear_addendum) for end in ends])
     pinion_inset = sharp.partner_tip - rounded.partner_tip
     pinion_room = min(pinion.tip_half_thickness, sharp.partner_tip - sharp.partner_root)
     for field, radius, fit in (

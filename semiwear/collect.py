@@ -17,7 +17,19 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
 from semiwear.wear.swept_line import Sweep, sweep
 
-__all__ = ["Arrays", "coordinates", "engagement", "flank", "fresh_sweep", "history", "mesh_cycle", "residuals", "stacked", "unworn_zero", "wear_maps"]
+__all__ = [
+    "Arrays",
+    "coordinates",
+    "engagement",
+    "flank",
+    "fresh_sweep",
+    "history",
+    "mesh_cycle",
+    "residuals",
+    "stacked",
+    "unworn_zero",
+    "wear_maps",
+]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -190,6 +202,8 @@ def flank(teeth: LoadedTeeth) -> Arrays:
     motion = sweep(fine, fresh, pair.roll_per_time)
     inside = (fine.profile > fine.low) & (fine.profile < fine.high) & np.isfinite(fine.separation[0])
     inside &= fine.separation[0] < teeth.solver.reach
+    # where a line stops or turns at a border its speed is none of the flank's
+    inside[1:-1] &= inside[2:] & inside[:-2]
     driving = _driving_profile(teeth)
     # specific sliding is positive on the addendum (ISO 21771): where the other body is the slower one
     sign = np.sign(motion.sliding[..., 0])

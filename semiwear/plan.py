@@ -27,7 +27,7 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FaceGearPair, Material, Placement, Scene
 from semiwear.wear.stepping import ControlPoint, WearStepper
 
-__all__ = ["Choice", "Plan", "plan"]
+__all__ = ["Choice", "Plan", "plan", "prisms"]
 
 _FINE_ROLLS = 48  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
@@ -106,7 +106,8 @@ class Plan:
             modulus=modulus,
             max_iterations=numerics.max_iterations,
         )
-        whole = elliptic_contact(torque / lever, *np.maximum(middle.curvature[0], 1e-9), modulus)
+        along, across = np.maximum(middle.curvature[0], 1e-9)
+        whole = elliptic_contact(torque / lever, float(along), float(across), modulus)
         return LoadedTeeth(
             pair=pair,
             rolls=rolls,
@@ -279,13 +280,13 @@ def _tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tup
         return ()
     bodies = []
     for index, material in enumerate((scene.material.pinion, scene.material.gear)):
-        prisms = _prisms(scene.gear_pair, index, material, scene.numerics.harmonics)
+        matrices = prisms(scene.gear_pair, index, material, scene.numerics.harmonics)
         shape = pair.prism_body(index)
         body = ToothBody(
             start=shape.start,
             width=shape.width,
             faces=np.array(shape.faces),
-            sections=prisms,
+            sections=matrices,
             ahead=1 if index == DRIVING else -1,
             youngs_modulus=material.youngs_modulus_MPa,
             poissons_ratio=material.poissons_ratio,
@@ -302,7 +303,7 @@ def _places(lines: ContactLines, body: int) -> LinePlaces:
 
 
 @lru_cache(maxsize=16)
-def _prisms(table: FaceGearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
+def prisms(table: FaceGearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
     """Prism matrices of a body; they depend on geometry and material alone and are kept between runs."""
     shape = FaceGearMesh(table, Placement()).prism_body(body)
     return tuple(

@@ -77,9 +77,7 @@ def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | 
     return tree
 
 
-def _worn_states(
-    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, progress: Progress
-) -> Iterator[WearState]:
+def _worn_states(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, progress: Progress) -> Iterator[WearState]:
     """The unworn state and one after each wear step."""
     wear = physics.scene.wear
     assert wear is not None

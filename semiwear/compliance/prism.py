@@ -360,9 +360,7 @@ class _Pitch:
         parts = (self.inner, self.coupling, self.sides)
         inner, coupling, sides = (k0 + k * k1 + k**2 * k2 for k0, k1, k2 in parts)
         load = observer.load[:, self.inner_unknowns].toarray().T
-        factor = splu(
-            inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factor = splu(inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         solution = factor.solve(np.hstack([load, -coupling]))
         own, carried = np.split(solution, [load.shape[1]], axis=1)
         stress = observer.stress + k * observer.stress_along
@@ -400,9 +398,7 @@ def _side_angle(section: ToothSection) -> float:
 # --- all pitches -------------------------------------------------------------------------------------------
 
 
-def _join(
-    condensed: list[_Condensed], section: ToothSection, rack_teeth: int
-) -> tuple[FloatArray, FloatArray]:
+def _join(condensed: list[_Condensed], section: ToothSection, rack_teeth: int) -> tuple[FloatArray, FloatArray]:
     """Deflection (n, 5, H, H) and stress (n, 3, F, H) around the loaded tooth; zero beyond a rack."""
     pitch = np.array([c.stiffness for c in condensed])
     count, side = len(pitch), pitch.shape[1] // 2

@@ -159,9 +159,7 @@ def section_mesh(
     off_centre[centre_line] = False
     mirror[centre_line] = centre_line
     mirror[off_centre] = len(half) + np.arange(off_centre.sum())
-    elements = np.vstack(
-        [_elements(grid1), _elements(grid2.T), _elements(mirror[grid1].T), _elements(mirror[grid2])]
-    )
+    elements = np.vstack([_elements(grid1), _elements(grid2.T), _elements(mirror[grid1].T), _elements(mirror[grid2])])
 
     points_on_flank = 2 * (heights - 1) + 1
     mesh = SectionMesh(

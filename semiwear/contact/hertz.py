@@ -25,9 +25,7 @@ def effective_modulus(
     youngs_modulus_1: float, poissons_ratio_1: float, youngs_modulus_2: float, poissons_ratio_2: float
 ) -> float:
     """Effective modulus E* [MPa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson 1985, eq. 4.20)."""
-    return 1.0 / (
-        (1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2
-    )
+    return 1.0 / ((1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2)
 
 
 def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:

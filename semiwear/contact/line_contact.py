@@ -34,8 +34,9 @@ BoolArray = NDArray[np.bool_]
 
 _LEAST_WIDTH = 0.1  # of the usual half-width: what slices hardly loaded are given
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
-_WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
-_FIRST_CAP = 2.0  # candidates reach to this multiple of a typical approach; more when that is too little
+_WIDTH_TOLERANCE = 1e-4  # of the half-widths, between two solutions
+_MARGIN = 1.15  # of the expected approach
+_FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; more when that is too little
 
 
 def usual_approach(line_load: float, modulus: float) -> float:
@@ -197,7 +198,11 @@ class LineContact:
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
         static, slope = line_compliance(self.bodies, *at, pair)
         curvature = np.maximum(lines.separation[2][at], 1e-9) / lines.spacing[at] ** 2
-        usual = float(np.median(line_contact_half_width(self._typical_load(), curvature, self.modulus)))
+        usual = float(
+            np.median(
+                line_contact_half_width(np.full(curvature.shape, self._typical_load()), curvature, self.modulus)
+            )
+        )
         add_far_stripe(
             static, starts, lines.arc[at], lines.length[at], usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus),
             *self._mid_surface(at),
@@ -294,12 +299,35 @@ class LineContact:
         loads: LineLoads,
         wear_compliance: FloatArray | None,
     ) -> float:
-        index = system.index
+        gap = worn.gap.ravel()[system.index]
+        # only what is nearer than the approach can touch; where the start knows it, that spares much
+        expected = loads.rotation[position]
+        chosen = np.flatnonzero(gap < _MARGIN * expected * system.lever) if expected > 0.0 else np.arange(gap.size)
+        if chosen.size == 0:
+            chosen = np.arange(gap.size)
+        rotation = self._solve_chosen(position, system, chosen, worn, loads, wear_compliance)
+        if chosen.size < gap.size and np.any(np.delete(gap - rotation * system.lever, chosen) < 0.0):
+            rotation = self._solve_chosen(position, system, np.arange(gap.size), worn, loads, wear_compliance)
+        return rotation
+
+    def _solve_chosen(
+        self,
+        position: int,
+        system: _System,
+        chosen: IntArray,
+        worn: Footprints,
+        loads: LineLoads,
+        wear_compliance: FloatArray | None,
+    ) -> float:
+        index = system.index[chosen]
         gap, curvature = worn.gap.ravel()[index], worn.curvature.ravel()[index]
-        static = system.static.copy()
-        moved = worn.profile.ravel()[index] - system.profile
+        lever, length, arc = system.lever[chosen], system.length[chosen], system.arc[chosen]
+        starts = np.searchsorted(chosen, system.starts)
+        pick = np.ix_(chosen, chosen)
+        static = system.static[pick]
+        moved = worn.profile.ravel()[index] - system.profile[chosen]
         if moved.any():
-            change = system.slope * moved[:, None]
+            change = system.slope[pick] * moved[:, None]
             static += change
             static += change.T
         if wear_compliance is not None:
@@ -313,9 +341,9 @@ class LineContact:
         else:
             active, width = gap <= np.quantile(gap, 0.25), np.full(index.size, system.usual)
         status, rotation, iterations, change_of_width = solve_line_loads(
-            static, gap, system.lever, self.torque, curvature, system.starts, system.arc, system.length,
-            _NEAR_FIELD * system.usual, self.modulus, floor, 2.0 * system.usual, *stripe_table(),
-            _WIDTH_TOLERANCE, self.max_iterations, active, width, force, slack,
+            static, gap, lever, self.torque, curvature, starts, arc, length, _NEAR_FIELD * system.usual,
+            self.modulus, floor, 2.0 * system.usual, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations,
+            active, width, force, slack,
         )  # fmt: skip
         if status != SolveStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
@@ -325,18 +353,17 @@ class LineContact:
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation
         loads.iterations[position] = iterations
-        loads.balance[position] = abs(float(system.lever @ force) / self.torque - 1.0)
+        loads.balance[position] = abs(float(lever @ force) / self.torque - 1.0)
         # the Hertz pressure goes with the root of line load times curvature
-        pressure = np.sqrt(force / system.length * curvature)
+        pressure = np.sqrt(force / length * curvature)
         worst = max(float((pressure * np.abs(slack)).max() / pressure.max()), float(-slack.min()))
-        loads.complementarity[position] = worst / float((system.lever * rotation - gap).max())
+        loads.complementarity[position] = worst / float((lever * rotation - gap).max())
         return float(rotation)
 
     def _reason(self, status: SolveStatus, change: float) -> str:
         if status == SolveStatus.WIDTHS_CHANGE:
             return (
-                f"half-widths still change by {change:.1e}; raise numerics.max_iterations above "
-                f"{self.max_iterations}"
+                f"half-widths still change by {change:.1e}; raise numerics.max_iterations above {self.max_iterations}"
             )
         if status == SolveStatus.NO_CONTACT_SET:
             return "the contact set does not settle; change numerics.face_slices"

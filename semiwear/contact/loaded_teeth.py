@@ -72,7 +72,8 @@ class LoadedTeeth:
         """Elastic contact on a worn flank [mm], started from other loads when given."""
         fine, coarse = self.touch(wear)
         if start is None:
-            start = LineLoads.none(*self.lines.profile.shape, self.rolls.phase.size)
+            rolls, faces = self.lines.profile.shape
+            start = LineLoads.none(rolls, faces, self.rolls.phase.size)
         return LoadedState(wear, fine, coarse, self.solver.solve(coarse, start))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:

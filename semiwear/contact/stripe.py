@@ -50,9 +50,7 @@ def stripe_table() -> tuple[FloatArray, FloatArray]:
     # from 0 to the first node: k behaves like ln t there; Gauss points in t^2 remove most of the singularity
     first = np.polynomial.legendre.leggauss(60)
     t = 0.5 * (first[0] + 1.0)
-    start = float(
-        np.sum(0.5 * first[1] * stripe_kernel(_TABLE_START * t**2) * _TABLE_START * 2.0 * t)
-    )
+    start = float(np.sum(0.5 * first[1] * stripe_kernel(_TABLE_START * t**2) * _TABLE_START * 2.0 * t))
     values = start + np.concatenate([[0.0], np.cumsum(pieces)])
     at = np.exp(nodes)
     return values, stripe_kernel(at) * at

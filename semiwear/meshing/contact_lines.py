@@ -149,9 +149,7 @@ def _start_of_line(
     return low, np.clip(guess, low, tip)
 
 
-def trace_contact_lines(
-    pair: FlankPair, roll: FloatArray, face: FloatArray, *, sharp: bool = False
-) -> ContactLines:
+def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, sharp: bool = False) -> ContactLines:
     """Contact lines of a pair at roll positions [1] in slices at face stations [mm].
 
     With `sharp` the flanks end at their nominal edges, otherwise where the rounding of the edges begins.

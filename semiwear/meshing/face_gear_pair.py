@@ -111,12 +111,8 @@ class FaceGearMesh:
         """Rotation and shift of the displaced pinion, and the pitch point about which it is turned."""
         p = self.placement
         about_x, about_y = 1e-3 * p.shaft_angle_error_mrad, 1e-3 * p.pinion_slope_mrad
-        turn_x = np.array(
-            [[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]]
-        )
-        turn_y = np.array(
-            [[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]]
-        )
+        turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
+        turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
         shift = np.array([p.offset_mm, p.axial_gear_mm, p.axial_pinion_mm])
         pitch_point = np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius])
         return turn_x @ turn_y, shift, pitch_point
@@ -168,9 +164,7 @@ class FaceGearMesh:
         rotation, shift, pitch_point = self._pinion_frame
         local = (position - shift - pitch_point) @ rotation + pitch_point
         across, down = local[..., 0], -(local[..., 1] + self._axis_offset)
-        roll_angle = np.sqrt(
-            np.maximum((across**2 + down**2) / self.pinion.base_radius**2 - 1.0, 0.0)
-        )
+        roll_angle = np.sqrt(np.maximum((across**2 + down**2) / self.pinion.base_radius**2 - 1.0, 0.0))
         touching = np.arctan2(across, down) - self.pinion.polar_angle(roll_angle)
         return Meeting(
             separation=self.pinion.base_radius * (nominal - touching),

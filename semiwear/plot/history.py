@@ -93,9 +93,7 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
         meshes, meshes_label = meshes_axis(mean)
         upper.plot(meshes, mean.values, "o-", color="#333333")
         lower.plot(meshes, amplitude.values, "o-", color="#333333")
-        upper.set(
-            xlabel=meshes_label, ylabel=label(mean, "Mean"), title="Mean, gear side (negative: it lags)"
-        )
+        upper.set(xlabel=meshes_label, ylabel=label(mean, "Mean"), title="Mean, gear side (negative: it lags)")
         lower.set(xlabel=meshes_label, ylabel=label(amplitude, "Amplitude"), title="Amplitude, peak to peak")
     return upper, lower
 

@@ -145,9 +145,7 @@ def step_colours(count: int) -> list[tuple[float, ...]]:
     """A colour a wear step, dark for the first to light for the last."""
     import matplotlib
 
-    return [
-        tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 2)))
-    ]
+    return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 2)))]
 
 
 def _exponent(value: float) -> int:

@@ -37,9 +37,7 @@ def figure_text(value: float, digits: int = 4) -> str:
 def element(tag: str, content: str, **attributes: str) -> str:
     """An HTML element; `content` is markup already, attribute values are escaped (``class_`` is class)."""
     names = (name.strip("_").replace("_", "-") for name in attributes)
-    written = "".join(
-        f' {name}="{escape(text)}"' for name, text in zip(names, attributes.values(), strict=True)
-    )
+    written = "".join(f' {name}="{escape(text)}"' for name, text in zip(names, attributes.values(), strict=True))
     return f"<{tag}{written}>{content}</{tag}>"
 
 
@@ -47,12 +45,8 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> s
     """A table that scrolls sideways on its own; cells are text, `head` may hold markup."""
     heads = "".join(element("th", cell, scope="col") for cell in head)
     lines = "".join(
-        element(
-            "tr", element("th", escape(first), scope="row") + "".join(element("td", escape(c)) for c in rest)
-        )
+        element("tr", element("th", escape(first), scope="row") + "".join(element("td", escape(c)) for c in rest))
         for first, *rest in rows
     )
     body = element("caption", escape(caption)) + f"<thead><tr>{heads}</tr></thead><tbody>{lines}</tbody>"
-    return element(
-        "div", element("table", body), class_="scroll", tabindex="0", role="region", aria_label=caption
-    )
+    return element("div", element("table", body), class_="scroll", tabindex="0", role="region", aria_label=caption)

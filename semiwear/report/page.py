@@ -138,9 +138,7 @@ def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
     if not compared:
         drawn = sorted(drawn, key=lambda one: one.picture.panels)
     cards = "".join(
-        _card(one, [entry for entry in compared if entry.picture == one.picture.name])
-        for one in drawn
-        if one.uri
+        _card(one, [entry for entry in compared if entry.picture == one.picture.name]) for one in drawn if one.uri
     )
     left_out = "".join(
         f"<li>{escape(one.picture.title)}: {escape(one.left_out)}.</li>" for one in drawn if one.left_out

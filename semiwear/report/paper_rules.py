@@ -8,9 +8,7 @@ from semiwear.report.trends import Trend
 
 __all__ = ["NOT_STATED", "both", "number", "within"]
 
-NOT_STATED = (
-    "The paper states neither torque nor materials, tooth heights or fillets; here they are the scene's."
-)
+NOT_STATED = "The paper states neither torque nor materials, tooth heights or fillets; here they are the scene's."
 
 
 def number(published: float, value: float, tolerance: float, unit: str, why: str) -> Outcome:

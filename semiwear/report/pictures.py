@@ -144,8 +144,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_map",
         "Wear of the gear's flank",
-        "Wear depth over gear radius and tooth height at the last wear step; dashed, the band of "
-        "the pitch cone.",
+        "Wear depth over gear radius and tooth height at the last wear step; dashed, the band of the pitch cone.",
         _flank_text,
         needs_wear=True,
     ),
@@ -167,8 +166,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "meshes_against_depth",
         "Meshes for a wear depth",
-        "Engagements of a gear tooth that a wear depth at the control point takes, and a "
-        "constant rate beside it.",
+        "Engagements of a gear tooth that a wear depth at the control point takes, and a constant rate beside it.",
         _history_text("wear_depth_control_point"),
         needs_wear=True,
     ),
@@ -198,8 +196,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "transmission_error_history",
         "Transmission error over the life",
-        "Mean and amplitude of the loaded transmission error over the life; zero is the "
-        "unloaded, unworn mean.",
+        "Mean and amplitude of the loaded transmission error over the life; zero is the unloaded, unworn mean.",
         _history_text("transmission_error_mean", "transmission_error_amplitude"),
         panels=2,
         needs_wear=True,

@@ -26,9 +26,7 @@ __all__ = [
 def key_numbers(tree: xr.DataTree) -> str:
     """Tiles with the main numbers of the last wear step, the first beside them."""
     tiles = "".join(
-        element(
-            "li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>"
-        )
+        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
         for name, value, note in _key_numbers(tree)
     )
     return element("ul", tiles, class_="tiles") if tiles else ""

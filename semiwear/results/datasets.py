@@ -85,9 +85,7 @@ def build_dataset(
         raise SemiwearError(f"/{group}: {', '.join(missing)} missing")
 
     arrays = {
-        entry.name: _array(variables[entry.name], entry, entry.path)
-        for entry in entries
-        if entry.name in variables
+        entry.name: _array(variables[entry.name], entry, entry.path) for entry in entries if entry.name in variables
     }
     labels = _labels(group, arrays, coords)
     sizes = {dim: len(labels[dim]) for dim in labels if COORDINATES[dim].dims == (dim,)}
@@ -95,9 +93,7 @@ def build_dataset(
         entry = VARIABLES[group, name]
         expected = tuple(sizes[dim] for dim in entry.dims)
         if array.shape != expected:
-            raise SemiwearError(
-                f"{entry.path}: shape {array.shape}, but ({', '.join(entry.dims)}) is {expected}"
-            )
+            raise SemiwearError(f"{entry.path}: shape {array.shape}, but ({', '.join(entry.dims)}) is {expected}")
     labelled = {name: _labelled(VARIABLES[group, name], array) for name, array in arrays.items()}
     axes = {name: _labelled(COORDINATES[name], values) for name, values in labels.items()}
     return xr.Dataset(labelled, axes, _strings(attrs or {}, f"/{group}"))
@@ -130,9 +126,7 @@ def check_tree(tree: xr.DataTree) -> None:
             raise SemiwearError("/history/meshes: missing")
 
 
-def _labels(
-    group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
+def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Coordinate values of a group by name."""
     used: dict[str, tuple[str, int]] = {}
     for name, array in arrays.items():

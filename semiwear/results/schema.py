@@ -218,17 +218,11 @@ _TABLE = (
         _LITVIN,
     ),
     Variable("mesh_cycle", "transmission_error_unloaded", _ON_CYCLE, "arcsec", _UNLOADED, _LITVIN),
-    Variable(
-        "mesh_cycle", "pairs_in_contact", _ON_CYCLE, "1", "tooth pairs that carry load", _ISO_21771, "int32"
-    ),
+    Variable("mesh_cycle", "pairs_in_contact", _ON_CYCLE, "1", "tooth pairs that carry load", _ISO_21771, "int32"),
     # ------------------------------------------------------------------ one value a wear step
     Variable("history", "wear_depth_max_root", _ON_STEP, "um", "greatest wear at the gear's root", _ARCHARD),
-    Variable(
-        "history", "wear_depth_max_addendum", _ON_STEP, "um", "greatest wear at the gear's addendum", _ARCHARD
-    ),
-    Variable(
-        "history", "wear_depth_max_pitch", _ON_STEP, "um", "greatest wear at the gear's pitch cone", _ARCHARD
-    ),
+    Variable("history", "wear_depth_max_addendum", _ON_STEP, "um", "greatest wear at the gear's addendum", _ARCHARD),
+    Variable("history", "wear_depth_max_pitch", _ON_STEP, "um", "greatest wear at the gear's pitch cone", _ARCHARD),
     Variable(
         "history",
         "wear_depth_control_point",
@@ -238,9 +232,7 @@ _TABLE = (
         _ARCHARD,
         optional=True,
     ),
-    Variable(
-        "history", "load_share_max", _ON_STEP, "1", "greatest share of the load on a tooth pair", _CONRY
-    ),
+    Variable("history", "load_share_max", _ON_STEP, "1", "greatest share of the load on a tooth pair", _CONRY),
     Variable(
         "history",
         "root_stress_max",
@@ -250,9 +242,7 @@ _TABLE = (
         _ISO_6336_3,
         optional=True,
     ),
-    Variable(
-        "history", "contact_pressure_root", _ON_STEP, "MPa", "greatest pressure at the gear's root", _JOHNSON
-    ),
+    Variable("history", "contact_pressure_root", _ON_STEP, "MPa", "greatest pressure at the gear's root", _JOHNSON),
     Variable(
         "history",
         "contact_pressure_addendum",

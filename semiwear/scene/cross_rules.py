@@ -69,9 +69,7 @@ def _shaper_exceeds_pinion(pinion_teeth: int, shaper_teeth: int) -> Iterator[Pro
 
 
 @_across("gear_pair", "module_mm", "gear_teeth", "gear_inner_radius_mm", "gear_outer_radius_mm")
-def _pitch_point_lies_in_the_face(
-    module: float, gear_teeth: int, inner: float, outer: float
-) -> Iterator[Problem]:
+def _pitch_point_lies_in_the_face(module: float, gear_teeth: int, inner: float, outer: float) -> Iterator[Problem]:
     pitch_radius = 0.5 * module * gear_teeth
     if outer <= inner:
         fix = f"swap them: {_mm(outer)} and {_mm(inner)}" if outer < pitch_radius < inner else "give radii"
@@ -161,9 +159,7 @@ def _rack_crest_can_be_rounded(
 
 
 @_across("gear_pair", "module_mm", "pinion_teeth", "rack_addendum_mm", "pinion_bore_radius_mm")
-def _pinion_has_a_rim(
-    module: float, pinion_teeth: int, rack_addendum: float, bore: float
-) -> Iterator[Problem]:
+def _pinion_has_a_rim(module: float, pinion_teeth: int, rack_addendum: float, bore: float) -> Iterator[Problem]:
     root_radius = 0.5 * module * pinion_teeth - rack_addendum
     if root_radius <= 0.0:
         fix = "the pinion's root would lie at its axis: the addendum of a rack is usually 1.25 m"
@@ -236,9 +232,7 @@ def _control_point_is_in_the_face(
 
 
 @_across("gear_pair", "shaper_addendum_mm", "gear_addendum_mm", "wear.control_point.height_mm")
-def _control_point_is_on_the_tooth(
-    dedendum: float, addendum: float, height: float | None
-) -> Iterator[Problem]:
+def _control_point_is_on_the_tooth(dedendum: float, addendum: float, height: float | None) -> Iterator[Problem]:
     if height is not None and not -dedendum <= height <= addendum:
         allowed = f"{_mm(-dedendum)} to {_mm(addendum)} mm, root to tip of the gear tooth"
         fix = "the height above the pitch plane, negative on the dedendum"

@@ -98,9 +98,7 @@ def _read_value(key: str, raw: Any, reading: Reading) -> None:
         reading.problems.append(problem)
 
 
-def _read_unknown(
-    table: str, name: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]
-) -> None:
+def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
     meant = _meaning(table, name)
     problem = unknown_key(table, name, raw, meant)
     if meant is not None and not reading.has(meant):

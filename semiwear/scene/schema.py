@@ -66,9 +66,7 @@ def children(table: str) -> list[str]:
 
 
 def _declared_defaults() -> dict[str, Any]:
-    declared = {
-        (table, entry.name): entry.default for table, owner in TABLES.items() for entry in fields(owner)
-    }
+    declared = {(table, entry.name): entry.default for table, owner in TABLES.items() for entry in fields(owner)}
     return {key: declared[parent(key), key.rpartition(".")[2]] for key in RULES}
 
 

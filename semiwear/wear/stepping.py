@@ -7,6 +7,7 @@ Explicit: the loads at the start of the step hold throughout; only for compariso
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ IntArray = NDArray[np.int64]
 
 _DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step footprints follow the wear that often, while the loads hold
 _CYCLES = (4, 32)
-_DEPTH_TOLERANCE = 1e-6  # of the depth that a step adds
+_DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_ITERATIONS = 40
 
 
@@ -37,10 +38,13 @@ class WearState:
     meshes : float
         Engagements of one driven tooth so far.
     contact : LoadedState
+    pace : float
+        Meshes that the last step to a depth took, over those that the wear rate at its start had promised.
     """
 
     meshes: float
     contact: LoadedState
+    pace: float = 1.0
 
     @property
     def wear(self) -> FloatArray:
@@ -101,7 +105,7 @@ class WearStepper:
         """The end of a step of known length; nothing is changed before everything has converged."""
         loads = step.loads(meshes)
         contact = self.teeth.load(step.worn(loads, meshes), loads)
-        return WearState(step.state.meshes + meshes, contact)
+        return WearState(step.state.meshes + meshes, contact, step.pace)
 
 
 class _Step:
@@ -117,6 +121,7 @@ class _Step:
         self.distance = state.contact.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self._rate: FloatArray | None = None
         self.cycles = 1
+        self.pace = state.pace
 
     def rate(self, meshes: float) -> FloatArray:
         """Own wear per mesh, force and wear coefficient, fixed by the first length that is asked for."""
@@ -133,7 +138,7 @@ class _Step:
         return self._rate
 
     def loads(
-        self, meshes: float, positions: IntArray | None = None, start: LineLoads | None = None
+        self, meshes: float, positions: Sequence[int] | None = None, start: LineLoads | None = None
     ) -> LineLoads:
         """Loads that hold over the step, found from `start` (its first loads unless given)."""
         contact = self.state.contact
@@ -165,9 +170,7 @@ class _Step:
         positions = self._positions_at(point, slices)
         loads = self.state.contact.loads
         line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
-        mesh = wear_of_mesh(
-            teeth.fine, teeth.grid, self.state.wear, self.motion, line_load, teeth.half_width, slices
-        )
+        mesh = wear_of_mesh(teeth.fine, teeth.grid, self.state.wear, self.motion, line_load, teeth.half_width, slices)
         rate = stepper.coefficient * stepper.depth_at(point, mesh)
         if rate <= 0.0:
             raise ConvergenceError(
@@ -175,11 +178,13 @@ class _Step:
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )
         known = [(0.0, -wanted)]
-        trial = wanted / rate
+        promised = wanted / rate
+        trial = self.state.pace * promised
         for _ in range(_DEPTH_ITERATIONS):
             loads = self.loads(trial, positions, loads)
             value = stepper.depth_at(point, self.worn(loads, trial, slices)) - depth
             if abs(value) <= _DEPTH_TOLERANCE * wanted:
+                self.pace = trial / promised
                 return trial
             known.append((trial, value))
             trial = _next_trial(known)
@@ -188,7 +193,7 @@ class _Step:
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
         )
 
-    def _positions_at(self, point: ControlPoint, slices: IntArray) -> IntArray:
+    def _positions_at(self, point: ControlPoint, slices: IntArray) -> list[int]:
         """Mesh positions whose footprints, in these slices, can reach the control point."""
         teeth = self.teeth
         place = self.state.contact.coarse.profile[:, slices]
@@ -198,7 +203,7 @@ class _Step:
         rolls = np.flatnonzero(near.any(axis=1))
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
-        return np.unique(rolls % teeth.rolls.phase.size)
+        return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:

@@ -177,9 +177,7 @@ def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # ty
             out[k, i] = total * weight[k, i] * sliding[k, i]
 
 
-def own_wear(
-    lines: ContactLines, motion: Sweep, worn: Footprints, distance: FloatArray, growth: float
-) -> FloatArray:
+def own_wear(lines: ContactLines, motion: Sweep, worn: Footprints, distance: FloatArray, growth: float) -> FloatArray:
     """Wear of one mesh, as the line itself will feel it, per force on a slice and wear coefficient [1/mm].
 
     |v_s| / v_n over the length of the slice where a line moves on: the implicit term of a wear step. Roll positions

@@ -11,9 +11,7 @@ from semiwear.report.trends import falls, levels, rises
 from semiwear.results import check_tree, open_results, save
 from tests.strategies.results import synthetic_tree, trees
 
-series = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 3)), min_size=3, max_size=20).map(
-    np.array
-)
+series = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 3)), min_size=3, max_size=20).map(np.array)
 
 
 @settings(max_examples=15, deadline=None)

@@ -18,9 +18,7 @@ from semiwear.scene.schema import TABLES
 from tests.strategies import placements, scenes
 
 TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
-NAMES = sorted(
-    {key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"effects", "modul_mm", "", "a.b"}
-)
+NAMES = sorted({key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"effects", "modul_mm", "", "a.b"})
 
 numbers = st.one_of(
     st.floats(),
@@ -35,9 +33,7 @@ values = st.recursive(
         st.sampled_from(["auto", "line", "patch", "gear", "pinion", "prism", "\ud800"]),
         st.just(datetime.date(2024, 1, 1)),
     ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(NAMES), inner, max_size=4)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(NAMES), inner, max_size=4)),
     max_leaves=6,
 )
 
@@ -92,9 +88,7 @@ def test_any_content_gives_a_scene_or_every_problem(data: dict[str, Any]) -> Non
     assert repr(data) == before
 
 
-@given(
-    st.dictionaries(st.one_of(st.sampled_from([*RULES, *TABLES]), st.text(max_size=9)), values, max_size=4)
-)
+@given(st.dictionaries(st.one_of(st.sampled_from([*RULES, *TABLES]), st.text(max_size=9)), values, max_size=4))
 def test_any_change_gives_a_scene_or_every_problem(changes: dict[str, Any]) -> None:
     try:
         scene = parse_scene(TEXT).replace(changes)
@@ -109,9 +103,7 @@ def test_any_change_gives_a_scene_or_every_problem(changes: dict[str, Any]) -> N
     length=st.integers(0, 30),
     inserted=st.one_of(st.text(max_size=10), st.text('[]{}=".,#\n0159-+einf_x', max_size=10)),
 )
-def test_any_damage_to_the_text_gives_a_scene_or_every_problem(
-    start: int, length: int, inserted: str
-) -> None:
+def test_any_damage_to_the_text_gives_a_scene_or_every_problem(start: int, length: int, inserted: str) -> None:
     try:
         parse_scene(TEXT[:start] + inserted + TEXT[start + length :])
     except SceneError as error:

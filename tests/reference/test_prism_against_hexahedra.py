@@ -139,9 +139,7 @@ class HexahedralTooth:
         per_layer = len(self.section.elements)
         collected = []
         for start, end in itertools.pairwise(edge_corners):
-            element = next(
-                e for e, four in enumerate(self.section.elements[:, :4]) if start in four and end in four
-            )
+            element = next(e for e, four in enumerate(self.section.elements[:, :4]) if start in four and end in four)
             four = self.section.elements[element, :4]
             a, b = unit[list(four).index(start)], unit[list(four).index(end)]
             direction = np.append(b - a, 0.0)
@@ -180,9 +178,7 @@ LOADS = {
 @pytest.fixture(scope="module")
 def hexahedra():
     """For each load: mid-surface deflection, z, tangential fillet stress (points, z) over the whole width."""
-    section = section_mesh(
-        trapezoid(), heights=HEIGHTS, fillet_elements=8, elements_across=4, elements_below=3
-    )
+    section = section_mesh(trapezoid(), heights=HEIGHTS, fillet_elements=8, elements_across=4, elements_below=3)
     tooth = HexahedralTooth(section, STATIONS)
     normal = section.flank_normal
     whole_levels = np.concatenate([tooth.levels, WIDTH - tooth.levels[-2::-1]])
@@ -221,9 +217,7 @@ def hexahedra():
             for symmetric in parts:
                 unknowns = parts[symmetric][elements, :, column].reshape(len(elements), 60)
                 strain = [np.einsum("mqa,ma->mq", rows, unknowns) for rows in (along_rows, axial_rows)]
-                halves.append(
-                    YOUNGS_MODULUS / (1 - POISSONS_RATIO**2) * (strain[0] + POISSONS_RATIO * strain[1])
-                )
+                halves.append(YOUNGS_MODULUS / (1 - POISSONS_RATIO**2) * (strain[0] + POISSONS_RATIO * strain[1]))
             both = np.stack([halves[0] + halves[1], halves[0] - halves[1]])  # near half, far half
             stress.append(both.reshape(2, len(elements), 2, 2))  # half, layer, edge point, z point
             places.append(where.reshape(len(elements), 2, 2, 3))
@@ -255,9 +249,7 @@ def test_hexahedra_in_plane_strain_are_harmonic_zero(prism):
     for elements, along_rows, axial_rows, where in tooth.fillet_strain():
         unknowns = moved[elements, :, 0].reshape(len(elements), 60)
         strain = [np.einsum("mqa,ma->mq", rows, unknowns) for rows in (along_rows, axial_rows)]
-        stress.append(
-            YOUNGS_MODULUS / (1 - POISSONS_RATIO**2) * (strain[0] + POISSONS_RATIO * strain[1]).mean()
-        )
+        stress.append(YOUNGS_MODULUS / (1 - POISSONS_RATIO**2) * (strain[0] + POISSONS_RATIO * strain[1]).mean())
         places.append(where[..., 0].mean())
     found = prism.stress[0, 1, :, HIGH].reshape(-1, 2).mean(axis=1) * WIDTH
     at = prism.fillet_points[:, 0].reshape(-1, 2).mean(axis=1)

@@ -179,9 +179,7 @@ def test_harmonic_matrices_know_rigid_motion_and_uniform_stretch():
     field[:, 2] = k * x
     energy = field.ravel() @ ((k0 + k * k1 + k * k * k2) @ field.ravel())
     second_moment = (
-        np.linalg.det(jacobians(mesh, points))
-        * weights
-        * (mesh.nodes[mesh.elements, 0] @ _values(points)) ** 2
+        np.linalg.det(jacobians(mesh, points)) * weights * (mesh.nodes[mesh.elements, 0] @ _values(points)) ** 2
     ).sum()
     assert energy == pytest.approx(modulus * k**4 * second_moment, rel=1e-3)
 
@@ -258,9 +256,7 @@ def test_plane_strain_of_the_whole_body_is_harmonic_zero(section, pitches, middl
             element = np.searchsorted(-mesh.nodes[line[::2], 1], -cut[height]) - 1
             three = 2 * element + np.arange(3)
             y = mesh.nodes[line[three], 1]
-            weights = [
-                np.prod([(cut[height] - y[m]) / (y[n] - y[m]) for m in range(3) if m != n]) for n in range(3)
-            ]
+            weights = [np.prod([(cut[height] - y[m]) / (y[n] - y[m]) for m in range(3) if m != n]) for n in range(3)]
             direct[2 + offset, height] = mesh.flank_normal[height] @ np.einsum(
                 "n,nil->il", weights, displacement[three]
             )
@@ -333,9 +329,7 @@ def test_deflection_is_reciprocal_and_positive(name, request):
     assert (np.linalg.eigvalsh(result.deflection[0, 2][2::3, 2::3]) > 0).all()
 
 
-@pytest.mark.parametrize(
-    "section", [trapezoid(), trapezoid(rim=3.0), involute(), involute(teeth=12, bore=0.2)]
-)
+@pytest.mark.parametrize("section", [trapezoid(), trapezoid(rim=3.0), involute(), involute(teeth=12, bore=0.2)])
 def test_harmonics_between_those_solved(section):
     options = {"width": 80.0, **STEEL, "heights": 6, "elements_across": 3}
     some = prism_section(section, **options)
@@ -390,9 +384,7 @@ def test_size_does_not_matter():
 
 
 def test_mesh_is_fine_enough(rack):
-    fine = prism_section(
-        trapezoid(), width=80.0, fillet_elements=16, elements_across=8, elements_below=6, **STEEL
-    )
+    fine = prism_section(trapezoid(), width=80.0, fillet_elements=16, elements_across=8, elements_below=6, **STEEL)
     assert np.abs(fine.deflection - rack.deflection).max() < 2e-3 * np.abs(fine.deflection[0]).max()
     greatest, found = fine.stress[0, 1].max(axis=0), rack.stress[0, 1].max(axis=0)
     np.testing.assert_allclose(found[2:], greatest[2:], rtol=0.015)
@@ -429,9 +421,7 @@ def test_signs(rack, ring):
 
 def test_mirrored_ends(rack):
     """The series mirrors the ends: a load at z0 = 0 acts as twice the load of an endless tooth, folded."""
-    wide = prism_section(
-        trapezoid(), width=160.0, harmonics=65, **STEEL
-    )  # the same waves and twice their number
+    wide = prism_section(trapezoid(), width=160.0, harmonics=65, **STEEL)  # the same waves and twice their number
     at_end = compliance(rack, 10.0, 0.0)
     folded = 2 * compliance(wide, 90.0, 80.0)
     np.testing.assert_allclose(at_end, folded, rtol=0.01, atol=2e-3 * np.abs(at_end).max())

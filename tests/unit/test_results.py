@@ -34,9 +34,7 @@ def parts(tree=TREE):
         for group in tree.children
     }
     coords = {
-        str(name): array.values
-        for group in tree.children
-        for name, array in tree[group].to_dataset().coords.items()
+        str(name): array.values for group in tree.children for name, array in tree[group].to_dataset().coords.items()
     }
     return groups, coords, {}
 

@@ -1,0 +1,286 @@
+"""Wear against the swept-line identity, conservation of volume, and its own refinement."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import semiwear as sw
+from semiwear.plan import plan
+from semiwear.wear.swept_line import sweep, wear_of_mesh, wear_per_mesh
+
+PINION_TEETH, GEAR_TEETH = 25, 160
+AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
+LOAD = 300.0  # N/mm
+
+
+# ---------------------------------------------------------------- kinematics, from the motions alone
+
+
+def turn_about_y(points, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([x * c + z * s, y, z * c - x * s], axis=-1)
+
+
+def sliding_velocity(position):
+    """Pinion less gear [mm per radian of the pinion], by moving both a little; the pinion turns towards -z."""
+    step = 1e-5
+    pinion = []
+    gear = []
+    for angle in (-step, step):
+        c, s = np.cos(-angle), np.sin(-angle)
+        x, y = position[..., 0], position[..., 1] + AXIS_OFFSET
+        pinion.append(np.stack([x * c - y * s, x * s + y * c - AXIS_OFFSET, position[..., 2]], axis=-1))
+        gear.append(turn_about_y(position, -angle * PINION_TEETH / GEAR_TEETH))
+    return ((pinion[1] - pinion[0]) - (gear[1] - gear[0])) / (2.0 * step)
+
+
+class Valley:
+    """Contact lines of the fresh aligned pair, by minimising the separation in every slice; (roll, face) arrays."""
+
+    def __init__(self, pair, roll, face):
+        self.pair, self.roll, self.face = pair, roll, face
+        borders = pair.borders(face)
+        self.profile = np.array(
+            [
+                [
+                    minimize_scalar(
+                        lambda p, f=f, r=r: float(pair.meeting(np.array(f), np.array(p), np.array(r)).separation),
+                        bounds=(low, high),
+                        method="bounded",
+                        options={"xatol": 1e-9},
+                    ).x
+                    for f, low, high in zip(face, borders.root - 1.0, borders.tip + 1.0, strict=True)
+                ]
+                for r in roll
+            ]
+        )
+
+    def specific_sliding(self):
+        """|v_s| / v_n of the gear at every inner roll position: v_n from where the line lies on the gear itself."""
+        pair, u, f = self.pair, self.profile, self.face
+        own, normals = pair.gear.points(f[None, :], u)
+        along = np.gradient(own, f, axis=1)
+        along /= np.linalg.norm(along, axis=-1, keepdims=True)
+        per_roll = (own[2:] - own[:-2]) / (self.roll[2:] - self.roll[:-2])[:, None, None]
+        across = np.cross(normals, along)[1:-1]
+        speed = np.abs(np.sum(per_roll * across, axis=-1)) * PINION_TEETH / (2.0 * np.pi)
+        met = pair.meeting(f[None, :], u, self.roll[:, None])
+        slip = sliding_velocity(met.position)
+        slip -= np.sum(slip * met.normal, axis=-1, keepdims=True) * met.normal
+        # a line that rests on the bound of the search has left the flank
+        moving = speed > 1e-3
+        return np.where(moving, np.linalg.norm(slip, axis=-1)[1:-1] / np.where(moving, speed, 1.0), np.nan)
+
+
+def interior(teeth, nodes, profile, distance):
+    """Nodes of a slice farther than `distance` half-widths from the ends of the loaded stretch."""
+    reach = distance * teeth.half_width / teeth.lines.spacing.mean()
+    return (nodes > profile.min() + reach) & (nodes < profile.max() - reach)
+
+
+@pytest.fixture(scope="module")
+def fresh(shipped):
+    teeth = plan(shipped).loaded_teeth()
+    state = teeth.load(np.zeros(teeth.grid.profile.shape))
+    return teeth, state, sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+
+
+@pytest.fixture(scope="module")
+def valley(fresh):
+    """Every ninth slice, at roll positions well inside the path of contact."""
+    teeth = fresh[0]
+    slices = np.arange(4, teeth.grid.face.size - 4, 9)
+    roll = np.linspace(-1.3, 1.2, 101)
+    around = teeth.grid.face[slices][:, None] + np.array([-0.5, 0.0, 0.5])
+    found = Valley(teeth.pair, roll, around.ravel())
+    sliding = found.specific_sliding().reshape(roll.size - 2, slices.size, 3)[..., 1]
+    return slices, roll[1:-1], found.profile.reshape(roll.size, slices.size, 3)[1:-1, :, 1], sliding
+
+
+def compare_with_identity(teeth, valley, mesh, line_load):
+    """Difference from q |v_s|/v_n at smooth interior nodes over the greatest wear there, and their number."""
+    slices, roll, place, sliding = valley
+    worst, greatest, count = 0.0, 0.0, 0
+    for column, i in enumerate(slices):
+        # roll positions at which the fine grid's line is off every border and is loaded
+        lines = teeth.fine
+        free = (lines.profile[:, i] > lines.low[:, i] + 1e-6) & (lines.profile[:, i] < lines.high[:, i] - 1e-6)
+        free &= line_load[:, i] > 0.0
+        if not free.any():
+            continue
+        stretch = lines.profile[free, i]
+        nodes = teeth.grid.profile[i]
+        known = np.flatnonzero(np.isfinite(sliding[:, column]))
+        at = known[np.argsort(place[known, column])]
+        cusp = place[known[np.argmin(sliding[known, column])], column]
+        inside = interior(teeth, nodes, stretch, 3.0) & (np.abs(nodes - cusp) > teeth.half_width)
+        inside &= (nodes > place[at[0], column]) & (nodes < place[at[-1], column])
+        load = np.interp(np.interp(nodes, place[at, column], roll[at]), lines.roll, line_load[:, i])
+        expected = load * np.interp(nodes, place[at, column], sliding[at, column])
+        if inside.any():
+            worst = max(worst, np.abs(mesh[i] - expected)[inside].max())
+            greatest = max(greatest, expected[inside].max())
+            count += inside.sum()
+    return worst / greatest, count
+
+
+def test_specific_sliding_of_the_lines(fresh, valley):
+    teeth, state, motion = fresh
+    slices, roll, _, expected = valley
+    checked = 0
+    for column, i in enumerate(slices):
+        free = ~state.fine.edge[:, i]  # at an edge the footprint's middle is not where the valley is
+        free[1:-1] &= free[:-2] & free[2:]
+        known = np.isfinite(expected[:, column])
+        free &= (teeth.fine.roll > roll[known][0]) & (teeth.fine.roll < roll[known][-1])
+        found = motion.specific_sliding[free, i]
+        wanted = np.interp(teeth.fine.roll[free], roll[known], expected[known, column])
+        np.testing.assert_allclose(found, wanted, atol=0.01 * wanted.max())
+        checked += free.sum()
+    assert checked > 300
+
+
+def test_constant_load_wears_as_the_swept_line(fresh, valley):
+    teeth, _, motion = fresh
+    lines = teeth.fine
+    line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
+    mesh = wear_of_mesh(lines, teeth.grid, np.zeros(teeth.grid.profile.shape), motion, line_load, teeth.half_width)
+    worst, count = compare_with_identity(teeth, valley, mesh, line_load)
+    assert count > 200
+    assert worst < 0.02
+
+
+def test_solved_load_wears_as_the_swept_line(fresh, valley):
+    teeth, state, motion = fresh
+    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    mesh = wear_of_mesh(
+        teeth.fine, teeth.grid, np.zeros(teeth.grid.profile.shape), motion, line_load, teeth.half_width
+    )
+    worst, count = compare_with_identity(teeth, valley, mesh, line_load)
+    assert count > 100
+    assert worst < 0.02
+
+
+def test_identity_as_a_function():
+    depth = wear_per_mesh(np.array([100.0, 0.0]), np.array([0.5, 2.0]), 1e-13)
+    np.testing.assert_allclose(depth, [5e-12, 0.0], rtol=1e-15)
+
+
+def test_volume_is_load_times_sliding_distance(fresh):
+    teeth, state, motion = fresh
+    grid, lines, pair = teeth.grid, teeth.fine, teeth.pair
+    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    mesh = wear_of_mesh(lines, grid, np.zeros(grid.profile.shape), motion, line_load, teeth.half_width)
+
+    # area of the flank per face and profile coordinate, from the surface itself
+    face, profile, step = grid.face[:, None], grid.profile, 1e-3
+    along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
+    across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
+    area = np.linalg.norm(np.cross(along, across), axis=-1)
+    slice_width = (pair.face_limits[1] - pair.face_limits[0]) / grid.face.size
+    volume = slice_width * float(np.trapezoid(mesh * area, grid.profile, axis=1).sum())
+
+    position = pair.meeting(lines.face[None, :], state.fine.profile, lines.roll[:, None])
+    slip = sliding_velocity(position.position)
+    slip -= np.sum(slip * position.normal, axis=-1, keepdims=True) * position.normal
+    time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
+    work = float(np.sum(line_load * lines.length * np.linalg.norm(slip, axis=-1) * time[:, None]))
+    assert volume == pytest.approx(work, rel=0.01)
+
+
+def test_nothing_wears_where_nothing_touches(fresh):
+    teeth, _, motion = fresh
+    line_load = np.where(teeth.solver.is_near(teeth.fine), LOAD, 0.0)
+    line_load[:, :20] = 0.0
+    line_load[:, 40:] = 0.0
+    mesh = wear_of_mesh(
+        teeth.fine, teeth.grid, np.zeros(teeth.grid.profile.shape), motion, line_load, teeth.half_width
+    )
+    assert (mesh[:20] == 0.0).all()
+    assert (mesh[40:] == 0.0).all()
+    assert (mesh[20:40].max(axis=1) > 0.0).all()
+    assert (mesh >= 0.0).all()
+
+
+# ---------------------------------------------------------------- wear steps
+
+LIFE = 1e10
+
+
+@pytest.fixture(scope="module")
+def by_steps(shipped):
+    """Gear wear [um] of a whole life, by wear scheme and number of steps."""
+
+    def run(scheme, steps):
+        return sw.simulate(
+            shipped.replace({"wear.until.meshes": LIFE, "numerics.wear_steps": steps, "numerics.wear_scheme": scheme})
+        )
+
+    runs = {("implicit", steps): run("implicit", steps) for steps in (1, 3, 12, 48)}
+    return runs | {("explicit", 3): run("explicit", 3)}
+
+
+def greatest(tree):
+    return float(tree["flank"].wear_depth.isel(wear_step=-1).max())
+
+
+@pytest.mark.parametrize(("steps", "tolerance"), [(1, 0.12), (3, 0.05), (12, 0.02)])
+def test_implicit_steps_converge(by_steps, steps, tolerance):
+    assert greatest(by_steps["implicit", steps]) == pytest.approx(greatest(by_steps["implicit", 48]), rel=tolerance)
+
+
+def test_explicit_steps_overshoot_where_implicit_ones_do_not(by_steps):
+    converged = greatest(by_steps["implicit", 48])
+    assert greatest(by_steps["explicit", 3]) > 1.5 * converged
+    assert greatest(by_steps["implicit", 3]) < 1.05 * converged
+
+
+def test_wear_is_not_negative_and_never_shrinks(by_steps, worn):
+    for tree in (*by_steps.values(), worn):
+        depth = tree["flank"].wear_depth.values
+        assert (depth[0] == 0.0).all()
+        assert (np.diff(depth, axis=0) >= 0.0).all()
+
+
+def test_wear_where_nothing_ever_touches_is_zero(by_steps):
+    tree = by_steps["implicit", 12]
+    loaded = (tree["engagement"].line_load > 0.0).any(("wear_step", "roll_position")).values
+    depth = tree["flank"].wear_depth.sel(body="gear").isel(wear_step=-1)
+    # a slice can have come into contact within the last step only: the last entry shows those too
+    np.testing.assert_array_equal(depth.max("profile").values[~loaded] == 0.0, True)
+    assert (depth.max("profile").values[loaded] > 0.0).any()
+
+
+@pytest.mark.parametrize("scheme", ["implicit", "explicit"])
+def test_meshes_and_wear_coefficient_count_as_their_product(small, scheme):
+    common = {"numerics.wear_steps": 2, "numerics.wear_scheme": scheme}
+    one = sw.simulate(small.replace({**common, "wear.until.meshes": 4e9}))
+    two = sw.simulate(small.replace({**common, "wear.until.meshes": 2e9, "wear.coefficient_mm2_per_N": 2e-13}))
+    depth = one["flank"].wear_depth.values
+    np.testing.assert_allclose(two["flank"].wear_depth.values, depth, rtol=1e-12, atol=1e-12 * depth.max())
+    np.testing.assert_allclose(2.0 * two["history"].meshes, one["history"].meshes, rtol=1e-12)
+
+
+def test_control_depths_are_hit_and_meshes_grow(small):
+    depths = [1.0, 2.5, 18.0, 19.0, 45.0]
+    tree = sw.simulate(small.replace({"wear.until.control_depths_um": depths}))
+    np.testing.assert_allclose(tree["history"].wear_depth_control_point, [0.0, *depths], atol=0.01)
+    assert (np.diff(tree["history"].meshes) > 0.0).all()
+
+
+def test_wear_is_least_at_the_pitch_cone(worn):
+    """On every well-worn slice the depth on the pitch cone is below that on either side of it."""
+    flank = worn["flank"]
+    depth = flank.wear_depth.sel(body="gear").isel(wear_step=1).values
+    zone = flank.zone.sel(body="gear").values
+    checked = 0
+    for i in range(depth.shape[1]):
+        sides = [depth[zone[:, i] == side, i] for side in (0, 1, 2)]
+        if any(part.size == 0 for part in sides) or min(sides[0].max(), sides[2].max()) < 1.0:
+            continue
+        assert sides[1].min() < 0.25 * min(sides[0].max(), sides[2].max())
+        checked += 1
+    assert checked > 10
