@@ -94,9 +94,7 @@ def _run(options: argparse.Namespace) -> None:
     with _Bar() as bar:
         tree = sw.simulate(scene, progress=bar)
     print(_table(tree))
-    print(
-        f"\n{time.perf_counter() - begin:.1f} s (the first run after an installation compiles for some seconds more)"
-    )
+    print(f"\n{time.perf_counter() - begin:.1f} s (a first run after an installation compiles for a while)")
     if options.output:
         sw.save(tree, options.output)
         print(f"result: {options.output}")

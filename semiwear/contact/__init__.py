@@ -1,1 +1,1 @@
-
+"""Who touches, and with what pressure."""

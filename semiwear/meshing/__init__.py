@@ -1,1 +1,1 @@
-
+"""Two flanks in mesh: placement, gap, sliding, unloaded tooth contact analysis."""

@@ -1,7 +1,7 @@
 """Grid of the driven flank on which wear is kept.
 
-Each slice carries `profile_points` nodes from the deepest point that the driving body reaches to the tip. Where the pitch
-surface crosses the slice, a node lies on it and the spacing may change there, so that the cusp of the wear
+Each slice carries `profile_points` nodes from the deepest point that the driving body reaches to the tip. Where
+the pitch surface crosses the slice, a node lies on it and the spacing may change there, so that the cusp of the wear
 at vanishing sliding falls on a grid line and is never smeared.
 """
 

@@ -1,1 +1,1 @@
-
+"""Wear of a mesh, and the steps from one worn flank to the next."""

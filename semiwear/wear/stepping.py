@@ -207,7 +207,7 @@ class _Step:
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:
-    """Next argument on the way to the zero of a rising function: a secant, held between the nearest on either side."""
+    """Next argument on the way to the zero of a rising function: a secant between the nearest on either side."""
     below = max(x for x, y in known if y < 0.0)
     above = min((x for x, y in known if y >= 0.0), default=4.0 * max(x for x, _ in known))
     (x_0, y_0), (x_1, y_1) = known[-2:]
