@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 import semiwear as sw
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 
 __all__ = ["main"]
 
@@ -91,8 +91,14 @@ def _run(options: argparse.Namespace) -> None:
         if folder is not None and not folder.is_dir():
             raise SceneError.of("output", path, "a file in a folder that exists", f"make the folder {folder}")
     begin = time.perf_counter()
+    stopped = None
     with _Bar() as bar:
-        tree = sw.simulate(scene, progress=bar)
+        try:
+            tree = sw.simulate(scene, progress=bar)
+        except ConvergenceError as error:
+            if error.result is None:
+                raise
+            tree, stopped = error.result, error
     print(_table(tree))
     print(f"\n{time.perf_counter() - begin:.1f} s (a first run after an installation compiles for a while)")
     if options.output:
@@ -100,6 +106,8 @@ def _run(options: argparse.Namespace) -> None:
         print(f"result: {options.output}")
     if options.report:
         print(f"report: {sw.report(tree, options.report)}")
+    if stopped is not None:
+        raise stopped
 
 
 def _plan(options: argparse.Namespace) -> None:

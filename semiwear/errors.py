@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 __all__ = ["ConvergenceError", "MissingExtraError", "Problem", "ResultFileError", "SceneError", "SemiwearError"]
 
@@ -55,7 +56,17 @@ class SceneError(SemiwearError, ValueError):
 
 
 class ConvergenceError(SemiwearError, RuntimeError):
-    """An iteration did not reach its tolerance; the message says where and what to try."""
+    """An iteration did not reach its tolerance; the message says where and what to try.
+
+    Attributes
+    ----------
+    result : DataTree or None
+        What was finished before, when a run of several steps stopped.
+    """
+
+    def __init__(self, message: str, result: Any = None):
+        super().__init__(message)
+        self.result = result
 
 
 class ResultFileError(SemiwearError, ValueError):

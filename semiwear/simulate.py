@@ -11,7 +11,7 @@ import xarray as xr
 
 from semiwear import collect
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.errors import SceneError
+from semiwear.errors import ConvergenceError, SceneError
 from semiwear.plan import Plan, plan
 from semiwear.results import build_tree, provenance
 from semiwear.scene import Scene
@@ -60,7 +60,8 @@ def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | 
     SceneError
         If the scene has no wear, or `fidelity` is unknown.
     ConvergenceError
-        If a load or wear step cannot be solved; it names the place and what to change.
+        If a load or wear step cannot be solved; it names the place and what to change, and its `result` holds the
+        wear steps finished before.
     """
     if fidelity is not None:
         scene = scene.replace({"numerics.fidelity": fidelity})
@@ -71,9 +72,19 @@ def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | 
     teeth = physics.loaded_teeth()
     clock.lap("geometry and compliance")
     stepper = physics.wear_stepper(teeth)
-    states = list(_worn_states(physics, teeth, stepper, progress or NoProgress()))
+    states: list[WearState] = []
+    stopped = None
+    try:
+        states.extend(_worn_states(physics, teeth, stepper, progress or NoProgress()))
+    except ConvergenceError as error:
+        if not states:
+            raise
+        stopped = error
     clock.lap("contact and wear")
     tree = _result(physics, teeth, stepper, states, clock)
+    if stopped is not None:
+        text = f"{stopped} (stopped after {len(states) - 1} wear steps; they are kept in the error's `result`)"
+        raise ConvergenceError(text, tree) from stopped
     return tree
 
 

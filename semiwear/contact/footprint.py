@@ -200,6 +200,10 @@ def _find(  # type: ignore[no-untyped-def]
                     area += a
                     below += b
                     moment += a * 0.5 * (u_a + u_b)
+            if area <= 0.0:
+                # a single point is left of the slice: it touches as the fresh flank would
+                out_edge[k, i] = True
+                continue
             # Hertz: the mean of (room - g) is 3/4 of room, the greatest density sqrt(room)/area = 2/(pi b)
             out_gap[k, i] = least + (room - below / area) - 0.25 * room
             out_width[k, i] = 2.0 * area / (pi * sqrt(room)) * per_mm
@@ -272,7 +276,8 @@ def _spread(  # type: ignore[no-untyped-def]
     for i in slices:
         spread = wear[i].max() - wear[i].min()
         for k in range(rolls):
-            if rate[k, i] == 0.0:
+            # between two loaded positions a slice may pass beyond an end of the other body's face
+            if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             per_mm = spacing[k, i]
             width = half_width / per_mm
@@ -297,6 +302,8 @@ def _spread(  # type: ignore[no-untyped-def]
                     middle[pieces] = 0.5 * (u_a + u_b)
                     area += mass[pieces]
                     pieces += 1
+            if area <= 0.0:
+                continue
             scale = rate[k, i] / (area * per_mm)
             for c in range(pieces):
                 away = middle[c] - at_profile[k, i]

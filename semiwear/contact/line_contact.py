@@ -33,6 +33,8 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _LEAST_WIDTH = 0.1  # of the usual half-width: what slices hardly loaded are given
+_LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
+_FARTHEST_MOVE = 1.5  # mm of a worn line, up to which tooth compliance follows it linearly
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
 _WIDTH_TOLERANCE = 1e-4  # of the half-widths, between two solutions
 _MARGIN = 1.15  # of the expected approach
@@ -205,7 +207,7 @@ class LineContact:
         )
         add_far_stripe(
             static, starts, lines.arc[at], lines.length[at], usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus),
-            *self._mid_surface(at),
+            *self._mid_surface(at, _LEAST_DEPTH * usual),
         )  # fmt: skip
         system = _System(
             cap=cap,
@@ -222,13 +224,13 @@ class LineContact:
         self._systems[position] = system
         return system
 
-    def _mid_surface(self, at: tuple[IntArray, IntArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _mid_surface(self, at: tuple[IntArray, IntArray], least: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
         if not self.bodies:
             return np.zeros((0, at[0].size)), np.zeros(0), np.zeros(0)
         bodies = [on_lines.body for on_lines in self.bodies]
         return (
-            np.stack([on_lines.depth[at] for on_lines in self.bodies]),
+            np.maximum(np.stack([on_lines.depth[at] for on_lines in self.bodies]), least),
             np.array([(1.0 + b.poissons_ratio) / (2.0 * pi * b.youngs_modulus) for b in bodies]),
             np.array([b.poissons_ratio for b in bodies]),
         )
@@ -325,7 +327,7 @@ class LineContact:
         starts = np.searchsorted(chosen, system.starts)
         pick = np.ix_(chosen, chosen)
         static = system.static[pick]
-        moved = worn.profile.ravel()[index] - system.profile[chosen]
+        moved = np.clip(worn.profile.ravel()[index] - system.profile[chosen], -_FARTHEST_MOVE, _FARTHEST_MOVE)
         if moved.any():
             change = system.slope[pick] * moved[:, None]
             static += change

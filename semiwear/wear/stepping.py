@@ -25,7 +25,9 @@ IntArray = NDArray[np.int64]
 
 _DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step footprints follow the wear that often, while the loads hold
 _CYCLES = (4, 32)
+_DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
+_DEPTH_MISSED = 1e-3  # of it: then all mesh positions are solved
 _DEPTH_ITERATIONS = 40
 
 
@@ -95,7 +97,12 @@ class WearStepper:
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
         step = _Step(self, state)
-        return self._committed(step, step.meshes_to(point, depth))
+        meshes = step.meshes_to(point, depth, nearby=True)
+        end = self._committed(step, meshes)
+        if abs(self.depth_at(point, end.wear) - depth) > _DEPTH_MISSED * (depth - self.depth_at(point, state.wear)):
+            # a long step brings to the point what was far from it
+            end = self._committed(step, step.meshes_to(point, depth, nearby=False))
+        return end
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm]."""
@@ -104,7 +111,15 @@ class WearStepper:
     def _committed(self, step: _Step, meshes: float) -> WearState:
         """The end of a step of known length; nothing is changed before everything has converged."""
         loads = step.loads(meshes)
-        contact = self.teeth.load(step.worn(loads, meshes), loads)
+        wear = step.worn(loads, meshes)
+        deepest, height = float(wear.max()), float(np.ptp(self.teeth.grid.profile, axis=1).max())
+        if deepest > _DEEPEST * height:
+            raise ConvergenceError(
+                f"a step of {meshes:.3g} meshes from {step.state.meshes:.3g} would wear {deepest:.3g} mm off a flank "
+                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
+                "wear.coefficient_mm2_per_N"
+            )
+        contact = self.teeth.load(wear, loads)
         return WearState(step.state.meshes + meshes, contact, step.pace)
 
 
@@ -157,17 +172,17 @@ class _Step:
             wear = wear + meshes * self.stepper.coefficient / self.cycles * mesh
         return wear
 
-    def meshes_to(self, point: ControlPoint, depth: float) -> float:
+    def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
 
-        Only the mesh positions whose contact passes near the point are solved for it.
+        With `nearby` only the mesh positions are solved whose contact passes near the point.
         """
         stepper, teeth = self.stepper, self.teeth
         low, weight = teeth.grid.bracket(point.face)
         slices = np.unique([low, min(low + 1, teeth.grid.face.size - 1)]) if weight > 0.0 else np.array([low])
         now = stepper.depth_at(point, self.state.wear)
         wanted = depth - now
-        positions = self._positions_at(point, slices)
+        positions = self._positions_at(point, slices) if nearby else None
         loads = self.state.contact.loads
         line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
         mesh = wear_of_mesh(teeth.fine, teeth.grid, self.state.wear, self.motion, line_load, teeth.half_width, slices)

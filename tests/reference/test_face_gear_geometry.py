@@ -416,7 +416,7 @@ class Rack:
 
     def deepest(self, point: FloatArray) -> float:
         """Greatest depth of a point in the rack over all its positions [mm]."""
-        rolled = np.linspace(-3.0, 3.0, 601) * self.pinion.module
+        rolled = np.linspace(-4.0, 4.0, 801) * self.pinion.module
         values = np.array([-self.depth_inside(point, u) for u in rolled])
         k = int(np.argmin(values))
         step = rolled[1] - rolled[0]
@@ -448,7 +448,7 @@ def test_fillet_is_touched_by_the_rack_tip_circle(pinion: InvoluteTooth) -> None
             return hypot(down - rack.depth, aside + rack.offset)
 
         nearest = minimize_scalar(
-            distance, bounds=(-pinion.module, 2.0 * pinion.module), method="bounded", options={"xatol": 1e-11}
+            distance, bounds=(-3.0 * pinion.module, pinion.module), method="bounded", options={"xatol": 1e-11}
         )
         assert nearest.fun == pytest.approx(pinion.rack_tip_radius, abs=1e-6)
 
@@ -461,7 +461,7 @@ def test_pinion_fillet_continues_the_flank_smoothly(pinion: InvoluteTooth) -> No
     end = pinion.base_radius * hypot(1.0, roll) * np.array([sin(polar), cos(polar)])
     np.testing.assert_allclose(fillet[0], end, rtol=0.0, atol=1e-9)
     # the flank's normal, which touches the base circle
-    normal_angle = polar + atan(roll)
+    normal_angle = polar - atan(roll)
     normal = np.array([cos(normal_angle), -sin(normal_angle)])
     along = -1.5 * fillet[0] + 2.0 * fillet[1] - 0.5 * fillet[2]
     assert along @ normal / np.hypot(*along) == pytest.approx(0.0, abs=1e-6)

@@ -1,0 +1,164 @@
+"""Loaded contact of scenes near the shipped one: equations, monotony, symmetry, scaling."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import semiwear as sw
+from tests.strategies import placements, scenes
+
+SMALL = sw.load_scene("face_gear_25x160").replace(
+    {
+        "wear": None,
+        "numerics.face_slices": 21,
+        "numerics.roll_positions": 8,
+        "numerics.harmonics": 7,
+        "numerics.profile_points": 41,
+    }
+)
+
+few = settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+
+
+def same(one, two, group, name, factor=1.0, tolerance=1e-9):
+    expected = factor * one[group][name].values
+    np.testing.assert_allclose(
+        two[group][name].values, expected, rtol=0.0, atol=tolerance * np.abs(expected).max(), err_msg=name
+    )
+
+
+@given(scenes())
+@few
+def test_equations_of_contact_hold(scene):
+    tree = sw.loaded_contact(scene)
+    assert float(tree["diagnostics"].load_balance_residual) < 1e-9
+    assert float(tree["diagnostics"].complementarity_residual) < 1e-6
+    for name in ("line_load", "contact_pressure_max", "contact_pressure_max_edge", "load_share"):
+        assert np.isfinite(tree["engagement"][name]).all(), name
+        assert float(tree["engagement"][name].min()) >= 0.0, name
+    shares = tree["engagement"].load_share.values[0]
+    count = scene.numerics.roll_positions
+    np.testing.assert_allclose(shares.reshape(-1, count).sum(axis=0), 1.0, atol=1e-9)
+    assert (tree["mesh_cycle"].transmission_error_loaded < tree["mesh_cycle"].transmission_error_unloaded).all()
+    if "root_stress" in tree["engagement"]:
+        stress = tree["engagement"].root_stress
+        assert np.isfinite(stress).all()
+        assert float(stress.min()) >= 0.0
+
+
+@given(st.floats(30.0, 2500.0), st.floats(1.02, 1.5), st.one_of(st.just(sw.Placement()), placements()))
+@few
+def test_approach_and_pressure_grow_with_torque(torque, factor, placement):
+    low, high = (
+        sw.loaded_contact(SMALL.replace({"operation.pinion_torque_Nm": value}), placement=placement)
+        for value in (torque, factor * torque)
+    )
+    name = "transmission_error_loaded"
+    assert (high["mesh_cycle"][name] < low["mesh_cycle"][name]).all()
+    same(low, high, "mesh_cycle", "transmission_error_unloaded", tolerance=1e-9)
+    assert (high["mesh_cycle"].pairs_in_contact >= low["mesh_cycle"].pairs_in_contact).all()
+    total = [tree["engagement"].line_load.sum(("face", "wear_step")).values for tree in (low, high)]
+    assert (total[1] >= total[0] * (1.0 - 1e-6)).all()
+
+
+@given(scenes())
+@few
+def test_no_wear_is_zero_wear(scene):
+    shape = (scene.numerics.profile_points, scene.numerics.face_slices)
+    one = sw.loaded_contact(scene)
+    for depth in (np.zeros(shape), np.zeros((2, *shape))):
+        two = sw.loaded_contact(scene, wear_depth=depth)
+        for group in ("engagement", "mesh_cycle", "diagnostics"):
+            assert two[group].dataset.equals(one[group].dataset)
+
+
+@given(st.floats(0.0, 100.0))
+@few
+def test_even_wear_only_delays_the_contact(depth):
+    """The same depth everywhere moves the gear, and nothing else."""
+    even = np.full((SMALL.numerics.profile_points, SMALL.numerics.face_slices), depth)
+    one, two = sw.loaded_contact(SMALL), sw.loaded_contact(SMALL, wear_depth=even)
+    for name in ("load_share", "contact_pressure_max", "line_load", "root_stress"):
+        same(one, two, "engagement", name, tolerance=1e-4)
+    base_radius = SMALL.gear_pair.pinion_pitch_radius_mm * np.cos(np.radians(SMALL.gear_pair.pressure_angle_deg))
+    lag = 1e-3 * depth / base_radius * 25.0 / 160.0 * np.degrees(1.0) * 3600.0
+    for name in ("transmission_error_loaded", "transmission_error_unloaded"):
+        moved = one["mesh_cycle"][name].values - two["mesh_cycle"][name].values
+        np.testing.assert_allclose(moved, lag, atol=1e-3)
+
+
+@given(scenes())
+@few
+def test_drive_and_coast_flank_are_alike(scene):
+    one, two = (
+        sw.loaded_contact(scene.replace({"operation.loaded_flank": flank})) for flank in ("drive", "coast")
+    )
+    for group in ("engagement", "mesh_cycle"):
+        assert two[group].dataset.equals(one[group].dataset)
+
+
+@given(placements())
+@few
+def test_drive_and_coast_flank_are_mirror_images(placement):
+    mirrored = dataclasses.replace(
+        placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad
+    )
+    one = sw.loaded_contact(SMALL, placement=placement)
+    two = sw.loaded_contact(SMALL.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
+    for group in ("engagement", "mesh_cycle"):
+        assert two[group].dataset.equals(one[group].dataset)
+
+
+@given(st.sampled_from([0.25, 0.5, 2.0, 3.7]))
+@settings(max_examples=4)
+def test_contact_scales_with_the_size_of_the_gears(factor):
+    """All lengths times s, torque times s^3: the same pressures, stresses and shares, line loads times s."""
+    pair = SMALL.gear_pair
+    lengths = {
+        f"gear_pair.{entry.name}": factor * getattr(pair, entry.name)
+        for entry in dataclasses.fields(pair)
+        if entry.name.endswith("_mm")
+    }
+    torque = SMALL.operation.pinion_torque_Nm * factor**3
+    one = sw.loaded_contact(SMALL)
+    two = sw.loaded_contact(SMALL.replace({**lengths, "operation.pinion_torque_Nm": torque}))
+    for name in ("load_share", "contact_pressure_max", "root_stress"):
+        same(one, two, "engagement", name, tolerance=1e-3)
+    same(one, two, "engagement", "line_load", factor, tolerance=1e-3)
+    same(one, two, "engagement", "sliding_distance", factor, tolerance=1e-3)
+    same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-3)
+
+
+@given(st.floats(0.3, 3.0))
+@settings(max_examples=4)
+def test_stiffness_and_torque_together_change_pressures_alone(factor):
+    one = sw.loaded_contact(SMALL)
+    two = sw.loaded_contact(
+        SMALL.replace(
+            {
+                "operation.pinion_torque_Nm": factor * SMALL.operation.pinion_torque_Nm,
+                "material.pinion.youngs_modulus_MPa": factor * SMALL.material.pinion.youngs_modulus_MPa,
+                "material.gear.youngs_modulus_MPa": factor * SMALL.material.gear.youngs_modulus_MPa,
+            }
+        )
+    )
+    same(one, two, "engagement", "load_share", tolerance=1e-6)
+    for name in ("line_load", "contact_pressure_max", "root_stress"):
+        same(one, two, "engagement", name, factor, tolerance=1e-6)
+    same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-6)
+
+
+@given(scenes().filter(lambda scene: scene.wear is not None and scene.wear.until.meshes is not None))
+@few
+def test_wear_steps_of_any_scene(scene):
+    tree = sw.simulate(scene.replace({"wear.until.meshes": 1e-3 / scene.wear.coefficient_mm2_per_N}))
+    depth = tree["flank"].wear_depth.values
+    assert np.isfinite(depth).all()
+    assert (np.diff(depth, axis=0) >= 0.0).all()
+    assert depth[-1].max() > 0.0
+    assert float(tree["diagnostics"].load_balance_residual.max()) < 1e-9
+    assert float(tree["diagnostics"].complementarity_residual.max()) < 1e-6
