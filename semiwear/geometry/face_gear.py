@@ -188,18 +188,25 @@ class FaceGearTooth:
     def profile_from_height(self, radius: FloatArray, height: FloatArray) -> FloatArray:
         """Profile coordinate of the flank point at a height above the pitch plane [mm].
 
-        The roll angle follows from the height for a known generation angle, which varies slowly: fixed point.
+        The roll angle follows from the height for a known generation angle, which varies slowly: a fixed point, sped
+        up by Steffensen's method.
         """
         radius, height = np.broadcast_arrays(np.asarray(radius, float), np.asarray(height, float))
-        profile = height / max(sin(self.pressure_angle) ** 2, 0.2)
-        for _ in range(200):
+        down = (self.shaper_pitch_radius - height) / self.shaper_base_radius
+
+        def better(profile: FloatArray) -> FloatArray:
             beta = self.generation_angle(radius, profile)
-            down = (self.shaper_pitch_radius - height) / self.shaper_base_radius
-            roll = np.maximum((down - np.cos(beta)) / np.sin(beta), 0.0)
-            new = self.profile_from_roll(roll)
-            if np.max(np.abs(new - profile), initial=0.0) < 1e-12:
-                return new
-            profile = new
+            return self.profile_from_roll(np.maximum((down - np.cos(beta)) / np.maximum(np.sin(beta), 1e-9), 0.0))
+
+        profile = height / max(sin(self.pressure_angle) ** 2, 0.2)
+        for _ in range(_PASSES):
+            once = better(profile)
+            if np.max(np.abs(once - profile), initial=0.0) < 1e-12 * self.module:
+                return once
+            twice = better(once)
+            bend = twice - 2.0 * once + profile
+            steep = np.abs(bend) > 1e-3 * np.abs(once - profile)
+            profile = np.where(steep, profile - (once - profile) ** 2 / np.where(steep, bend, 1.0), twice)
         return profile
 
     def tip_profile(self, radius: FloatArray) -> FloatArray:
