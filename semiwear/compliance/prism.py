@@ -9,10 +9,8 @@ so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics dec
     K_n = K0 + k K1 + k^2 K2,   K0 = int B0' D B0,   K1 = int (B0' D B1 + B1' D B0),   K2 = int B1' D B1
 
 A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
-The cosines mirror the body at its ends: shear stress and axial displacement vanish there.
-
-All teeth are alike, so one pitch is condensed to its two mid-space sides once per harmonic; the pitches are
-then joined by small dense algebra, a rack with free ends or a whole ring alike.
+The cosines mirror the body at its ends: shear stress and axial displacement vanish there. Each harmonic is
+assembled for one pitch; `pitch_chain` joins the pitches.
 
 Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
 O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (semi-analytical).
@@ -25,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
-from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 from skfem.quadrature import get_quadrature
 
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS, HarmonicMatrices, Pitch, join
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 
@@ -36,12 +34,6 @@ __all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "PrismSection", "prism_sectio
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-DEFLECTION_OFFSETS = (-2, -1, 0, 1, 2)
-"""Teeth whose deflection is kept; +1 is the neighbour that faces the loaded flank (x > 0)."""
-
-STRESS_OFFSETS = (-1, 0, 1)
-"""Teeth whose fillet stress is kept."""
 
 
 @dataclass(frozen=True)
@@ -155,12 +147,15 @@ def prism_section(
         name=name,
     )
     observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
-    pitch = _Pitch.of(mesh, _side_angle(section), youngs_modulus, poissons_ratio)
+    pitch = Pitch.of(mesh, section, harmonic_matrices(mesh, youngs_modulus, poissons_ratio))
 
     solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
     wave_number = np.arange(harmonics) * np.pi / width
-    condensed = [pitch.condense(wave_number[n], observer) for n in solved]
-    deflection, stress = _join(condensed, section, rack_teeth)
+    condensed = [
+        pitch.condense(k, observer.load, observer.deflection, observer.stress + k * observer.stress_along)
+        for k in wave_number[solved]
+    ]
+    deflection, stress = join(condensed, section, rack_teeth)
 
     weight = np.where(np.arange(harmonics) == 0, 1.0, 2.0)[:, None, None, None] / width
     tooth_height = mesh.nodes[mesh.centre_line[0], 1] - mesh.nodes[mesh.fillet[-1], 1]
@@ -180,9 +175,7 @@ def prism_section(
     )
 
 
-def harmonic_matrices(
-    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float
-) -> tuple[csc_matrix, csc_matrix, csc_matrix]:
+def harmonic_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
     """Matrices K0, K1, K2 of the stiffness K_n = K0 + k K1 + k^2 K2, unknowns 3 node + (u, v, w).
 
     Parameters
@@ -230,8 +223,7 @@ def harmonic_matrices(
 
 def _integral(b: FloatArray, stress: FloatArray) -> FloatArray:
     """Sum over quadrature points of B' S: two (m, q, 6, 27) arrays -> (m, 27, 27)."""
-    elements = len(b)
-    return b.reshape(elements, -1, 27).swapaxes(1, 2) @ stress.reshape(elements, -1, 27)
+    return b.reshape(len(b), -1, 27).swapaxes(1, 2) @ stress.reshape(len(b), -1, 27)
 
 
 def _elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
@@ -241,9 +233,6 @@ def _elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
     matrix = np.diag([2 * shear] * 3 + [shear] * 3)
     matrix[:3, :3] += lame
     return matrix
-
-
-# --- what is observed --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -276,9 +265,8 @@ def _rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr_mat
     row = np.broadcast_to(np.arange(len(nodes))[:, None, None], (*nodes.shape, components.shape[-1]))
     column = np.broadcast_to(3 * nodes[:, :, None] + np.arange(components.shape[-1]), row.shape)
     values = np.broadcast_to(components, row.shape)
-    return coo_matrix(
-        (values.ravel(), (row.ravel(), column.ravel())), shape=(len(nodes), 3 * len(mesh.nodes))
-    ).tocsr()
+    shape = (len(nodes), 3 * len(mesh.nodes))
+    return coo_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=shape).tocsr()
 
 
 def _mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -293,9 +281,7 @@ def _mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
     return mesh.centre_line[local], weights, np.stack([np.zeros(len(cut)), cut], axis=1)
 
 
-def _fillet_edges(
-    mesh: SectionMesh,
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def _fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Two Gauss points a fillet edge: nodes, d/ds and value weights (F, 3), tangents and points (F, 2)."""
     edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
     gauss = np.array([-1.0, 1.0]) / np.sqrt(3.0)
@@ -311,166 +297,6 @@ def _fillet_edges(
 def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Quadratic shape functions of an edge, -1 <= x <= 1, of its first, middle and last node."""
     return x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2
-
-
-# --- one pitch ---------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Condensed:
-    """One pitch at one wave number, in terms of its sides (left, then right) and its own loads."""
-
-    stiffness: FloatArray  # (2 s, 2 s) of the sides
-    side_load: FloatArray  # (2 s, H) that flank loads send to the sides
-    deflection: FloatArray  # (H, 2 s) for side displacements
-    deflection_load: FloatArray  # (H, H) for own loads with sides held
-    stress: FloatArray  # (F, 2 s)
-    stress_load: FloatArray  # (F, H)
-
-
-@dataclass(frozen=True)
-class _Pitch:
-    """Stiffness of one pitch, parted into inner and side unknowns; held unknowns are left out."""
-
-    inner: tuple[csc_matrix, csc_matrix, csc_matrix]
-    coupling: tuple[FloatArray, FloatArray, FloatArray]  # inner x sides
-    sides: tuple[FloatArray, FloatArray, FloatArray]
-    inner_unknowns: IntArray
-    turned_sides: csr_matrix  # (3 n, 2 s): side unknowns in the sides' own axes -> unknowns of the mesh
-
-    @classmethod
-    def of(cls, mesh: SectionMesh, angle: float, youngs_modulus: float, poissons_ratio: float) -> _Pitch:
-        size = 3 * len(mesh.nodes)
-        left, right = (side[~np.isin(side, mesh.held)] for side in (mesh.left, mesh.right))
-        free = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.held, left, right]))
-        inner = _unknowns(free)
-        turned = bmat([[_turned(left, -angle, size), _turned(right, angle, size)]]).tocsr()
-        matrices = harmonic_matrices(mesh, youngs_modulus, poissons_ratio)
-        rows = [matrix.tocsr()[inner] for matrix in matrices]
-        return cls(
-            inner=tuple(row.tocsc()[:, inner] for row in rows),
-            coupling=tuple((row @ turned).toarray() for row in rows),
-            sides=tuple((turned.T @ (matrix @ turned)).toarray() for matrix in matrices),
-            inner_unknowns=inner,
-            turned_sides=turned,
-        )
-
-    def condense(self, k: float, observer: _Observer) -> _Condensed:
-        """Eliminate the inner unknowns at wave number k [1/mm]."""
-        parts = (self.inner, self.coupling, self.sides)
-        inner, coupling, sides = (k0 + k * k1 + k**2 * k2 for k0, k1, k2 in parts)
-        load = observer.load[:, self.inner_unknowns].toarray().T
-        factor = splu(inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        solution = factor.solve(np.hstack([load, -coupling]))
-        own, carried = np.split(solution, [load.shape[1]], axis=1)
-        stress = observer.stress + k * observer.stress_along
-
-        def by_sides(rows: csr_matrix) -> FloatArray:
-            return rows[:, self.inner_unknowns] @ carried + (rows @ self.turned_sides).toarray()
-
-        return _Condensed(
-            stiffness=sides + coupling.T @ carried,
-            side_load=carried.T @ load,
-            deflection=by_sides(observer.deflection),
-            deflection_load=observer.deflection[:, self.inner_unknowns] @ own,
-            stress=by_sides(stress),
-            stress_load=stress[:, self.inner_unknowns] @ own,
-        )
-
-
-def _unknowns(nodes: IntArray) -> IntArray:
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
-
-
-def _turned(nodes: IntArray, angle: float, size: int) -> csr_matrix:
-    """Unknowns of nodes in axes turned clockwise by angle -> unknowns of the mesh."""
-    turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    blocks = np.broadcast_to(turn, (len(nodes), 3, 3))
-    rows = np.broadcast_to((3 * nodes[:, None] + np.arange(3))[:, :, None], blocks.shape)
-    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 1, 3), blocks.shape)
-    return coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, 3 * len(nodes))).tocsr()
-
-
-def _side_angle(section: ToothSection) -> float:
-    return np.pi / section.rim.teeth if isinstance(section.rim, RingRim) else 0.0
-
-
-# --- all pitches -------------------------------------------------------------------------------------------
-
-
-def _join(condensed: list[_Condensed], section: ToothSection, rack_teeth: int) -> tuple[FloatArray, FloatArray]:
-    """Deflection (n, 5, H, H) and stress (n, 3, F, H) around the loaded tooth; zero beyond a rack."""
-    pitch = np.array([c.stiffness for c in condensed])
-    count, side = len(pitch), pitch.shape[1] // 2
-    teeth = 5 if isinstance(section.rim, RingRim) else min(rack_teeth, 5)
-    whole = np.zeros((count, (teeth + 1) * side, (teeth + 1) * side))  # unknowns: sides of the teeth in order
-    for tooth in range(teeth):
-        whole[:, _sides(tooth, side), _sides(tooth, side)] += pitch
-    first, last = slice(None, side), slice(teeth * side, None)
-    near, far = slice(None, side), slice(side, None)
-    if isinstance(section.rim, RingRim):
-        rest = _chain(pitch, section.rim.teeth - teeth)
-        whole[:, last, last] += rest[:, near, near]
-        whole[:, last, first] += rest[:, near, far]
-        whole[:, first, last] += rest[:, far, near]
-        whole[:, first, first] += rest[:, far, far]
-    elif rack_teeth > teeth:
-        rest = _chain(pitch, (rack_teeth - teeth) // 2)
-        whole[:, last, last] += _without(rest, near, far)
-        whole[:, first, first] += _without(rest, far, near)
-
-    middle = teeth // 2
-    load = np.zeros((count, whole.shape[1], condensed[0].side_load.shape[1]))
-    load[:, _sides(middle, side)] = [c.side_load for c in condensed]
-    moved = np.linalg.solve(whole, load)
-
-    def of_teeth(offsets: tuple[int, ...], rows: list[FloatArray], own: list[FloatArray]) -> FloatArray:
-        values = np.zeros((count, len(offsets), *own[0].shape))
-        for place, offset in enumerate(offsets):
-            if abs(offset) <= middle:
-                values[:, place] = np.array(rows) @ moved[:, _sides(middle + offset, side)]
-        values[:, offsets.index(0)] += own
-        return values
-
-    deflection = [c.deflection for c in condensed], [c.deflection_load for c in condensed]
-    stress = [c.stress for c in condensed], [c.stress_load for c in condensed]
-    return of_teeth(DEFLECTION_OFFSETS, *deflection), of_teeth(STRESS_OFFSETS, *stress)
-
-
-def _sides(tooth: int, side: int) -> slice:
-    """Unknowns of both sides of a tooth."""
-    return slice(tooth * side, (tooth + 2) * side)
-
-
-def _without(stiffness: FloatArray, keep: slice, drop: slice) -> FloatArray:
-    """Schur complement: stiffness of the unknowns kept when those dropped are free of load."""
-    coupling = stiffness[:, drop, keep]
-    carried = np.linalg.solve(stiffness[:, drop, drop], coupling)
-    return stiffness[:, keep, keep] - coupling.swapaxes(1, 2) @ carried
-
-
-def _chain(pitch: FloatArray, count: int) -> FloatArray:
-    """Stiffness (n, 2 s, 2 s) of the outer sides of a chain of pitches, by doubling."""
-    if count == 1:
-        return pitch
-    half = _chain(pitch, count // 2)
-    double = _pair(half, half)
-    return _pair(double, pitch) if count % 2 else double
-
-
-def _pair(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Stiffness of the outer sides of two chains of pitches that share a side."""
-    s = first.shape[1] // 2
-    joined = np.zeros((len(first), 3 * s, 3 * s))  # unknowns: outer left, shared, outer right
-    joined[:, : 2 * s, : 2 * s] += first
-    joined[:, s:, s:] += second
-    outer = np.concatenate([np.arange(s), np.arange(2 * s, 3 * s)])
-    coupling = joined[:, s : 2 * s, outer]
-    kept = joined[:, outer[:, None], outer]
-    return kept - coupling.swapaxes(1, 2) @ np.linalg.solve(joined[:, s : 2 * s, s : 2 * s], coupling)
-
-
-# --- harmonics ---------------------------------------------------------------------------------------------
 
 
 def _solved_harmonics(harmonics: int) -> IntArray:

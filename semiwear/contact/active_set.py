@@ -62,6 +62,7 @@ def _active_set(matrix, gap, lever, torque, active, force, slack):  # type: igno
     a = np.empty((n, n))
     x, y = np.empty(n), np.empty(n)
     rotation = 0.0
+    farthest = np.abs(gap).max()
     for attempt in range(_SETS):
         m = 0
         for i in range(n):
@@ -90,7 +91,7 @@ def _active_set(matrix, gap, lever, torque, active, force, slack):  # type: igno
         force[:] = 0.0
         for i in range(m):
             force[on[i]] = rotation * y[i] - x[i]
-        tolerance = 1e-13 * abs(rotation) * lever[on[0]]
+        tolerance = 1e-13 * (abs(rotation) * lever[on[0]] + farthest)
         changes = 0
         worst_pull, worst_press = -1, -1
         for i in range(n):

@@ -282,7 +282,7 @@ class LineContact:
             reached = rotation * float(system.lever.max())
             if reached <= system.cap:
                 return
-            cap = 1.5 * reached
+            cap = reached + 0.5 * _FIRST_CAP * self._typical_approach()
 
     def _typical_load(self) -> float:
         """Order of the line load: one pair loaded over half the face [N/mm]."""
@@ -303,8 +303,11 @@ class LineContact:
     ) -> float:
         gap = worn.gap.ravel()[system.index]
         # only what is nearer than the approach can touch; where the start knows it, that spares much
-        expected = loads.rotation[position]
-        chosen = np.flatnonzero(gap < _MARGIN * expected * system.lever) if expected > 0.0 else np.arange(gap.size)
+        chosen = np.arange(gap.size)
+        if loads.force.ravel()[system.index].any():
+            least = float(gap.min())
+            expected = least + _MARGIN * (loads.rotation[position] * system.lever - least)
+            chosen = np.flatnonzero(gap < expected)
         if chosen.size == 0:
             chosen = np.arange(gap.size)
         rotation = self._solve_chosen(position, system, chosen, worn, loads, wear_compliance)

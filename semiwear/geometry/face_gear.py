@@ -188,26 +188,22 @@ class FaceGearTooth:
     def profile_from_height(self, radius: FloatArray, height: FloatArray) -> FloatArray:
         """Profile coordinate of the flank point at a height above the pitch plane [mm].
 
-        The roll angle follows from the height for a known generation angle, which varies slowly: a fixed point, sped
-        up by Steffensen's method.
+        The height gives the roll angle for any generation angle; the radius then fixes that one (Newton).
         """
         radius, height = np.broadcast_arrays(np.asarray(radius, float), np.asarray(height, float))
+        target = radius / self.shaper_base_radius
         down = (self.shaper_pitch_radius - height) / self.shaper_base_radius
-
-        def better(profile: FloatArray) -> FloatArray:
-            beta = self.generation_angle(radius, profile)
-            return self.profile_from_roll(np.maximum((down - np.cos(beta)) / np.maximum(np.sin(beta), 1e-9), 0.0))
-
-        profile = height / max(sin(self.pressure_angle) ** 2, 0.2)
+        slope = 1.0 / self.ratio
+        beta = np.arccos(np.minimum(slope / np.maximum(target, slope), 1.0))
         for _ in range(_PASSES):
-            once = better(profile)
-            if np.max(np.abs(once - profile), initial=0.0) < 1e-12 * self.module:
-                return once
-            twice = better(once)
-            bend = twice - 2.0 * once + profile
-            steep = np.abs(bend) > 1e-3 * np.abs(once - profile)
-            profile = np.where(steep, profile - (once - profile) ** 2 / np.where(steep, bend, 1.0), twice)
-        return profile
+            sine, cosine = np.maximum(np.sin(beta), 1e-9), np.cos(beta)
+            x, z = (1.0 - down * cosine) / sine, slope / cosine
+            slant = 2.0 * (x * (down - cosine) / sine**2 + z * z * sine / cosine)
+            step = (x * x + z * z - target**2) / np.where(slant == 0.0, 1.0, slant)
+            beta = np.clip(beta - step, 1e-9, 0.5 * pi - 1e-9)
+            if np.max(np.abs(step), initial=0.0) < 1e-14:
+                break
+        return self.profile_from_roll(np.maximum((down - np.cos(beta)) / np.maximum(np.sin(beta), 1e-9), 0.0))
 
     def tip_profile(self, radius: FloatArray) -> FloatArray:
         """Profile coordinate of the gear's tip plane at a radius [mm]."""
@@ -252,8 +248,7 @@ class FaceGearTooth:
         Of the singular points at the crest's roll angle the outermost one on the tooth counts.
         """
         radii = self.singular_radii(self.crest_roll_angle)
-        inside = [radius for radius in radii if radius < self.pitch_radius]
-        return max(inside) if inside else self.shaper_base_radius / self.ratio
+        return max(radii) if radii else self.shaper_base_radius / self.ratio
 
     def pointing_radius(self) -> float:
         """Gear radius at which the two flanks of a tooth meet in the tip plane [mm]."""

@@ -21,6 +21,7 @@ __all__ = ["ContactLines", "end_rounding", "face_stations", "trace_contact_lines
 FloatArray = NDArray[np.float64]
 
 _SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
+_SHARP = 1e-6  # mm
 _STEP = 0.02  # of the flank's height, for the five-point differences
 
 
@@ -89,6 +90,11 @@ class ContactLines:
             if entry.name not in ("face", "separation")
         }
         return ContactLines(face=self.face, separation=np.ascontiguousarray(self.separation[:, ::step]), **by_roll)
+
+
+def _rounded(radius: float) -> float:
+    """Radius of an edge; what is sharper than a nanometre is sharp [mm]."""
+    return radius if radius > _SHARP else 0.0
 
 
 def face_stations(pair: FlankPair, slices: int) -> FloatArray:
@@ -198,10 +204,11 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
 
     partner_slope = (met.partner_profile[3] - met.partner_profile[1]) / (2.0 * step)
     partner_face = met.partner_face[2]
-    ends = end_rounding(np.minimum(face - borders.face[0], borders.face[1] - face), borders.end_edge_radius)
+    keep = 0.0 if sharp else 1.0
+    ends = end_rounding(np.minimum(face - borders.face[0], borders.face[1] - face), keep * borders.end_edge_radius)
     partner_ends = end_rounding(
         np.minimum(partner_face - borders.partner_face[0], borders.partner_face[1] - partner_face),
-        borders.partner_end_edge_radius,
+        keep * borders.partner_end_edge_radius,
     )
     separation[0] += ends + partner_ends
     return ContactLines(
@@ -220,6 +227,6 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         partner_profile=met.partner_profile[2] + partner_slope * moved,
         partner_slope=partner_slope,
         partner_face=partner_face,
-        low_edge_radius=np.where(low > borders.root, borders.partner_tip_edge_radius, 0.0),
-        high_edge_radius=np.full(low.shape, borders.tip_edge_radius),
+        low_edge_radius=np.where(low > borders.root, _rounded(borders.partner_tip_edge_radius), 0.0),
+        high_edge_radius=np.full(low.shape, _rounded(borders.tip_edge_radius)),
     )

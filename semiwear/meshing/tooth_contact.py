@@ -26,7 +26,7 @@ _SEARCH = (-3, 3, 16)  # first and last roll position between which a path is lo
 _NEWTON_PASSES = 8
 _FACE_STEP = 3e-4  # of the face width, for differences
 _PROFILE_STEP = 5e-4  # of the tooth height
-_ON_BORDER = 1e-6  # mm
+_ON_BORDER = 1e-6  # of the flank's height
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     """Where a pair first touches at roll positions, within the nominal (sharp) borders of both flanks."""
     roll = np.asarray(roll, float)
     low, high = pair.face_limits
-    stations = face_stations(pair, _SLICES)
+    stations = np.linspace(low, high, _SLICES)
     lines = trace_contact_lines(pair, roll, stations, sharp=True)
     best = np.argmin(lines.separation[0], axis=1)
     rows = np.arange(roll.size)
@@ -119,7 +119,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
         profile = np.clip(profile, borders.root - 0.3 * height, borders.tip + 0.3 * height)
     margin = _margin(pair, face, profile, roll, pair.borders(face, sharp=True))
     separation = pair.meeting(face, profile, roll).separation
-    inside = (margin >= -_ON_BORDER) & (separation <= held + 1e-9)
+    inside = (margin >= -_ON_BORDER * height) & (separation <= held + _ON_BORDER * 1e-2 * height)
     face, profile = np.where(inside, face, held_face), np.where(inside, profile, held_profile)
     _, hessian, tangents = _derivatives(pair, face, profile, roll, step)
     curvature, along = _principal(hessian, tangents)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from math import hypot, pi, radians
 
 import numpy as np
-import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -16,9 +15,8 @@ from semiwear.geometry.involute import InvoluteTooth
 
 FloatArray = NDArray[np.float64]
 
-# The iteration of `profile_from_height` fails for the lowest points of the flank up to 3.5 % outside the undercut
-# limit (see the test that is expected to fail).
-CLEAR_OF_UNDERCUT = 1.04
+# At the limit itself the height is stationary along the profile, so that its inverse keeps half the digits only.
+CLEAR_OF_UNDERCUT = 1.002
 
 
 @dataclass(frozen=True)
@@ -92,8 +90,6 @@ def test_profile_from_height_inverts_height(case: Case) -> None:
     np.testing.assert_allclose(profile, case.profile, rtol=0.0, atol=1e-8 * case.gear.module)
 
 
-@pytest.mark.xfail(reason="the fixed point leaves the flank near the undercut limit", strict=True)
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_profile_from_height_inverts_height_next_to_the_undercut_limit() -> None:
     gear = FaceGearTooth(
         shaper_teeth=32,

@@ -1,0 +1,186 @@
+"""The house keeps its order: data flows one way, and the core needs no extras."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import semiwear
+
+PACKAGE = Path(semiwear.__file__).parent
+ROOT = PACKAGE.parent
+
+# From the first to the last: a room may import itself and the rooms before it (design, section 2).
+# `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
+LAYERS = (
+    ("errors", "references"),
+    ("scene",),
+    ("geometry",),
+    ("meshing",),
+    ("compliance",),
+    ("contact",),
+    ("wear",),
+    ("results", "check"),
+    ("plan", "collect"),
+    ("simulate",),
+    ("analyses",),
+    ("plot",),
+    ("report", "sweep", "accuracy"),
+    ("__init__",),
+    ("cli",),
+    ("__main__",),
+)
+RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
+
+# Imports inside functions that close a circle on purpose: Scene.replace and Scene.to_toml live on the class that the
+# modules behind them build.
+LATE = {
+    ("semiwear.scene.model", "semiwear.scene.edit"),
+    ("semiwear.scene.model", "semiwear.scene.schema"),
+    ("semiwear.scene.model", "semiwear.scene.toml_io"),
+}
+EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "sksparse", "pypardiso")
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
+def imported(node: ast.AST, module: str) -> list[str]:
+    """Modules (or names in them) that an import statement asks for."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if not isinstance(node, ast.ImportFrom):
+        return []
+    base = node.module or ""
+    if node.level:
+        package = module if MODULES.get(module, Path()).name == "__init__.py" else module.rpartition(".")[0]
+        for _ in range(node.level - 1):
+            package = package.rpartition(".")[0]
+        base = f"{package}.{base}".rstrip(".")
+    return [f"{base}.{alias.name}" for alias in node.names]
+
+
+def imports_of(module: str) -> set[str]:
+    """Every import of a module, inside functions and under TYPE_CHECKING as well."""
+    return {name for node in ast.walk(TREES[module]) for name in imported(node, module)}
+
+
+def at_import_time(tree: ast.AST) -> list[ast.AST]:
+    """Nodes that run when the module is imported: not in functions, not under TYPE_CHECKING."""
+    nodes, found = [tree], []
+    while nodes:
+        node = nodes.pop()
+        found.append(node)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        children = list(ast.iter_child_nodes(node))
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            children = node.orelse
+        nodes += children
+    return found
+
+
+def own_module(name: str) -> str | None:
+    """The semiwear module that an imported name lies in."""
+    while name.startswith("semiwear"):
+        if name in MODULES:
+            return name
+        name = name.rpartition(".")[0]
+    return None
+
+
+def room(module: str) -> str:
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+EDGES = {
+    name: {target for found in imports_of(name) if (target := own_module(found)) and target != name}
+    for name in MODULES
+}
+
+
+def test_the_test_sees_the_imports():
+    assert len(MODULES) > 40
+    assert "semiwear.scene.placement" in EDGES["semiwear.scene"]
+    assert "semiwear.meshing.flank_pair" in EDGES["semiwear.plan"]
+    assert sum(map(len, EDGES.values())) > 100
+
+
+def test_every_room_has_its_place():
+    assert {room(name) for name in MODULES} <= set(RANK)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_import_runs_back(module):
+    assert not {target for target in EDGES[module] if RANK[room(target)] > RANK[room(module)]}
+
+
+def test_no_circle_of_imports():
+    graph = {name: {t for t in targets if (name, t) not in LATE} for name, targets in EDGES.items()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(reversed(error.args[1])))
+
+
+def test_late_imports_are_late():
+    """The known exceptions are inside functions, and still there."""
+    for module, target in LATE:
+        assert target in EDGES[module], "no longer needed: take it off the list"
+        now = {own_module(name) for node in at_import_time(TREES[module]) for name in imported(node, module)}
+        assert target not in now
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_nothing_imports_the_finite_element_reference(module):
+    assert not {name for name in imports_of(module) if name.split(".")[0] == "fem_reference"}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_extras_are_imported_where_they_are_used(module):
+    names = [name for node in at_import_time(TREES[module]) for name in imported(node, module)]
+    assert not [name for name in names if name.split(".")[0] in EXTRAS]
+
+
+def test_the_core_runs_without_extras():
+    code = f"""
+import sys
+for name in {EXTRAS!r}:
+    sys.modules[name] = None
+import semiwear
+import semiwear.simulate, semiwear.analyses, semiwear.plan, semiwear.collect, semiwear.results
+scene = semiwear.load_scene("face_gear_25x160")
+small = scene.replace({{
+    "numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.profile_points": 31,
+    "numerics.harmonics": 3, "wear.until.meshes": 1e8, "numerics.wear_steps": 1,
+}})
+tree = semiwear.simulate(small)
+print(float(tree["flank"].wear_depth.max()) > 0.0)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=100, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize("folder", ["contact", "wear", "compliance"])
+def test_contact_and_wear_know_no_kind_of_gear(folder):
+    files = sorted((PACKAGE / folder).rglob("*.py"))
+    assert files
+    for path in files:
+        text = path.read_text(encoding="utf-8").casefold()
+        for word in ("face_gear", "face gear", "face-gear", "facegear"):
+            assert word not in text, f"{path.relative_to(ROOT)}: {word}"
