@@ -15,6 +15,7 @@ from semiwear.plan import plan
 from semiwear.results import build_dataset, build_tree
 from semiwear.scene import Placement, Scene
 from semiwear.simulate import attributes
+from semiwear.wear.swept_line import fresh_sweep
 
 __all__ = ["loaded_contact", "tooth_contact_analysis"]
 
@@ -84,7 +85,7 @@ def loaded_contact(
     teeth = physics.loaded_teeth(placement, given)
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     groups = {
-        "engagement": collect.engagement(teeth, state, collect.fresh_sweep(teeth)),
+        "engagement": collect.engagement(teeth, state, fresh_sweep(teeth.pair, teeth.lines)),
         "mesh_cycle": collect.mesh_cycle(teeth, state, collect.unworn_zero(teeth)),
         "diagnostics": collect.residuals(state),
     }

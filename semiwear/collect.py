@@ -15,14 +15,13 @@ from semiwear.compliance.tooth import root_stress
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
-from semiwear.wear.swept_line import Sweep, sweep
+from semiwear.wear.swept_line import Sweep, fresh_sweep
 
 __all__ = [
     "Arrays",
     "coordinates",
     "engagement",
     "flank",
-    "fresh_sweep",
     "history",
     "mesh_cycle",
     "residuals",
@@ -132,12 +131,6 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, fresh: Sweep) -> Arrays:
     return arrays
 
 
-def fresh_sweep(teeth: LoadedTeeth) -> Sweep:
-    """Motion of the unworn contact lines at the solved positions."""
-    _, fresh = teeth.touch(np.zeros(teeth.grid.profile.shape))
-    return sweep(teeth.lines, fresh, teeth.pair.roll_per_time)
-
-
 def mesh_cycle(teeth: LoadedTeeth, state: LoadedState, zero: float) -> Arrays:
     """What one wear state does at every mesh position; `zero` [mm] is the unworn, unloaded mean separation."""
     pairs = teeth.rolls.pairs
@@ -198,8 +191,7 @@ def flank(teeth: LoadedTeeth) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
     pair, grid, fine = teeth.pair, teeth.grid, teeth.fine
     zones = _Zones.of(teeth)
-    fresh, _ = teeth.touch(np.zeros(grid.profile.shape))
-    motion = sweep(fine, fresh, pair.roll_per_time)
+    motion = fresh_sweep(pair, fine)
     inside = (fine.profile > fine.low) & (fine.profile < fine.high) & np.isfinite(fine.separation[0])
     inside &= fine.separation[0] < teeth.solver.reach
     # where a line stops or turns at a border its speed is none of the flank's

@@ -113,7 +113,7 @@ class Plan:
             rolls=rolls,
             fine=fine,
             lines=lines,
-            grid=flank_grid(pair, fine, numerics.profile_points),
+            grid=flank_grid(pair, fine.face, numerics.profile_points),
             solver=solver,
             half_width=whole.minor_half_axis,
         )

@@ -16,6 +16,7 @@ from semiwear.plan import Plan, plan
 from semiwear.results import build_tree, provenance
 from semiwear.scene import Scene
 from semiwear.wear.stepping import WearState, WearStepper
+from semiwear.wear.swept_line import fresh_sweep
 
 __all__ = ["NoProgress", "Progress", "simulate"]
 
@@ -124,7 +125,7 @@ def _result(
     zero = collect.unworn_zero(teeth)
     contacts = [state.contact for state in states]
     point = physics.control_point(teeth)
-    fresh = collect.fresh_sweep(teeth)
+    fresh = fresh_sweep(teeth.pair, teeth.lines)
     parts: list[dict[str, collect.Arrays]] = []
     for contact in contacts:
         part = {

@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
+from scipy.special import elliprd, elliprf
 
 __all__ = [
     "EllipticContact",
@@ -79,20 +79,17 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
     if low <= 0.0 or load <= 0.0:
         raise ValueError("an elliptic contact needs a positive load and two positive relative curvatures")
 
-    def curvature_ratio(complement: float) -> float:
-        # complement = (b/a)^2 = 1 - e^2; ratio of curvatures from eq. 4.26c, with D and B elliptic integrals
-        m = 1.0 - complement
-        k, e = ellipk(m), ellipe(m)
-        return float((e / complement - k) / (k - e)) if m > 1e-12 else 1.0
+    # complement = (b/a)^2 = 1 - e^2; K and D = (K - E)/e^2 in Carlson's forms, which keep their digits as e -> 0
+    def integrals(complement: float) -> tuple[float, float]:
+        return float(elliprf(0.0, complement, 1.0)), float(elliprd(0.0, complement, 1.0)) / 3.0
 
-    if high / low < 1.0 + 1e-9:
-        complement = 1.0
-    else:
-        complement = brentq(lambda c: curvature_ratio(c) - high / low, 1e-14, 1.0 - 1e-11, xtol=1e-16)
-    m = 1.0 - complement
-    k = float(ellipk(m))
+    def excess(complement: float) -> float:
+        k, d = integrals(complement)
+        return (k - d) / (complement * d) - high / low
+
+    complement = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, 1e-14, 1.0, xtol=1e-16))
+    k, shape = integrals(complement)
     ratio = sqrt(complement)
-    shape = float((k - ellipe(m)) / m) if m > 1e-9 else pi / 4.0
     # 2 A = low = (2 p0 b / (E* a^2)) (K - E)/e^2 with p0 = 3 P/(2 pi a b)  ->  a^3
     major = (3.0 * load * shape / (pi * modulus * low)) ** (1.0 / 3.0)
     minor = major * ratio

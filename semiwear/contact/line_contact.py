@@ -36,7 +36,7 @@ _LEAST_WIDTH = 0.1  # of the usual half-width: what slices hardly loaded are giv
 _LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
 _FARTHEST_MOVE = 1.5  # mm of a worn line, up to which tooth compliance follows it linearly
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
-_WIDTH_TOLERANCE = 1e-4  # of the half-widths, between two solutions
+_WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _MARGIN = 1.15  # of the expected approach
 _FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; more when that is too little
 

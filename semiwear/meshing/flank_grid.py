@@ -1,6 +1,6 @@
 """Grid of the driven flank on which wear is kept.
 
-Each slice carries `profile_points` nodes from the deepest point that the driving body reaches to the tip. Where
+Each slice carries `profile_points` nodes from the root end of its flank to the tip end. Where
 the pitch surface crosses the slice, a node lies on it and the spacing may change there, so that the cusp of the wear
 at vanishing sliding falls on a grid line and is never smeared.
 """
@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["FlankGrid", "flank_grid", "locate"]
@@ -62,11 +61,10 @@ class FlankGrid:
         return low, place - low
 
 
-def flank_grid(pair: FlankPair, lines: ContactLines, points: int) -> FlankGrid:
-    """Grid with `points` nodes in each slice of the contact lines."""
-    face = lines.face
-    # the driving body's tip never comes deeper: what lies below is not felt and does not wear
-    root, tip = lines.low.min(axis=0), lines.high.max(axis=0)
+def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
+    """Grid with `points` nodes in each slice at the face stations [mm]."""
+    borders = pair.borders(face)
+    root, tip = borders.root, borders.tip
     pitch = pair.pitch_profile(face)
     fraction = (pitch - root) / (tip - root)
     split = np.clip(np.rint(fraction * (points - 1)), 0, points - 1).astype(np.int64)

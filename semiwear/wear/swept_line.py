@@ -23,16 +23,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, Spread, spread_over_flank
-from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
 from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["Sweep", "own_wear", "sweep", "wear_of_mesh", "wear_per_mesh"]
+__all__ = ["Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_mesh", "wear_per_mesh"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _FARTHEST = 1.0  # mm from contact beyond which no step brings a slice to it
+_SHIFT = 0.01  # roll positions before and after, between which a speed is measured
 _STANDSTILL = 1e-6  # mm per roll; far from any contact a line may stand still at a border
 
 
@@ -63,6 +65,8 @@ class Sweep:
         Profile coordinate of the line.
     speed : array [mm per unit time]
         v_n of the driven body.
+    direction : array
+        -1 where the line moves towards the root, +1 towards the tip.
     sliding : (roll, face, 2) array [mm per unit time]
         Sliding velocity normal to the line, towards the tip, and along it.
     sliding_on_path : (roll, face, 2) array
@@ -73,6 +77,7 @@ class Sweep:
 
     place: FloatArray
     speed: FloatArray
+    direction: FloatArray
     sliding: FloatArray
     sliding_on_path: FloatArray
     time: FloatArray
@@ -85,8 +90,7 @@ class Sweep:
     @property
     def partner_specific_sliding(self) -> FloatArray:
         """|v_s| / v_n of the driving body: its line moves like the driven body's less the sliding."""
-        direction = np.sign(np.gradient(self.place, axis=0))
-        own = np.abs(direction * self.speed - self.sliding[..., 0])
+        own = np.abs(self.direction * self.speed - self.sliding[..., 0])
         return np.hypot(self.sliding[..., 0], self.sliding[..., 1]) / np.maximum(own, 1e-3 * self.speed)
 
 
@@ -115,9 +119,24 @@ def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
     return Sweep(
         place=worn.profile,
         speed=_node_speed(worn.profile, lines.roll) * lines.spacing * roll_per_time,
+        direction=np.sign(np.gradient(worn.profile, axis=0)),
         sliding=lines.sliding + lines.sliding_slope * (worn.profile - lines.profile)[..., None],
         sliding_on_path=_sliding_along_path(lines),
         time=np.gradient(lines.roll) / roll_per_time,
+    )
+
+
+def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
+    """Motion of fresh contact lines at any roll positions, from lines traced a little before and after each."""
+    before, after = (trace_contact_lines(pair, lines.roll + shift, lines.face) for shift in (-_SHIFT, _SHIFT))
+    moved = np.abs(lines.profile - before.profile) + np.abs(after.profile - lines.profile)
+    return Sweep(
+        place=lines.profile,
+        speed=np.maximum(0.5 * moved / _SHIFT, _STANDSTILL) * lines.spacing * pair.roll_per_time,
+        direction=np.sign(after.profile - before.profile),
+        sliding=lines.sliding,
+        sliding_on_path=lines.sliding_slope,
+        time=np.full(lines.roll.shape, 2.0 * _SHIFT / pair.roll_per_time),
     )
 
 
