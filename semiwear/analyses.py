@@ -86,7 +86,7 @@ def loaded_contact(
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     groups = {
         "engagement": collect.engagement(teeth, state, fresh_sweep(teeth.pair, teeth.lines)),
-        "mesh_cycle": collect.mesh_cycle(teeth, state, collect.unworn_zero(teeth)),
+        "mesh_cycle": collect.mesh_cycle(teeth, state),
         "diagnostics": collect.residuals(state),
     }
     stacks = {name: collect.stacked([group]) for name, group in groups.items()}

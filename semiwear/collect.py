@@ -26,7 +26,6 @@ __all__ = [
     "mesh_cycle",
     "residuals",
     "stacked",
-    "unworn_zero",
     "wear_maps",
 ]
 
@@ -109,9 +108,10 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, fresh: Sweep) -> Arrays:
     inside = _inside(teeth, state)
     moment = np.sum(loads.force * lines.lever_arm, axis=1)
     total = moment.reshape(teeth.rolls.pairs, -1).sum(axis=0)
-    greatest = np.argmax(np.where(inside, pressure, 0.0) + 1e-9 * pressure, axis=1)
+    greatest = np.argmax(np.where(inside, pressure, 0.0), axis=1)
     rows = np.arange(greatest.size)
-    width = 2.0 * loads.half_width[rows, greatest]
+    # a line that stands at an edge has no speed over the flank: only contacts that no edge cuts off are told
+    width = np.where(inside[rows, greatest], 2.0 * loads.half_width[rows, greatest], 0.0)
     sliding = np.stack(
         [specific[rows, greatest] * width for specific in (fresh.partner_specific_sliding, fresh.specific_sliding)],
         axis=-1,
@@ -131,23 +131,17 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, fresh: Sweep) -> Arrays:
     return arrays
 
 
-def mesh_cycle(teeth: LoadedTeeth, state: LoadedState, zero: float) -> Arrays:
-    """What one wear state does at every mesh position; `zero` [mm] is the unworn, unloaded mean separation."""
+def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
+    """What one wear state does at every mesh position."""
     pairs = teeth.rolls.pairs
     least = state.coarse.least.min(axis=1).reshape(pairs, -1).min(axis=0)
     loaded = np.any(state.loads.force > 0.0, axis=1).reshape(pairs, -1).sum(axis=0)
     scale = -teeth.pair.arcsec_per_mm
     return {
-        "transmission_error_loaded": _by_position(teeth, scale * (teeth.solver.approach(state.loads) - zero)),
-        "transmission_error_unloaded": _by_position(teeth, scale * (least - zero)),
+        "transmission_error_loaded": _by_position(teeth, scale * (teeth.solver.approach(state.loads) - teeth.zero)),
+        "transmission_error_unloaded": _by_position(teeth, scale * (least - teeth.zero)),
         "pairs_in_contact": _by_position(teeth, loaded),
     }
-
-
-def unworn_zero(teeth: LoadedTeeth) -> float:
-    """Mean unloaded, unworn separation of the placement [mm]: where transmission error is zero."""
-    least = teeth.lines.separation[0].min(axis=1).reshape(teeth.rolls.pairs, -1).min(axis=0)
-    return float(least.mean())
 
 
 def history(teeth: LoadedTeeth, state: LoadedState, parts: Mapping[str, Arrays]) -> Arrays:

@@ -24,7 +24,7 @@ from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
-from semiwear.scene import FaceGearPair, Material, Placement, Scene
+from semiwear.scene import FaceGearPair, Material, Numerics, Placement, Scene
 from semiwear.wear.stepping import ControlPoint, WearStepper
 
 __all__ = ["Choice", "Plan", "plan", "prisms"]
@@ -116,6 +116,7 @@ class Plan:
             grid=flank_grid(pair, fine.face, numerics.profile_points),
             solver=solver,
             half_width=whole.minor_half_axis,
+            zero=_unworn_zero(pair, lines if roll_positions is None else None, rolls, numerics),
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -273,6 +274,15 @@ def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: np.n
     if roll_positions is not None:
         return given_roll_grid(start, pairs, roll_positions)
     return even_roll_grid(start, pairs, scene.numerics.roll_positions, _FINE_ROLLS)
+
+
+def _unworn_zero(pair: FlankPair, lines: ContactLines | None, rolls: RollGrid, numerics: Numerics) -> float:
+    """Mean of the least separation over an even mesh cycle, whose lines are traced unless they are given [mm]."""
+    if lines is None:
+        even = even_roll_grid(rolls.start, rolls.pairs, numerics.roll_positions, numerics.roll_positions)
+        lines = trace_contact_lines(pair, even.roll, face_stations(pair, numerics.face_slices))
+    least = lines.separation[0].min(axis=1).reshape(rolls.pairs, -1).min(axis=0)
+    return float(least.mean())
 
 
 def _tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[BodyOnLines, ...]:

@@ -122,7 +122,6 @@ def _steps_for(stepper: WearStepper, start: WearState, meshes: float) -> int:
 def _result(
     physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, states: list[WearState], clock: _Clock
 ) -> xr.DataTree:
-    zero = collect.unworn_zero(teeth)
     contacts = [state.contact for state in states]
     point = physics.control_point(teeth)
     fresh = fresh_sweep(teeth.pair, teeth.lines)
@@ -130,7 +129,7 @@ def _result(
     for contact in contacts:
         part = {
             "engagement": collect.engagement(teeth, contact, fresh),
-            "mesh_cycle": collect.mesh_cycle(teeth, contact, zero),
+            "mesh_cycle": collect.mesh_cycle(teeth, contact),
         }
         part["history"] = collect.history(teeth, contact, part)
         if point is not None:

@@ -53,6 +53,8 @@ class LoadedTeeth:
     half_width : float [mm]
         Hertz half-width at the pitch point with the whole torque on one fresh tooth: the reference width of
         footprints and the half-width of the pitch band.
+    zero : float [mm]
+        Mean unloaded, unworn separation over a mesh cycle of this placement: where transmission error is zero.
     """
 
     pair: FlankPair
@@ -62,6 +64,7 @@ class LoadedTeeth:
     grid: FlankGrid
     solver: LineContact
     half_width: float
+    zero: float
 
     def touch(self, wear: FloatArray) -> tuple[Footprints, Footprints]:
         """Footprints on a worn flank [mm], on the fine roll grid and at the solved positions."""
