@@ -15,7 +15,7 @@ from semiwear.compliance.tooth import root_stress
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
-from semiwear.wear.swept_line import Sweep, fresh_sweep
+from semiwear.wear.swept_line import Sweep
 
 __all__ = [
     "Arrays",
@@ -181,21 +181,20 @@ def residuals(state: LoadedState) -> Arrays:
     }
 
 
-def flank(teeth: LoadedTeeth) -> Arrays:
+def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
-    pair, grid, fine = teeth.pair, teeth.grid, teeth.fine
+    pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
     zones = _Zones.of(teeth)
-    motion = fresh_sweep(pair, fine)
-    inside = (fine.profile > fine.low) & (fine.profile < fine.high) & np.isfinite(fine.separation[0])
-    inside &= fine.separation[0] < teeth.solver.reach
+    inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
+    inside &= lines.separation[0] < teeth.solver.reach
     # where a line stops or turns at a border its speed is none of the flank's
     inside[1:-1] &= inside[2:] & inside[:-2]
     driving = _driving_profile(teeth)
     # specific sliding is positive on the addendum (ISO 21771): where the other body is the slower one
-    sign = np.sign(motion.sliding[..., 0])
+    sign = np.sign(fresh.sliding[..., 0])
     parts = {
-        DRIVING: (driving, fine.partner_profile, -sign * motion.partner_specific_sliding),
-        DRIVEN: (grid.profile, fine.profile, sign * motion.specific_sliding),
+        DRIVING: (driving, lines.partner_profile, -sign * fresh.partner_specific_sliding),
+        DRIVEN: (grid.profile, lines.profile, sign * fresh.specific_sliding),
     }
     arrays: dict[str, list[np.ndarray]] = {
         name: [] for name in ("flank_height", "flank_radius", "zone", "active", "specific_sliding")

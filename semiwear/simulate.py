@@ -137,7 +137,7 @@ def _result(
         part["diagnostics"] = collect.residuals(contact)
         parts.append(part)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
-    groups["flank"] = collect.flank(teeth) | {"wear_depth": collect.wear_maps(teeth, contacts)}
+    groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
     coords = collect.coordinates(teeth) | {

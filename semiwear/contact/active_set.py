@@ -25,7 +25,7 @@ class SolveStatus(IntEnum):
     NOT_POSITIVE_DEFINITE = 3
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     """Solve two right-hand sides in place with the lower triangle of a; False when a is not positive definite."""
     for i in range(n):
@@ -54,7 +54,7 @@ def _cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _active_set(matrix, gap, lever, torque, active, force, slack):  # type: ignore[no-untyped-def]
     """Primal-dual active set (Hintermueller, Ito, Kunisch 2002): status and rotation; active, force, slack change."""
     n = gap.shape[0]
@@ -120,7 +120,7 @@ def _active_set(matrix, gap, lever, torque, active, force, slack):  # type: igno
     return 2, rotation
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def solve_line_loads(  # type: ignore[no-untyped-def]
     static, gap, lever, torque, curvature, starts, arc, length, near, modulus, floor, reach, values, slopes,
     tolerance, max_iterations, active, width, force, slack,

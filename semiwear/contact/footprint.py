@@ -68,7 +68,7 @@ class Footprints:
         )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _gap_at(place, at, cubic, wear, nodes, split):  # type: ignore[no-untyped-def]
     cell, x = locate(nodes, split, place)
     d = place - at
@@ -78,7 +78,7 @@ def _gap_at(place, at, cubic, wear, nodes, split):  # type: ignore[no-untyped-de
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius)."""
     here = _gap_at(border, at, cubic, wear, nodes, split)
@@ -93,13 +93,13 @@ def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split,
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _room(cubic, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of the fresh gap over the reference half-width."""
     return 0.5 * max(cubic[2], _LEAST_BEND) * half_width * half_width
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _outline(  # type: ignore[no-untyped-def]
     start, stop, at, low, high, cubic, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
 ):
@@ -131,7 +131,7 @@ def _outline(  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
     a, b = t_a * t_a, t_b * t_b
@@ -145,7 +145,7 @@ def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
     """Part of a stretch with g - least < room: its ends and the roots t there; empty if width is zero."""
     a, b = room - (g_a - least), room - (g_b - least)
@@ -158,7 +158,7 @@ def _clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
     return u_a, u_b, sqrt(a), sqrt(b)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
@@ -264,7 +264,7 @@ class Spread:
     slope: FloatArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
     wear, nodes, split, half_width, slices, out,

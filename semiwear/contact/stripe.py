@@ -56,7 +56,7 @@ def stripe_table() -> tuple[FloatArray, FloatArray]:
     return values, stripe_kernel(at) * at
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _integral(distance, values, slopes):  # type: ignore[no-untyped-def]
     """Integral of the kernel from 0 to s/b >= 0 by cubic Hermite in ln(s/b)."""
     if distance < _TABLE_START:
@@ -82,7 +82,7 @@ def _integral(distance, values, slopes):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_near_stripe(matrix, starts, arc, length, half_width, near, factor, values, slopes):  # type: ignore[no-untyped-def]
     """Add the stripe kernel between slices of one line that are nearer than `near`, as compliance [mm/N].
 
@@ -119,7 +119,7 @@ def add_near_stripe(matrix, starts, arc, length, half_width, near, factor, value
                     matrix[j, i] += total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_far_stripe(  # type: ignore[no-untyped-def]
     matrix, starts, arc, length, half_width, near, factor, depth, shear_factor, poisson
 ):
@@ -162,7 +162,7 @@ def add_far_stripe(  # type: ignore[no-untyped-def]
                     matrix[j, i] += total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def average_along_lines(force, starts, arc, length, reach):  # type: ignore[no-untyped-def]
     """Line load [N/mm] averaged along each line with a triangle of half-base `reach` [mm].
 

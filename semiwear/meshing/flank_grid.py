@@ -78,7 +78,7 @@ def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
     return FlankGrid(face, np.where(index <= k, below, above), split)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def locate(profile, split, place):  # type: ignore[no-untyped-def]
     """Cell and fraction of a place in one slice's nodes; places off the nodes are held at the ends."""
     last = profile.shape[0] - 1

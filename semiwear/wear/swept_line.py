@@ -175,7 +175,7 @@ def wear_of_mesh(
     return spread_over_flank(lines, grid, wear, half_width, motion.place, what, slices)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
     rolls, faces = place.shape
     for i in range(faces):
