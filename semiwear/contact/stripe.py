@@ -35,10 +35,6 @@ def stripe_kernel(distance: FloatArray) -> FloatArray:
     return 4.0 / pi * np.sqrt(1.0 + t2) * (ellipkm1(m1) - ellipe(1.0 - m1))
 
 
-def _small(distance: float) -> float:
-    return 4.0 / pi * distance * log(4.0 / distance)
-
-
 @lru_cache(maxsize=1)
 def stripe_table() -> tuple[FloatArray, FloatArray]:
     """Integral of the kernel from 0 to s/b, and its derivative by ln(s/b), at nodes equal in ln(s/b)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, pi, radians, sin, sqrt, tan
+from math import cos, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,11 +96,6 @@ class FaceGearMesh:
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
         return self.transmission_ratio / self.pinion.base_radius * _ARCSEC
-
-    @property
-    def meshes_per_driven_mesh(self) -> tuple[float, float]:
-        """A pinion tooth meshes N2/N1 times as often as a gear tooth."""
-        return 1.0 / self.transmission_ratio, 1.0
 
     @cached_property
     def _axis_offset(self) -> float:
@@ -217,11 +212,3 @@ class FaceGearMesh:
         low, high = self.face_limits
         faces = tuple(float(face) for face in np.linspace(low, high, _GEAR_SECTIONS))
         return PrismBody(high - low, low, faces, tuple(self.gear.section(face) for face in faces))
-
-    def nominal_path(self) -> tuple[float, float]:
-        """First and last roll position on the aligned path, from gear tip to pinion tip (ISO 21771, 5.4)."""
-        alpha = radians(self.table.pressure_angle_deg)
-        gear_tip = self.table.gear_addendum_mm / sin(alpha)
-        pinion = self.pinion
-        pinion_tip = sqrt(pinion.tip_radius**2 - pinion.base_radius**2) - pinion.base_radius * tan(alpha)
-        return -gear_tip / self.base_pitch, pinion_tip / self.base_pitch

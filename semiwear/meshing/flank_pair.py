@@ -124,10 +124,6 @@ class FlankPair(Protocol):
     def arcsec_per_mm(self) -> float:
         """Driven-side transmission error per approach along the line of action [arcsec/mm], positive."""
 
-    @property
-    def meshes_per_driven_mesh(self) -> tuple[float, float]:
-        """Engagements of one tooth of each body while one driven tooth has one."""
-
     def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
         """Limits of both flanks at face stations."""
 
