@@ -190,8 +190,8 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     # where a line stops or turns at a border its speed is none of the flank's
     inside[1:-1] &= inside[2:] & inside[:-2]
     driving = _driving_profile(teeth)
-    # specific sliding is positive on the addendum (ISO 21771): where the other body is the slower one
-    sign = np.sign(fresh.sliding[..., 0])
+    # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
+    sign = -np.sign(fresh.sliding[..., 0])
     parts = {
         DRIVING: (driving, lines.partner_profile, -sign * fresh.partner_specific_sliding),
         DRIVEN: (grid.profile, lines.profile, sign * fresh.specific_sliding),

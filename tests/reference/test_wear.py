@@ -286,3 +286,18 @@ def test_wear_is_least_at_the_pitch_cone(worn):
         assert sides[1].min() < 0.25 * min(sides[0].max(), sides[2].max())
         checked += 1
     assert checked > 10
+
+
+def test_specific_sliding_of_the_flanks_has_the_signs_of_the_standard(worn):
+    """Negative on the dedendum and positive on the addendum of either body (ISO 21771), and that of a rack here."""
+    flank = worn["flank"].to_dataset()
+    station = int(np.abs(flank.face.values - 508.0).argmin())
+    for body in ("pinion", "gear"):
+        here = flank.sel(body=body).isel(face=station)
+        height, sliding = (here[name].values[here.active.values > 0] for name in ("flank_height", "specific_sliding"))
+        assert np.all(sliding[height < -1.0] < 0.0)
+        assert np.all(sliding[height > 1.0] > 0.0)
+    # a gear this large is nearly a rack: sliding l per radian, line speed r_b tan(alpha) per radian
+    base = 0.5 * 25 * 6.35 * np.cos(np.radians(25.0))
+    rack = height / np.sin(np.radians(25.0)) / (base * np.tan(np.radians(25.0)))
+    np.testing.assert_allclose(sliding, rack, atol=0.02)
