@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from semiwear import collect
+from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError
 from semiwear.meshing.face_gear_pair import FaceGearMesh
@@ -56,6 +57,7 @@ def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> 
     return build_dataset("tooth_contact", arrays, {"roll_position": contact.roll}, attrs)
 
 
+@one_blas_thread()
 def loaded_contact(
     scene: Scene,
     roll_positions: ArrayLike | None = None,

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.tooth import BodyOnLines, LinePlaces, ToothBody
 from semiwear.contact.hertz import effective_modulus, elliptic_contact
@@ -82,6 +83,7 @@ class Plan:
         """The two flanks in mesh."""
         return FaceGearMesh(self.scene.gear_pair, _on_loaded_flank(self.scene, placement))
 
+    @one_blas_thread()
     def loaded_teeth(
         self, placement: Placement | None = None, roll_positions: np.ndarray | None = None
     ) -> LoadedTeeth:

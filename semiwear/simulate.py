@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear import collect
+from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.plan import Plan, plan
@@ -38,6 +39,7 @@ class NoProgress:
         """Do nothing."""
 
 
+@one_blas_thread()
 def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | None = None) -> xr.DataTree:
     """Wear the flank of a scene and follow what it does to contact, root stress and transmission error.
 
