@@ -44,7 +44,7 @@ LATE = {
     ("semiwear.scene.model", "semiwear.scene.schema"),
     ("semiwear.scene.model", "semiwear.scene.toml_io"),
 }
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "sksparse", "pypardiso")
+EXTRAS = ("matplotlib", "mpl_toolkits", "threadpoolctl", "tqdm", "sksparse", "pypardiso")
 
 
 def module_name(path: Path) -> str:
