@@ -60,7 +60,7 @@ class LineLoads:
         Rotation of the driving body beyond its nominal place.
     iterations : (mesh_position,) int array
     balance, complementarity : (mesh_position,) arrays
-        Relative error of the torque; greatest product of force over its peak and gap over approach, a negative
+        Relative error of the torque; greatest product of pressure over its peak and gap over approach, a negative
         gap counting in full.
     """
 

@@ -1,7 +1,7 @@
 """What a published study says, beside what a result says: verdicts are computed, never written down.
 
 A `Comparison` holds the published statement, the rule by which a result agrees with it, and the function that
-applies the rule. The statements of the seed paper are in `semiwear.report.seed_paper`.
+applies the rule. The statements of the seed paper are in `semiwear.report.paper`.
 """
 
 from __future__ import annotations
