@@ -1,0 +1,135 @@
+"""Displacement of an elastic half-space under a pressure on a regular grid, by fast Fourier transform."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from threading import local
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+from scipy import fft
+
+from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
+from semiwear.compliance.love import love_coefficients
+
+__all__ = ["HalfSpace", "fast_length"]
+
+FloatArray = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
+_Plan = tuple[list[Reals], tuple[Reals, ...], tuple[int, int, int]]
+
+_KEPT_SPECTRA = 24
+_LINE = 64  # bytes of a line of the cache
+
+
+def fast_length(length: int) -> int:
+    """Least number of cells, at least `length`, for which the transforms are fast."""
+    return int(fft.next_fast_len(length, real=True))
+
+
+@lru_cache(maxsize=_KEPT_SPECTRA)
+def _kernel(px: int, py: int, dx: float, dy: float) -> FloatArray:
+    return love_coefficients((px + 1, py + 1), (dx, dy))
+
+
+@lru_cache(maxsize=3 * _KEPT_SPECTRA)
+def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
+    """Spectrum of Love's coefficients on the zero-padded grid, or the inverse one of the preconditioner.
+
+    The padded kernel is even and periodic, so that its transform is the cosine transform of one quarter and real.
+    The preconditioner is the optimal circulant of the unpadded grid (T. Chan 1988): the periodic kernel whose
+    coefficients average those of each diagonal. Unlike |q| or a wrapped kernel it is positive definite for every
+    shape of cell and grid, since the half-space is.
+    """
+    kernel = _kernel(px, py, dx, dy)
+    if not inverse:
+        spectrum = fft.dctn(kernel, type=1) / (4 * px * py)
+    else:
+        away_x, away_y = (np.arange(px) / px)[:, None], np.arange(py) / py
+        periodic = (1.0 - away_x) * kernel[:-1] + away_x * kernel[:0:-1]
+        periodic = (1.0 - away_y) * periodic[:, :-1] + away_y * periodic[:, :0:-1]
+        spectrum = 1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * (px * py))
+    factors = in_lanes(spectrum, (px, py), not inverse, dtype)
+    factors.flags.writeable = False
+    return factors
+
+
+class _WorkSpace(local):
+    """Memory of a thread, kept: fresh pages cost as much as a transform."""
+
+    def __init__(self) -> None:
+        self._kept = {True: np.zeros(0, np.float32), False: np.zeros(0)}
+
+    def of(self, size: int, single: bool) -> Reals:
+        if self._kept[single].size < size:
+            memory = np.zeros(size + _LINE, self._kept[single].dtype)
+            first = -memory.ctypes.data % _LINE // memory.itemsize  # vectors must not straddle lines of the cache
+            self._kept[single] = memory[first : first + size]
+        return self._kept[single]
+
+
+_work = _WorkSpace()
+
+
+class HalfSpace:
+    """Compliance of an elastic half-space on a regular grid, or of several without influence on each other.
+
+    The displacement is the convolution of the pressure with Love's coefficients on a grid padded with zeros to
+    twice its size (Stanley & Kato 1997; Liu, Wang & Liu 2000), hence free of periodic images.
+
+    Parameters
+    ----------
+    shape : (nx, ny) or (k, nx, ny)
+        Cells of the grid, or of k grids of the same size.
+    cell : (dx, dy) or (k, 2) array [mm]
+        Sides of a cell, for each of the k grids.
+    effective_modulus : float [MPa]
+
+    Attributes
+    ----------
+    shape : tuple of int
+
+    Notes
+    -----
+    Spectra are shared between instances.
+    """
+
+    def __init__(self, shape: tuple[int, ...], cell: ArrayLike, effective_modulus: float = 1.0):
+        self.shape = tuple(int(n) for n in shape)
+        *several, nx, ny = self.shape
+        self._cells = np.broadcast_to(cell, (*several, 2)).reshape(-1, 2).tolist()
+        self._modulus = float(effective_modulus)
+        self._periodic = (fast_length(nx), fast_length(ny))
+        self._plans: dict[tuple[bool, bool], _Plan] = {}
+
+    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
+        """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision if roughly."""
+        return self._convolve(pressure, False, roughly)
+
+    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> Reals:
+        """Pressure [MPa] that causes about a displacement [mm]: the inverse of a periodic neighbour of `apply`."""
+        return self._convolve(residual, True, roughly)
+
+    def _plan(self, inverse: bool, roughly: bool) -> _Plan:
+        dtype, (px, py) = np.float32 if roughly else np.float64, self._periodic
+        plan = (
+            [_factors(px, py, float(dx), float(dy), inverse, dtype) for dx, dy in self._cells],
+            (half_steps(px, dtype), half_steps(py, dtype)),
+            work_size(self._periodic, dtype),
+        )
+        self._plans[inverse, roughly] = plan
+        return plan
+
+    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> Reals:
+        factors, turns, sizes = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
+        work = _work.of(sizes[0], roughly)
+        result, grids = np.empty(self.shape, work.dtype), np.ascontiguousarray(grids, float)
+        if grids.ndim == 2:
+            convolve(grids, result, factors[0], not inverse, *turns, work, *sizes[1:])
+        else:
+            for grid, into, own in zip(grids, result, factors, strict=True):
+                convolve(grid, into, own, not inverse, *turns, work, *sizes[1:])
+        if self._modulus != 1.0:
+            result *= self._modulus if inverse else 1.0 / self._modulus
+        return result

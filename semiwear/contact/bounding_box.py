@@ -1,0 +1,240 @@
+"""A half-space contact solved where it is: coarse grids find it, a box is iterated, the whole grid checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.compliance.half_space import HalfSpace, fast_length
+from semiwear.compliance.love import love_coefficients
+from semiwear.contact.conjugate_gradient import solve_complementarity
+from semiwear.contact.dense_patch import solve_dense_patch
+from semiwear.contact.nested_grids import coarsen, refine_pressure
+
+__all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Box = tuple[slice, slice]
+
+_DENSE_CELLS = 160  # candidates up to which a Cholesky factor is faster than transforms
+_COARSEST = 500  # cells of a grid that is not coarsened further
+_COARSE_TOLERANCE = 2e-3  # on coarser grids: less than their discretisation error
+_BOXES = 12  # boxes tried before the whole grid is taken
+_ROUNDING = 1e-13  # of the largest displacement: overlap that means nothing
+_WORTH_A_BOX = 0.75  # share of the grid above which a box does not pay
+
+
+@dataclass(frozen=True)
+class DimensionlessContact:
+    """A contact problem without units: unit modulus, cells of unit area, unit load or unit approach.
+
+    Attributes
+    ----------
+    gap : (nx, ny) array
+        Zero where it is least among the allowed cells.
+    allowed : (nx, ny) bool array
+    cell : (float, float)
+    by_load : bool
+        Sum of pressures times cell area is one; otherwise the approach is one.
+    tolerance : float
+    max_iterations : int
+    """
+
+    gap: FloatArray
+    allowed: BoolArray
+    cell: tuple[float, float]
+    by_load: bool
+    tolerance: float
+    max_iterations: int
+
+
+@dataclass(frozen=True)
+class WholeGridSolution:
+    """Pressure with the displacement that it causes on the whole grid, and what `check_conditions` finds there."""
+
+    pressure: FloatArray
+    displacement: FloatArray
+    approach: float
+    iterations: int
+    error: float
+    least_separation: float
+    spread: float
+    deepest: float
+
+
+def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> WholeGridSolution:
+    """Solve in a box around the expected contact and enlarge it until the whole grid agrees.
+
+    Parameters
+    ----------
+    problem : DimensionlessContact
+    start : (nx, ny) array, optional
+        Dimensionless pressure near the solution; without it, coarser grids provide one.
+    """
+    pressure = (
+        np.zeros(problem.gap.shape) if start is None else np.where(problem.allowed, np.maximum(start, 0.0), 0.0)
+    )
+    if not pressure.any():
+        pressure = _nested_start(problem)
+    if not pressure.any():  # an approach that coarser grids, on which high cells are averaged, do not feel
+        pressure = np.where(problem.allowed, np.maximum(1.0 - problem.gap, 0.0), 0.0)
+    whole = HalfSpace(problem.gap.shape, problem.cell)
+    one_cell = float(love_coefficients((1, 1), problem.cell)[0, 0])
+    wanted = pressure > 0.0
+    iterations = 0
+    for attempt in range(_BOXES + 1):
+        box = _box_around(wanted) if attempt < _BOXES else (slice(None), slice(None))
+        patch = _solve_patch(problem, wanted, whole) if attempt < _BOXES else None
+        solved = patch or _solve_box(problem, box, pressure, problem.max_iterations - iterations, whole)
+        pressure, iterations = solved.pressure, iterations + solved.iterations
+        conditions = check_conditions(problem.gap, solved.displacement, solved.approach, problem.allowed, pressure)
+        own = one_cell * problem.tolerance * conditions[3]  # what the tolerance allows one cell to miss
+        overlap = max(own, _ROUNDING * conditions[2])
+        if conditions[0] >= -overlap or iterations >= problem.max_iterations:
+            break
+        separation = problem.gap + solved.displacement - solved.approach
+        missed = problem.allowed & ~solved.covered & (separation < -overlap)
+        if not missed.any():
+            break
+        wanted = missed | (pressure > 0.0)
+    return WholeGridSolution(pressure, solved.displacement, solved.approach, iterations, solved.error, *conditions[:3])
+
+
+@njit(cache=True, error_model="numpy")
+def check_conditions(gap, displacement, approach, allowed, pressure):  # type: ignore[no-untyped-def]
+    """Least separation without pressure, largest (in size) with it, largest displacement and largest pressure."""
+    least, spread, deepest, highest = np.inf, 0.0, 0.0, 0.0
+    for i in range(gap.shape[0]):
+        for j in range(gap.shape[1]):
+            separation = gap[i, j] + displacement[i, j] - approach
+            if displacement[i, j] > deepest:
+                deepest = displacement[i, j]
+            if pressure[i, j] > 0.0:
+                spread = max(spread, abs(separation))
+                highest = max(highest, pressure[i, j])
+            elif separation < least and allowed[i, j]:
+                least = separation
+    return least, spread, deepest, highest
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Solution in which only the covered cells could touch, with its displacement of the whole grid."""
+
+    pressure: FloatArray
+    displacement: FloatArray
+    covered: BoolArray
+    approach: float
+    iterations: int
+    error: float
+
+
+def _solve_patch(problem: DimensionlessContact, wanted: BoolArray, whole: HalfSpace) -> _Part | None:
+    """Contact of the wanted cells and those around them, solved directly if they are few."""
+    if np.count_nonzero(wanted) > _DENSE_CELLS:
+        return None
+    near = np.pad(wanted, 1)
+    near[1:-1] |= near[:-2] | near[2:]
+    near[:, 1:-1] |= near[:, :-2] | near[:, 2:]
+    covered = near[1:-1, 1:-1] & problem.allowed
+    rows, columns = np.nonzero(covered)
+    if rows.size > _DENSE_CELLS or rows.size == 0:
+        return None
+    span = int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1
+    patch = solve_dense_patch(
+        love_coefficients(span, problem.cell),
+        problem.gap[covered],
+        rows,
+        columns,
+        wanted[covered],
+        load=1.0 if problem.by_load else None,
+        approach=None if problem.by_load else 1.0,
+    )
+    if not patch.solved:
+        return None
+    pressure = np.zeros(problem.gap.shape)
+    pressure[covered] = patch.pressure
+    return _Part(pressure, whole.apply(pressure), covered, patch.approach, patch.iterations, 0.0)
+
+
+def _solve_box(
+    problem: DimensionlessContact, box: Box, start: FloatArray, max_iterations: int, whole: HalfSpace
+) -> _Part:
+    """Contact of the cells in a box."""
+    pressure, covered = np.zeros(problem.gap.shape), np.zeros(problem.gap.shape, bool)
+    displacement = pressure
+
+    def displacement_of_all(in_box: FloatArray) -> FloatArray:
+        nonlocal displacement
+        pressure[box] = in_box
+        displacement = whole.apply(pressure)
+        return displacement[box].copy()  # the solver goes on with it if need be
+
+    solved = solve_complementarity(
+        HalfSpace(problem.gap[box].shape, problem.cell),
+        problem.gap[box],
+        load=1.0 if problem.by_load else None,
+        approach=None if problem.by_load else 1.0,
+        allowed=problem.allowed[box],
+        start=start[box],
+        tolerance=problem.tolerance,
+        max_iterations=max_iterations,
+        verify=displacement_of_all,
+    )
+    pressure[box], covered[box] = solved.pressure, True
+    return _Part(pressure, displacement, covered, solved.approach, solved.iterations, solved.error)
+
+
+def _nested_start(problem: DimensionlessContact) -> FloatArray:
+    """Pressure from the solution on a grid of half the cells in each direction, and so on down."""
+    gap, allowed, cell = problem.gap, problem.allowed, problem.cell
+    nx, ny = gap.shape
+    along_x, along_y = (2 if nx >= 8 else 1), (2 if ny >= 8 else 1)
+    if nx * ny <= _COARSEST or along_x * along_y == 1:
+        return np.where(allowed, 1.0, 0.0) if problem.by_load else np.zeros(gap.shape)
+    coarse_gap, coarse_allowed = coarsen(gap, allowed, along_x, along_y)
+    coarse = DimensionlessContact(
+        coarse_gap,
+        coarse_allowed,
+        (cell[0] * along_x, cell[1] * along_y),
+        problem.by_load,
+        _COARSE_TOLERANCE,
+        40,
+    )
+    first = _nested_start(coarse)
+    box = _box_around(first > 0.0) if first.any() else (slice(None), slice(None))
+    solved = solve_complementarity(
+        HalfSpace(coarse_gap[box].shape, coarse.cell),
+        coarse_gap[box],
+        lever=coarse.cell[0] * coarse.cell[1],
+        load=1.0 if problem.by_load else None,
+        approach=None if problem.by_load else 1.0,
+        allowed=coarse_allowed[box],
+        start=first[box],
+        tolerance=_COARSE_TOLERANCE,
+        max_iterations=40,
+    )
+    pressure = np.zeros(coarse_gap.shape)
+    pressure[box] = solved.pressure
+    return np.asarray(refine_pressure(pressure, nx, ny, along_x, along_y, allowed))
+
+
+def _box_around(wanted: BoolArray) -> Box:
+    """Box around the wanted cells with a margin, of sizes that suit the transforms; the whole grid if nearly so."""
+    spans = []
+    for axis, length in enumerate(wanted.shape):
+        found = np.flatnonzero(wanted.any(axis=1 - axis))
+        first, last = int(found[0]), int(found[-1])
+        margin = 3
+        size = fast_length(last - first + 1 + 2 * margin)
+        middle = (first + last + 1) // 2
+        low = min(max(middle - size // 2, 0), max(length - size, 0))
+        spans.append(slice(low, min(low + size, length)))
+    sizes = [span.stop - span.start for span in spans]
+    if sizes[0] * sizes[1] > _WORTH_A_BOX * wanted.size:
+        return slice(None), slice(None)
+    return spans[0], spans[1]
