@@ -86,8 +86,9 @@ def loaded_contact(
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
     teeth = physics.loaded_teeth(placement, given)
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
+    pressure = teeth.pressures(state)
     groups = {
-        "engagement": collect.engagement(teeth, state, fresh_sweep(teeth.pair, teeth.lines)),
+        "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)),
         "mesh_cycle": collect.mesh_cycle(teeth, state),
         "diagnostics": collect.residuals(state),
     }

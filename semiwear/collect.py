@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from semiwear.compliance.tooth import root_stress
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.patch_contact import PatchContact, PatchLoads
+from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
 from semiwear.wear.swept_line import Sweep
 
 __all__ = [
     "Arrays",
+    "contact_patterns",
     "coordinates",
     "engagement",
     "flank",
@@ -26,6 +29,7 @@ __all__ = [
     "mesh_cycle",
     "residuals",
     "stacked",
+    "subsurface",
     "wear_maps",
 ]
 
@@ -34,6 +38,7 @@ BoolArray = NDArray[np.bool_]
 Arrays = dict[str, np.ndarray]
 
 _UM = 1e3  # micrometres in a millimetre
+_CLEAR = 0.25  # of the pitch band's width, half a half-width: worn, the ridge's pressure falls by half across it
 
 
 def coordinates(teeth: LoadedTeeth) -> Arrays:
@@ -65,6 +70,16 @@ class _Zones:
             profile < self.low, int(Zone.ROOT), np.where(profile > self.high, int(Zone.ADDENDUM), int(Zone.PITCH))
         )
 
+    def greatest_clear(self, pressure: SlicePressures) -> dict[Zone, float]:
+        """Greatest pressure in each zone, beside the band clear of it: on its very border roll steps would decide."""
+        clear = _CLEAR * (self.high - self.low)
+        sides = {
+            Zone.ROOT: pressure.place < self.low - clear,
+            Zone.PITCH: (pressure.place >= self.low) & (pressure.place <= self.high),
+            Zone.ADDENDUM: pressure.place > self.high + clear,
+        }
+        return {zone: float(np.max(pressure.inner, where=side, initial=0.0)) for zone, side in sides.items()}
+
     def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
         """Greatest value in each zone along curves that cross it, read at the zone's borders as well.
 
@@ -87,39 +102,32 @@ class _Zones:
         return best
 
 
-def _inside(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
-    """Slices whose contact is cut off by no edge, (roll, face)."""
-    return ~state.coarse.edge & ~teeth.at_ends()
-
-
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
     """Values in the order of growing mesh position."""
     return values[np.argsort(teeth.rolls.mesh_position)]
 
 
-def engagement(teeth: LoadedTeeth, state: LoadedState, fresh: Sweep) -> Arrays:
+def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, fresh: Sweep) -> Arrays:
     """What one wear state does at every roll position.
 
     Speeds over the flanks are those of the fresh contact lines (`fresh_sweep`): wear moves a line by a fraction of
     its path, but lets it hurry and dwell between roll positions.
     """
     lines, loads = teeth.lines, state.loads
-    pressure = teeth.solver.pressure(loads, state.coarse)
-    inside = _inside(teeth, state)
     moment = np.sum(loads.force * lines.lever_arm, axis=1)
     total = moment.reshape(teeth.rolls.pairs, -1).sum(axis=0)
-    greatest = np.argmax(np.where(inside, pressure, 0.0), axis=1)
+    greatest = np.argmax(pressure.inner, axis=1)
     rows = np.arange(greatest.size)
     # a line that stands at an edge has no speed over the flank: only contacts that no edge cuts off are told
-    width = np.where(inside[rows, greatest], 2.0 * loads.half_width[rows, greatest], 0.0)
+    width = np.where(pressure.inner[rows, greatest] > 0.0, 2.0 * loads.half_width[rows, greatest], 0.0)
     sliding = np.stack(
         [specific[rows, greatest] * width for specific in (fresh.partner_specific_sliding, fresh.specific_sliding)],
         axis=-1,
     )
     arrays = {
         "load_share": moment / np.tile(total, teeth.rolls.pairs),
-        "contact_pressure_max": np.max(pressure, axis=1, where=inside, initial=0.0),
-        "contact_pressure_max_edge": np.max(pressure, axis=1, where=~inside, initial=0.0),
+        "contact_pressure_max": pressure.inner.max(axis=1),
+        "contact_pressure_max_edge": pressure.border.max(axis=1),
         "line_load": teeth.solver.line_load(loads),
         "sliding_distance": sliding,
     }
@@ -144,16 +152,12 @@ def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
     }
 
 
-def history(teeth: LoadedTeeth, state: LoadedState, parts: Mapping[str, Arrays]) -> Arrays:
-    """The quantities of a wear state that the paper follows, from its engagement and mesh cycle."""
+def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, parts: Mapping[str, Arrays]) -> Arrays:
+    """The quantities of a wear state that the paper follows, from its pressures, engagement and mesh cycle."""
     zones = _Zones.of(teeth)
     profile = teeth.grid.profile.T
     wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
-    loads = state.loads
-    pressure = teeth.solver.pressure(loads, state.coarse)
-    zone = zones.of_profile(state.coarse.profile)
-    inside = _inside(teeth, state)
-    stress = {z: float(np.max(pressure, where=inside & (zone == z), initial=0.0)) for z in Zone}
+    stress = zones.greatest_clear(pressure)
     error = parts["mesh_cycle"]["transmission_error_loaded"]
     arrays: dict[str, float | np.ndarray] = {
         "wear_depth_max_root": wear[Zone.ROOT],
@@ -169,6 +173,27 @@ def history(teeth: LoadedTeeth, state: LoadedState, parts: Mapping[str, Arrays])
     if "root_stress" in parts["engagement"]:
         arrays["root_stress_max"] = parts["engagement"]["root_stress"].max(axis=0)
     return {name: np.asarray(value) for name, value in arrays.items()}
+
+
+def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, poissons_ratio: float) -> Arrays:
+    """Stress below the driven flank where the pressure is greatest away from the borders; fidelity `patch` only."""
+    if not isinstance(teeth.solver, PatchContact) or not isinstance(state.loads, PatchLoads):
+        return {}
+    roll, face = np.unravel_index(int(np.argmax(pressure.inner)), pressure.inner.shape)
+    found = teeth.solver.subsurface(state.loads, int(roll), int(face), poissons_ratio)
+    return {
+        "subsurface_stress_max": np.asarray(found.von_mises),
+        "subsurface_stress_depth": np.asarray(found.von_mises_depth),
+    }
+
+
+def contact_patterns(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> Arrays:
+    """Greatest pressure at each point of the driven flank, (wear_step, profile, face); fidelity `patch` only."""
+    solver = teeth.solver
+    if not isinstance(solver, PatchContact):
+        return {}
+    patches = [state.loads for state in states if isinstance(state.loads, PatchLoads)]
+    return {"contact_pattern": np.stack([solver.contact_pattern(loads).T for loads in patches])}
 
 
 def residuals(state: LoadedState) -> Arrays:

@@ -16,9 +16,12 @@ import numpy as np
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.tooth import BodyOnLines, LinePlaces, ToothBody
-from semiwear.contact.hertz import effective_modulus, elliptic_contact
+from semiwear.contact.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.contact.line_contact import LineContact, usual_approach
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact.patch_gap import PatchCells
+from semiwear.contact.teeth_solver import TeethSolver
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_grid import flank_grid
@@ -26,11 +29,12 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FaceGearPair, Material, Numerics, Placement, Scene
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, WearStepper
 
 __all__ = ["Choice", "Plan", "plan", "prisms"]
 
-_FINE_ROLLS = 48  # roll positions to a mesh cycle on which wear is summed, at least
+_FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
 _WEAR_TO_COME = 0.15  # mm
 
@@ -95,28 +99,33 @@ class Plan:
         low, high = pair.face_limits
         middle = contact_points(self.flank_pair(), np.zeros(1))
         lever = float(pair.lever_arm(middle.position)[0])
-        reach = _REACH * usual_approach(torque / lever / (0.5 * (high - low)), modulus) + _WEAR_TO_COME
+        along, across = np.maximum(middle.curvature[0], 1e-9)
+        usual = torque / lever / (0.5 * (high - low))
+        reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME
         rolls = _roll_grid(scene, pair, reach, roll_positions)
         fine = trace_contact_lines(pair, rolls.fine_roll, face_stations(pair, numerics.face_slices))
         lines = fine.every(rolls.substeps)
-        solver = LineContact(
+        grid = flank_grid(pair, fine.face, numerics.profile_points)
+        line = LineContact(
             lines=lines,
             per_cycle=rolls.phase.size,
             bodies=_tooth_compliance(scene, pair, lines),
+            grid=grid,
             torque=torque,
             reach=reach,
             modulus=modulus,
+            usual_load=usual,
+            usual_half_width=float(line_contact_half_width(np.array(usual), np.array(across), modulus)),
             max_iterations=numerics.max_iterations,
         )
-        along, across = np.maximum(middle.curvature[0], 1e-9)
         whole = elliptic_contact(torque / lever, float(along), float(across), modulus)
         return LoadedTeeth(
             pair=pair,
             rolls=rolls,
             fine=fine,
             lines=lines,
-            grid=flank_grid(pair, fine.face, numerics.profile_points),
-            solver=solver,
+            grid=grid,
+            solver=_solver(line, numerics, whole.minor_half_axis),
             half_width=whole.minor_half_axis,
             zero=_unworn_zero(pair, lines if roll_positions is None else None, rolls, numerics),
         )
@@ -125,7 +134,12 @@ class Plan:
         """The wear of the driven flank; the scene must have a table [wear]."""
         wear = self.scene.wear
         assert wear is not None
-        return WearStepper(teeth, wear.coefficient_mm2_per_N, self.scene.numerics.wear_scheme == "implicit")
+        numerics = self.scene.numerics
+        mapping: WearMapping = InterpolatedWear()
+        if numerics.wear_mapping == "marched":
+            assert isinstance(teeth.solver, PatchContact)
+            mapping = MarchedWear(teeth.solver)
+        return WearStepper(teeth, wear.coefficient_mm2_per_N, numerics.wear_scheme == "implicit", mapping)
 
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
         """The control point on the driven flank, if the scene names one."""
@@ -146,6 +160,7 @@ def plan(scene: Scene) -> Plan:
         _root_stress_choice,
         _pairs_choice,
         _wear_choice,
+        _mapping_choice,
         _scheme_choice,
         _end_choice,
         _effects_choice,
@@ -165,11 +180,26 @@ def _geometry_choice(scene: Scene) -> Choice:
 
 
 def _contact_choice(scene: Scene) -> Choice:
+    numerics = scene.numerics
+    if numerics.fidelity == "patch":
+        return Choice(
+            "contact",
+            "pressure patches on the half-space",
+            True,
+            f'numerics.fidelity = "patch", {numerics.face_slices} slices, '
+            f"{numerics.cells_per_half_width} cells to a half-width",
+            (
+                "Love 1929, Phil. Trans. R. Soc. A 228",
+                "Liu, Wang, Liu 2000, Wear 243",
+                "Hintermueller, Ito, Kunisch 2002, SIAM J. Optim. 13",
+                "Park, Kolivand, Kahraman 2012, Mech. Mach. Theory 52",
+            ),
+        )
     return Choice(
         "contact",
         "line loads, Hertz across them",
         True,
-        f'numerics.fidelity = "line", {scene.numerics.face_slices} slices',
+        f'numerics.fidelity = "line", {numerics.face_slices} slices',
         ("Johnson 1985, Contact Mechanics, ch. 4", "Park, Kolivand, Kahraman 2014, Mech. Mach. Theory"),
     )
 
@@ -209,6 +239,19 @@ def _wear_choice(scene: Scene) -> Choice:
         True,
         f"[wear], worn_bodies = {bodies}",
         ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),
+    )
+
+
+def _mapping_choice(scene: Scene) -> Choice:
+    numerics = scene.numerics
+    if scene.wear is None:
+        return Choice("wear mapping", "none", False, "no wear")
+    marched = numerics.wear_mapping == "marched"
+    return Choice(
+        "wear mapping",
+        "marched: summed where it happens" if marched else "interpolated between roll positions, cusp kept",
+        True,
+        f'numerics.wear_mapping = "{numerics.wear_mapping}", {numerics.roll_positions} roll positions',
     )
 
 
@@ -276,6 +319,12 @@ def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: np.n
     if roll_positions is not None:
         return given_roll_grid(start, pairs, roll_positions)
     return even_roll_grid(start, pairs, scene.numerics.roll_positions, _FINE_ROLLS)
+
+
+def _solver(line: LineContact, numerics: Numerics, half_width: float) -> TeethSolver:
+    if numerics.fidelity == "line":
+        return line
+    return PatchContact(line, PatchCells(line.lines, line.grid, half_width / numerics.cells_per_half_width))
 
 
 def _unworn_zero(pair: FlankPair, lines: ContactLines | None, rolls: RollGrid, numerics: Numerics) -> float:

@@ -125,21 +125,25 @@ def _result(
     physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, states: list[WearState], clock: _Clock
 ) -> xr.DataTree:
     contacts = [state.contact for state in states]
+    poissons_ratio = physics.scene.material.gear.poissons_ratio
     point = physics.control_point(teeth)
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     parts: list[dict[str, collect.Arrays]] = []
     for contact in contacts:
+        pressure = teeth.pressures(contact)
         part = {
-            "engagement": collect.engagement(teeth, contact, fresh),
+            "engagement": collect.engagement(teeth, contact, pressure, fresh),
             "mesh_cycle": collect.mesh_cycle(teeth, contact),
         }
-        part["history"] = collect.history(teeth, contact, part)
+        part["history"] = collect.history(teeth, contact, pressure, part)
+        part["history"] |= collect.subsurface(teeth, contact, pressure, poissons_ratio)
         if point is not None:
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * stepper.depth_at(point, contact.wear))
         part["diagnostics"] = collect.residuals(contact)
         parts.append(part)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
+    groups["flank"] |= collect.contact_patterns(teeth, contacts)
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
     coords = collect.coordinates(teeth) | {

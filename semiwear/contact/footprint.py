@@ -24,22 +24,24 @@ from numpy.typing import NDArray
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 
-__all__ = ["Footprints", "Spread", "footprints", "spread_over_flank"]
+__all__ = ["LEAST_BEND", "MOST_NODES", "Footprints", "Spread", "footprints", "outline", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
+LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
 _ARC_NODES = 6  # on the part of a rounded edge that a footprint can reach
-_MOST_NODES = 1024  # of a footprint: a bound for the work arrays
+MOST_NODES = 1024  # of a footprint: a bound for the work arrays
 
 
 @dataclass(frozen=True)
 class Footprints:
-    """Contact of every slice with a worn flank; arrays are (roll, face).
+    """Contact of every slice with a worn flank; arrays are (roll, face) unless said otherwise.
 
     Attributes
     ----------
+    wear : (face, profile) array [mm]
+        Wear depth of that flank.
     profile : array [mm]
         Profile coordinate of the footprint's centre.
     gap : array [mm]
@@ -54,6 +56,7 @@ class Footprints:
         Least separation at the nominal rotation: where an unloaded slice touches first.
     """
 
+    wear: FloatArray
     profile: FloatArray
     gap: FloatArray
     curvature: FloatArray
@@ -63,9 +66,12 @@ class Footprints:
 
     def every(self, step: int) -> Footprints:
         """The footprints of every `step`-th roll position."""
-        return Footprints(
-            **{entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step]) for entry in fields(self)}
-        )
+        by_roll = {
+            entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step])
+            for entry in fields(self)
+            if entry.name != "wear"
+        }
+        return Footprints(wear=self.wear, **by_roll)
 
 
 @njit(cache=True, error_model="numpy")
@@ -96,11 +102,11 @@ def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split,
 @njit(cache=True, error_model="numpy")
 def _room(cubic, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of the fresh gap over the reference half-width."""
-    return 0.5 * max(cubic[2], _LEAST_BEND) * half_width * half_width
+    return 0.5 * max(cubic[2], LEAST_BEND) * half_width * half_width
 
 
 @njit(cache=True, error_model="numpy")
-def _outline(  # type: ignore[no-untyped-def]
+def outline(  # type: ignore[no-untyped-def]
     start, stop, at, low, high, cubic, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
 ):
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
@@ -116,7 +122,7 @@ def _outline(  # type: ignore[no-untyped-def]
     p = np.searchsorted(nodes, start)
     if p < nodes.shape[0] and nodes[p] <= start:
         p += 1
-    while p < nodes.shape[0] and nodes[p] < stop and count < _MOST_NODES - _ARC_NODES - 2:
+    while p < nodes.shape[0] and nodes[p] < stop and count < MOST_NODES - _ARC_NODES - 2:
         d = nodes[p] - at
         u[count] = nodes[p]
         g[count] = cubic[0] + d * (cubic[1] + d * (0.5 * cubic[2] + d * cubic[3] / 6.0)) + wear[p]
@@ -163,7 +169,7 @@ def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
-    u, g = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
+    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, faces = profile.shape
     for i in range(faces):
         spread = wear[i].max() - wear[i].min()
@@ -181,8 +187,8 @@ def _find(  # type: ignore[no-untyped-def]
                 continue
             room = _room(cubic, width)
             # a footprint cannot lie where the fresh separation alone exceeds what the wear varies by
-            reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], _LEAST_BEND))
-            count = _outline(
+            reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
+            count = outline(
                 at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
                 high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
             )  # fmt: skip
@@ -242,7 +248,7 @@ def footprints(
         lines.low_edge_radius, lines.high_edge_radius, wear, grid.profile, grid.split, half_width,
         profile, gap, curvature, width, edge, least,
     )  # fmt: skip
-    return Footprints(profile, gap, curvature, width, edge, least)
+    return Footprints(wear, profile, gap, curvature, width, edge, least)
 
 
 @dataclass(frozen=True)
@@ -269,8 +275,8 @@ def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
     wear, nodes, split, half_width, slices, out,
 ):  # fmt: skip
-    u, g = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
-    mass, middle = np.empty(_MOST_NODES), np.empty(_MOST_NODES)
+    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
@@ -283,8 +289,8 @@ def _spread(  # type: ignore[no-untyped-def]
             width = half_width / per_mm
             room = _room(separation[:, k, i], width)
             at = profile[k, i]
-            reach = width + sqrt(2.0 * (spread + room) / max(separation[2, k, i], _LEAST_BEND))
-            count = _outline(
+            reach = width + sqrt(2.0 * (spread + room) / max(separation[2, k, i], LEAST_BEND))
+            count = outline(
                 at - reach, at + reach, at, low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
                 high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
             )  # fmt: skip
@@ -306,6 +312,9 @@ def _spread(  # type: ignore[no-untyped-def]
                 continue
             scale = rate[k, i] / (area * per_mm)
             for c in range(pieces):
+                # what an edge's rounding bears wears no flank
+                if middle[c] < nodes[i, 0] or middle[c] > nodes[i, points - 1]:
+                    continue
                 away = middle[c] - at_profile[k, i]
                 v0 = centre[k, i, 0] + slope[k, i, 0] * away
                 v1 = centre[k, i, 1] + slope[k, i, 1] * away

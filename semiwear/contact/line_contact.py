@@ -12,7 +12,7 @@ a force itself causes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import pi
 
 import numpy as np
@@ -21,12 +21,15 @@ from numpy.typing import NDArray
 from semiwear.compliance.tooth import BodyOnLines, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
-from semiwear.contact.stripe import add_far_stripe, stripe_table
+from semiwear.contact.hertz import line_contact_pressure
+from semiwear.contact.slice_pressure import slice_pressures
+from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_surface
+from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid
 
-__all__ = ["LineContact", "LineLoads", "usual_approach"]
+__all__ = ["LineContact", "LineLoads", "MeshPosition", "usual_approach"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -85,18 +88,11 @@ class LineLoads:
 
     def copy(self) -> LineLoads:
         """An independent copy."""
-        return LineLoads(
-            self.force.copy(),
-            self.half_width.copy(),
-            self.rotation.copy(),
-            self.iterations.copy(),
-            self.balance.copy(),
-            self.complementarity.copy(),
-        )
+        return LineLoads(*(getattr(self, entry.name).copy() for entry in fields(self)))
 
 
 @dataclass(frozen=True)
-class _System:
+class MeshPosition:
     """What a mesh position needs at every wear state: its candidates and what does not change about them.
 
     Attributes
@@ -109,8 +105,10 @@ class _System:
         First candidate of each contact line.
     usual : float [mm]
         Half-width of a usual load.
+    smooth : (n, n) array [mm/N]
+        What slices feel of one another as a whole: tooth compliance less the half-space at the mid-surface.
     static : (n, n) array [mm/N]
-        Compliance apart from the near field of the stripe kernel.
+        The same and the far field of the stripe kernel.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
     profile, lever, length, arc : (n,) arrays [mm]
@@ -120,12 +118,28 @@ class _System:
     index: IntArray
     starts: IntArray
     usual: float
+    smooth: FloatArray
     static: FloatArray
     slope: FloatArray
     profile: FloatArray
     lever: FloatArray
     length: FloatArray
     arc: FloatArray
+
+    def compliance(
+        self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
+    ) -> FloatArray:
+        """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
+        index, pick = self.index[chosen], np.ix_(chosen, chosen)
+        picked = matrix[pick]
+        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -_FARTHEST_MOVE, _FARTHEST_MOVE)
+        if moved.any():
+            change = self.slope[pick] * moved[:, None]
+            picked += change
+            picked += change.T
+        if wear_compliance is not None:
+            picked.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
+        return picked
 
 
 @dataclass
@@ -140,22 +154,31 @@ class LineContact:
         Mesh positions in a cycle.
     bodies : tuple of BodyOnLines
         Tooth compliance of both bodies; empty for rigid teeth.
+    grid : FlankGrid
+        Where wear is kept.
     torque : float [N mm]
     reach : float [mm]
         Separation beyond which no slice can touch, however loaded and worn.
     modulus : float [MPa]
         Effective modulus E*.
+    usual_load : float [N/mm]
+        Order of the line load.
+    usual_half_width : float [mm]
+        Half-width under it.
     max_iterations : int
     """
 
     lines: ContactLines
     per_cycle: int
     bodies: tuple[BodyOnLines, ...]
+    grid: FlankGrid
     torque: float
     reach: float
     modulus: float
+    usual_load: float
+    usual_half_width: float
     max_iterations: int = 60
-    _systems: dict[int, _System] = field(default_factory=dict, repr=False)
+    _systems: dict[int, MeshPosition] = field(default_factory=dict, repr=False)
 
     def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
@@ -166,22 +189,35 @@ class LineContact:
         """Tooth pairs considered at once."""
         return self.lines.roll.size // self.per_cycle
 
+    def no_loads(self) -> LineLoads:
+        """No loads yet."""
+        rolls, faces = self.lines.profile.shape
+        return LineLoads.none(rolls, faces, self.per_cycle)
+
     def line_load(self, loads: LineLoads) -> FloatArray:
         """Line load q [N/mm], (roll, face)."""
         return loads.force / self.lines.length
 
-    def pressure(self, loads: LineLoads, worn: Footprints) -> FloatArray:
-        """Greatest Hertz pressure of each slice [MPa], (roll, face)."""
-        return line_contact_pressure(self.line_load(loads), worn.curvature, self.modulus)
+    def pressures(self, loads: LineLoads, worn: Footprints, margin: float) -> SlicePressures:
+        """Hertz's pressures, and exact ones across worn slices and edges; as in `TeethSolver`."""
+        line_load, lines = self.line_load(loads), self.lines
+        hertz = line_contact_pressure(line_load, worn.curvature, self.modulus)
+        distance = np.minimum(worn.profile - lines.low, lines.high - worn.profile) * lines.spacing
+        other = worn.edge | (distance < margin) | (np.ptp(worn.wear, axis=1) > 0.0)
+        exact = slice_pressures(lines, self.grid, worn.wear, np.where(other, line_load, 0.0), self.modulus, margin)
+        return SlicePressures(
+            np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
+        )
 
     def approach(self, loads: LineLoads) -> FloatArray:
         """Approach along the line of action at each mesh position [mm]."""
         return loads.rotation * self.lines.lever_arm[: self.per_cycle, 0]
 
-    def _rolls_of(self, position: int) -> IntArray:
+    def rolls_of(self, position: int) -> IntArray:
+        """Roll positions of all pairs at a mesh position."""
         return np.arange(self.pairs) * self.per_cycle + position
 
-    def _system(self, position: int, cap: float) -> _System:
+    def mesh_position(self, position: int, cap: float) -> MeshPosition:
         """Candidates whose fresh separation is below `cap` [mm], and their tooth compliance.
 
         Wear only adds to the separation, and compliance couples with one sign: a slice whose fresh separation
@@ -190,7 +226,7 @@ class LineContact:
         known = self._systems.get(position)
         if known is not None and known.cap >= cap:
             return known
-        rolls, lines = self._rolls_of(position), self.lines
+        rolls, lines = self.rolls_of(position), self.lines
         pair, face = np.nonzero(lines.separation[0][rolls] < cap)
         if pair.size == 0:
             raise ConvergenceError(
@@ -198,28 +234,24 @@ class LineContact:
             )
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
-        static, slope = line_compliance(self.bodies, *at, pair)
-        curvature = np.maximum(lines.separation[2][at], 1e-9) / lines.spacing[at] ** 2
-        usual = float(
-            np.median(
-                line_contact_half_width(np.full(curvature.shape, self._typical_load()), curvature, self.modulus)
-            )
-        )
-        add_far_stripe(
-            static, starts, lines.arc[at], lines.length[at], usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus),
-            *self._mid_surface(at, _LEAST_DEPTH * usual),
-        )  # fmt: skip
-        system = _System(
+        smooth, slope = line_compliance(self.bodies, *at, pair)
+        usual = self.usual_half_width
+        arc, length = lines.arc[at], lines.length[at]
+        subtract_mid_surface(smooth, starts, arc, length, *self._mid_surface(at, _LEAST_DEPTH * usual))
+        static = smooth.copy()
+        add_far_stripe(static, starts, arc, length, usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus))
+        system = MeshPosition(
             cap=cap,
             index=np.ravel_multi_index(at, lines.profile.shape),
             starts=starts,
             usual=usual,
+            smooth=smooth,
             static=static,
             slope=slope,
             profile=lines.profile[at],
             lever=lines.lever_arm[at],
-            length=lines.length[at],
-            arc=lines.arc[at],
+            length=length,
+            arc=arc,
         )
         self._systems[position] = system
         return system
@@ -268,35 +300,31 @@ class LineContact:
     def _solve_position(
         self, position: int, worn: Footprints, loads: LineLoads, wear_compliance: FloatArray | None
     ) -> None:
-        rolls = self._rolls_of(position)
+        rolls = self.rolls_of(position)
         known = self._systems.get(position)
         if known is not None:
             cap = known.cap
         else:
             near = self.is_near(self.lines)[rolls]
             least = float(worn.gap[rolls][near].min()) if near.any() else 0.0
-            cap = _FIRST_CAP * self._typical_approach() + least
+            cap = _FIRST_CAP * self.typical_approach + least
         while True:
-            system = self._system(position, cap)
+            system = self.mesh_position(position, cap)
             rotation = self._solve_system(position, system, worn, loads, wear_compliance)
             reached = rotation * float(system.lever.max())
             if reached <= system.cap:
                 return
-            cap = reached + 0.5 * _FIRST_CAP * self._typical_approach()
+            cap = reached + 0.5 * _FIRST_CAP * self.typical_approach
 
-    def _typical_load(self) -> float:
-        """Order of the line load: one pair loaded over half the face [N/mm]."""
-        face = self.lines.face
-        half_width = 0.5 * float(face[-1] - face[0]) if face.size > 1 else 1.0
-        return self.torque / float(self.lines.lever_arm.max()) / half_width
-
-    def _typical_approach(self) -> float:
-        return usual_approach(self._typical_load(), self.modulus)
+    @property
+    def typical_approach(self) -> float:
+        """Order of the approach [mm]."""
+        return usual_approach(self.usual_load, self.modulus)
 
     def _solve_system(
         self,
         position: int,
-        system: _System,
+        system: MeshPosition,
         worn: Footprints,
         loads: LineLoads,
         wear_compliance: FloatArray | None,
@@ -318,7 +346,7 @@ class LineContact:
     def _solve_chosen(
         self,
         position: int,
-        system: _System,
+        system: MeshPosition,
         chosen: IntArray,
         worn: Footprints,
         loads: LineLoads,
@@ -328,15 +356,7 @@ class LineContact:
         gap, curvature = worn.gap.ravel()[index], worn.curvature.ravel()[index]
         lever, length, arc = system.lever[chosen], system.length[chosen], system.arc[chosen]
         starts = np.searchsorted(chosen, system.starts)
-        pick = np.ix_(chosen, chosen)
-        static = system.static[pick]
-        moved = np.clip(worn.profile.ravel()[index] - system.profile[chosen], -_FARTHEST_MOVE, _FARTHEST_MOVE)
-        if moved.any():
-            change = system.slope[pick] * moved[:, None]
-            static += change
-            static += change.T
-        if wear_compliance is not None:
-            static.ravel()[:: index.size + 1] += wear_compliance.ravel()[index]
+        static = system.compliance(system.static, chosen, worn, wear_compliance)
 
         force, slack = loads.force.ravel()[index], np.empty(index.size)
         floor = np.full(index.size, _LEAST_WIDTH * system.usual)
@@ -353,7 +373,7 @@ class LineContact:
         if status != SolveStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
             raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width))
-        loads.force[self._rolls_of(position)] = 0.0
+        loads.force[self.rolls_of(position)] = 0.0
         loads.force.ravel()[index] = force
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation

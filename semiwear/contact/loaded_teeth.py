@@ -1,4 +1,4 @@
-"""Loaded teeth at fidelity `line`: contact lines, the grid that wears, and the solver, bound together."""
+"""Loaded teeth: contact lines, the grid that wears, and a contact solver of either fidelity, bound together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, footprints
-from semiwear.contact.line_contact import LineContact, LineLoads
+from semiwear.contact.teeth_solver import SlicePressures, TeethLoads, TeethSolver
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import FlankPair
@@ -20,6 +20,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
+_ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
+
+
 @dataclass(frozen=True)
 class LoadedState:
     """Elastic contact over a mesh cycle on one worn flank.
@@ -29,13 +32,13 @@ class LoadedState:
     wear : (face, profile) array [mm]
     fine, coarse : Footprints
         On the fine roll grid, and at the positions that are solved.
-    loads : LineLoads
+    loads : TeethLoads
     """
 
     wear: FloatArray
     fine: Footprints
     coarse: Footprints
-    loads: LineLoads
+    loads: TeethLoads
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class LoadedTeeth:
     fine, lines : ContactLines
         On the fine roll grid, and at the positions that are solved.
     grid : FlankGrid
-    solver : LineContact
+    solver : TeethSolver
     half_width : float [mm]
         Hertz half-width at the pitch point with the whole torque on one fresh tooth: the reference width of
         footprints and the half-width of the pitch band.
@@ -62,7 +65,7 @@ class LoadedTeeth:
     fine: ContactLines
     lines: ContactLines
     grid: FlankGrid
-    solver: LineContact
+    solver: TeethSolver
     half_width: float
     zero: float
 
@@ -71,13 +74,10 @@ class LoadedTeeth:
         fine = footprints(self.fine, self.grid, wear, self.half_width, self.solver.is_near(self.fine))
         return fine, fine.every(self.rolls.substeps)
 
-    def load(self, wear: FloatArray, start: LineLoads | None = None) -> LoadedState:
+    def load(self, wear: FloatArray, start: TeethLoads | None = None) -> LoadedState:
         """Elastic contact on a worn flank [mm], started from other loads when given."""
         fine, coarse = self.touch(wear)
-        if start is None:
-            rolls, faces = self.lines.profile.shape
-            start = LineLoads.none(rolls, faces, self.rolls.phase.size)
-        return LoadedState(wear, fine, coarse, self.solver.solve(coarse, start))
+        return LoadedState(wear, fine, coarse, self.solver.solve(coarse, start or self.solver.no_loads()))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""
@@ -88,8 +88,23 @@ class LoadedTeeth:
         share = (np.arange(steps) / steps)[None, :, None]
         return ((1.0 - share) * values[:, None] + share * following[:, None]).reshape(-1, values.shape[1])
 
-    def at_ends(self) -> BoolArray:
-        """Slices nearer than one contact width to an end of either body's face, (roll, face)."""
+    def pressures(self, state: LoadedState) -> SlicePressures:
+        """Greatest pressures of every slice.
+
+        Nearer than a contact width to an end of either flank, or than six along the line to where an edge presses,
+        a pressure counts as at the border: there it depends on the edge's rounding and on the mesh.
+        """
+        margin = 2.0 * self.half_width
+        found = self.solver.pressures(state.loads, state.coarse, margin)
+        aside = self._at_ends(margin) | self._near(found.border > found.inner, _ALONG * margin)
+        return SlicePressures(
+            inner=np.where(aside, 0.0, found.inner),
+            place=found.place,
+            border=np.where(aside, np.maximum(found.inner, found.border), found.border),
+        )
+
+    def _at_ends(self, margin: float) -> BoolArray:
+        """Slices nearer than `margin` to an end of either body's face, (roll, face)."""
         borders = self.pair.borders(self.lines.face)
         face, partner = self.lines.face, self.lines.partner_face
         own = np.minimum(face - borders.face[0], borders.face[1] - face) - borders.end_edge_radius
@@ -97,4 +112,12 @@ class LoadedTeeth:
             np.minimum(partner - borders.partner_face[0], borders.partner_face[1] - partner)
             - borders.partner_end_edge_radius
         )
-        return np.minimum(own, theirs) < 2.0 * self.half_width
+        return np.minimum(own, theirs) < margin
+
+    def _near(self, chosen: BoolArray, distance: float) -> BoolArray:
+        """Slices within a distance along the line of chosen ones, (roll, face)."""
+        near = np.zeros(chosen.shape, dtype=bool)
+        for roll in np.flatnonzero(chosen.any(axis=1)):
+            arc = self.lines.arc[roll]
+            near[roll] = np.abs(arc[:, None] - arc[chosen[roll]]).min(axis=1) < distance
+        return near

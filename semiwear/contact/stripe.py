@@ -19,7 +19,14 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipkm1
 
-__all__ = ["add_far_stripe", "add_near_stripe", "average_along_lines", "stripe_kernel", "stripe_table"]
+__all__ = [
+    "add_far_stripe",
+    "add_near_stripe",
+    "average_along_lines",
+    "stripe_kernel",
+    "stripe_table",
+    "subtract_mid_surface",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -116,20 +123,43 @@ def add_near_stripe(matrix, starts, arc, length, half_width, near, factor, value
 
 
 @njit(cache=True, error_model="numpy")
-def add_far_stripe(  # type: ignore[no-untyped-def]
-    matrix, starts, arc, length, half_width, near, factor, depth, shear_factor, poisson
-):
-    """Add what does not change with the loads: the far field, less what tooth compliance counts already [mm/N].
+def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # type: ignore[no-untyped-def]
+    """Add the stripe kernel between slices of one line that are farther than `near` [mm/N]: no width shows there.
 
     Parameters
     ----------
     matrix, starts, arc, length, near, factor
         As in `add_near_stripe`.
     half_width : float [mm]
-        Typical half-width; beyond `near` it only enters as a small correction.
+        Typical half-width, a small correction.
+    """
+    for line in range(starts.shape[0] - 1):
+        for i in range(starts[line], starts[line + 1]):
+            for j in range(i, starts[line + 1]):
+                middle = arc[j] - arc[i]
+                if middle <= near:
+                    continue
+                mean_length = sqrt(length[i] * length[j])
+                upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
+                # 1/s with its first correction, b^2/(8 s^2) of it
+                total = log(upper / lower) + 0.0625 * half_width**2 * (1.0 / upper**2 - 1.0 / lower**2)
+                total *= factor / mean_length
+                matrix[i, j] += total
+                matrix[j, i] += total
+
+
+@njit(cache=True, error_model="numpy")
+def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poisson):  # type: ignore[no-untyped-def]
+    """Subtract what tooth compliance counts already: the half-space displacement at the mid-surface [mm/N].
+
+    The point-load solution at a depth (Johnson 1985, eq. 3.22a with z = depth), integrated over a slice.
+
+    Parameters
+    ----------
+    matrix, starts, arc, length
+        As in `add_near_stripe`.
     depth : (bodies, n) array [mm]
-        Depth of the mid-surface, whose displacement tooth compliance counts already: it is subtracted as the
-        half-space solution (Johnson 1985, eq. 3.22a with z = depth). No rows: nothing is subtracted.
+        Depth of the mid-surface. No rows: nothing is subtracted.
     shear_factor, poisson : (bodies,) arrays
         (1 + nu)/(2 pi E) and nu of each body.
     """
@@ -140,22 +170,18 @@ def add_far_stripe(  # type: ignore[no-untyped-def]
                 mean_length = sqrt(length[i] * length[j])
                 upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
                 total = 0.0
-                if middle > near:
-                    # 1/s with its first correction, b^2/(8 s^2) of it
-                    total = log(upper / lower) + 0.0625 * half_width**2 * (1.0 / upper**2 - 1.0 / lower**2)
-                    total *= factor
                 for body in range(depth.shape[0]):
                     d = sqrt(depth[body, i] * depth[body, j])
-                    for end, sign in ((upper, -1.0), (lower, 1.0)):
+                    for end, sign in ((upper, 1.0), (lower, -1.0)):
                         total += (
                             sign
                             * shear_factor[body]
                             * (end / sqrt(end * end + d * d) + 2.0 * (1.0 - poisson[body]) * asinh(end / d))
                         )
                 total /= mean_length
-                matrix[i, j] += total
+                matrix[i, j] -= total
                 if j > i:
-                    matrix[j, i] += total
+                    matrix[j, i] -= total
 
 
 @njit(cache=True, error_model="numpy")

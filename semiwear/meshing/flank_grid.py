@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["FlankGrid", "flank_grid", "locate"]
+__all__ = ["FlankGrid", "flank_grid", "locate", "smooth_value"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -93,3 +93,17 @@ def locate(profile, split, place):  # type: ignore[no-untyped-def]
     x = (place - profile[split]) / (profile[last] - profile[split]) * (last - split)
     k = min(int(x), last - split - 1)
     return split + k, x - k
+
+
+@njit(cache=True, error_model="numpy")
+def smooth_value(values, cell, x):  # type: ignore[no-untyped-def]
+    """Value at fraction `x` of a cell by the cubic with the nodes' mean slopes (Catmull and Rom 1974).
+
+    Pressure answers to the slope of a gap: between straight pieces it would have a peak at every node.
+    """
+    a, b = values[cell], values[cell + 1]
+    before = values[cell - 1] if cell > 0 else 2.0 * a - b
+    after = values[cell + 2] if cell + 2 < values.shape[0] else 2.0 * b - a
+    slope_a, slope_b = 0.5 * (b - before), 0.5 * (after - a)
+    y = 1.0 - x
+    return a * (1.0 + 2.0 * x) * y * y + b * x * x * (1.0 + 2.0 * y) + (slope_a * y - slope_b * x) * x * y

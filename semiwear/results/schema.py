@@ -85,6 +85,7 @@ _ISO_21771 = "ISO 21771:2007, Cylindrical involute gears: concepts and geometry"
 _ISO_6336_3 = "ISO 6336-3:2019, Calculation of tooth bending strength"
 _ARCHARD = "Archard 1953, J. Appl. Phys. 24, 981-988; Flodin and Andersson 1997, Wear 207, 16-23"
 _JOHNSON = "Johnson 1985, Contact Mechanics, chapter 4"
+_LOVE = "Love 1929, Phil. Trans. R. Soc. A 228, 377-420; Johnson 1985, Contact Mechanics, chapter 3"
 _LITVIN = "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter 9"
 _FACE_GEAR = "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter 18"
 _CONRY = "Conry and Seireg 1973, J. Eng. Ind. 95, 1115-1122"
@@ -170,6 +171,15 @@ _TABLE = (
         _ISO_21771,
     ),
     Variable("flank", "wear_depth", ("wear_step", *_ON_FLANK), "um", "wear depth along the normal", _ARCHARD),
+    Variable(
+        "flank",
+        "contact_pattern",
+        ("wear_step", "profile", "face"),
+        "MPa",
+        "greatest pressure that a point of the gear's flank feels in a mesh",
+        _LITVIN,
+        optional=True,
+    ),
     # ------------------------------------------------------------------ one tooth pair, entry to exit
     Variable("engagement", "load_share", _ON_ROLL, "1", "share of the load on the tooth pair", _CONRY),
     Variable("engagement", "contact_pressure_max", _ON_ROLL, "MPa", "greatest contact pressure", _JOHNSON),
@@ -242,13 +252,20 @@ _TABLE = (
         _ISO_6336_3,
         optional=True,
     ),
-    Variable("history", "contact_pressure_root", _ON_STEP, "MPa", "greatest pressure at the gear's root", _JOHNSON),
+    Variable(
+        "history",
+        "contact_pressure_root",
+        _ON_STEP,
+        "MPa",
+        "greatest pressure at the gear's root, clear of the pitch band",
+        _JOHNSON,
+    ),
     Variable(
         "history",
         "contact_pressure_addendum",
         _ON_STEP,
         "MPa",
-        "greatest pressure at the gear's addendum",
+        "greatest pressure at the gear's addendum, clear of the pitch band",
         _JOHNSON,
     ),
     Variable(
@@ -258,6 +275,24 @@ _TABLE = (
         "MPa",
         "greatest pressure at the gear's pitch cone",
         _JOHNSON,
+    ),
+    Variable(
+        "history",
+        "subsurface_stress_max",
+        _ON_STEP,
+        "MPa",
+        "greatest von Mises stress below the gear's surface, where the pressure is greatest",
+        _LOVE,
+        optional=True,
+    ),
+    Variable(
+        "history",
+        "subsurface_stress_depth",
+        _ON_STEP,
+        "mm",
+        "depth of the greatest von Mises stress",
+        _LOVE,
+        optional=True,
     ),
     Variable(
         "history",

@@ -237,3 +237,10 @@ def _control_point_is_on_the_tooth(dedendum: float, addendum: float, height: flo
         allowed = f"{_mm(-dedendum)} to {_mm(addendum)} mm, root to tip of the gear tooth"
         fix = "the height above the pitch plane, negative on the dedendum"
         yield Problem("wear.control_point.height_mm", height, allowed, fix)
+
+
+@_across("numerics", "fidelity", "wear_mapping")
+def _marched_wear_has_patches(fidelity: str, mapping: str) -> Iterator[Problem]:
+    if mapping == "marched" and fidelity != "patch":
+        fix = 'set numerics.fidelity = "patch", or leave numerics.wear_mapping out'
+        yield Problem("numerics.wear_mapping", mapping, f'"interpolated" at fidelity "{fidelity}"', fix)

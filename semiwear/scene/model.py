@@ -122,7 +122,11 @@ class Numerics:
     Attributes
     ----------
     fidelity : str
-        Contact model: ``"line"``.
+        Contact model: ``"line"`` (default, line loads with Hertz across them) or ``"patch"`` (pressure resolved in
+        two dimensions).
+    wear_mapping : str
+        ``"interpolated"`` (default, few roll positions) or ``"marched"`` (many, summed where it happens; needs
+        fidelity ``"patch"``).
     wear_scheme : str
         ``"implicit"`` (default) or ``"explicit"`` (for comparison).
     wear_steps : int or "auto"
@@ -131,6 +135,8 @@ class Numerics:
         Roll positions per mesh cycle. Default 24.
     face_slices : int
         Slices along the face width. Default 61.
+    cells_per_half_width : int
+        Cells of a patch across the Hertz half-width at the pitch point. Default 12.
     profile_points : int
         Points of the flank grid along the tooth height. Default 141.
     tooth_pairs : int or "auto"
@@ -144,10 +150,12 @@ class Numerics:
     """
 
     fidelity: str = "line"
+    wear_mapping: str = "interpolated"
     wear_scheme: str = "implicit"
     wear_steps: int | str = "auto"
     roll_positions: int = 24
     face_slices: int = 61
+    cells_per_half_width: int = 12
     profile_points: int = 141
     tooth_pairs: int | str = "auto"
     tooth_compliance: str = "prism"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -81,13 +81,11 @@ def _auto_or(low: int, high: int, fix: str) -> Rule:
     return Rule(whole_or_auto, f'"auto" or a whole number, {low} to {high}', holds, _advice(fix))
 
 
-def _choice(*options: str, later: Mapping[str, str] | None = None, otherwise: str = "") -> Rule:
-    """One of a few words; `later` holds what to say about words that will be allowed one day."""
+def _choice(*options: str, otherwise: str = "") -> Rule:
+    """One of a few words."""
     allowed = " or ".join(f'"{option}"' for option in options)
 
     def fix(value: str) -> str:
-        if later and value in later:
-            return later[value]
         meant = closest(value, options)
         if meant is not None:
             return f'did you mean "{meant}"?'
@@ -198,11 +196,13 @@ RULES: dict[str, Rule] = {
     "wear.control_point.radius_mm": _positive("gear radius of the control point"),
     "wear.control_point.height_mm": Rule(number, "a number of mm", lambda value: True, _advice("")),
     **_numerics(
-        fidelity=_choice("line", later={"patch": 'not available yet: give "line"'}),
+        fidelity=_choice("line", "patch"),
+        wear_mapping=_choice("interpolated", "marched"),
         wear_scheme=_choice("implicit", "explicit"),
         wear_steps=_auto_or(1, 10_000, 'give "auto"'),
         roll_positions=_between(whole, 8, 10_000, "24 is usual"),
         face_slices=_between(whole, 7, 10_000, "61 is usual"),
+        cells_per_half_width=_between(whole, 2, 1000, "12 is usual"),
         profile_points=_between(whole, 21, 10_000, "141 is usual"),
         tooth_pairs=_auto_or(1, 7, 'give "auto"'),
         tooth_compliance=_tooth_compliance(),

@@ -8,22 +8,23 @@ Explicit: the loads at the start of the step hold throughout; only for compariso
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.line_contact import LineLoads
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.teeth_solver import TeethLoads
 from semiwear.errors import ConvergenceError
-from semiwear.wear.swept_line import Sweep, own_wear, sweep, wear_of_mesh
+from semiwear.wear.mapping import InterpolatedWear, WearMapping
+from semiwear.wear.swept_line import Sweep, own_wear, sweep
 
 __all__ = ["ControlPoint", "WearState", "WearStepper"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step footprints follow the wear that often, while the loads hold
+_DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step the contact's shape follows the wear that often
 _CYCLES = (4, 32)
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
@@ -79,11 +80,14 @@ class WearStepper:
     coefficient : float [mm^2/N]
         Wear coefficient k of the driven body.
     implicit : bool
+    mapping : WearMapping
+        From loads to wear depths on the flank.
     """
 
     teeth: LoadedTeeth
     coefficient: float
     implicit: bool = True
+    mapping: WearMapping = field(default_factory=InterpolatedWear)
 
     def start(self) -> WearState:
         """The unworn flank."""
@@ -153,8 +157,8 @@ class _Step:
         return self._rate
 
     def loads(
-        self, meshes: float, positions: Sequence[int] | None = None, start: LineLoads | None = None
-    ) -> LineLoads:
+        self, meshes: float, positions: Sequence[int] | None = None, start: TeethLoads | None = None
+    ) -> TeethLoads:
         """Loads that hold over the step, found from `start` (its first loads unless given)."""
         contact = self.state.contact
         if not self.stepper.implicit:
@@ -162,15 +166,12 @@ class _Step:
         own = meshes * self.stepper.coefficient * self.rate(meshes)
         return self.teeth.solver.solve(contact.coarse, start or contact.loads, own, positions)
 
-    def worn(self, loads: LineLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:
+    def worn(self, loads: TeethLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:
         """Wear at the end of the step [mm]."""
-        teeth = self.teeth
-        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
-        wear = self.state.wear
-        for _ in range(self.cycles):
-            mesh = wear_of_mesh(teeth.fine, teeth.grid, wear, self.motion, line_load, teeth.half_width, slices)
-            wear = wear + meshes * self.stepper.coefficient / self.cycles * mesh
-        return wear
+        if slices is None:
+            slices = np.arange(self.teeth.grid.face.size)
+        dose = meshes * self.stepper.coefficient
+        return self.stepper.mapping.worn(self.teeth, self.motion, self.state.wear, loads, dose, self.cycles, slices)
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
@@ -184,8 +185,7 @@ class _Step:
         wanted = depth - now
         positions = self._positions_at(point, slices) if nearby else None
         loads = self.state.contact.loads
-        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
-        mesh = wear_of_mesh(teeth.fine, teeth.grid, self.state.wear, self.motion, line_load, teeth.half_width, slices)
+        mesh = stepper.mapping.of_mesh(teeth, self.motion, self.state.wear, loads, slices)
         rate = stepper.coefficient * stepper.depth_at(point, mesh)
         if rate <= 0.0:
             raise ConvergenceError(

@@ -10,8 +10,9 @@ flank the shape drops out and this is the swept-line identity
     h per mesh = k q |v_s| / v_n.
 
 A line that stands still on a worn ridge, or turns back with the tip of the driving body, leaves a finite depth as
-well. |v_s| changes across the footprint as it does along the path, so that the zero of sliding at the pitch line
-stays a cusp.
+well. So does a line of finite width 2b at the pitch line, where the sliding at its middle vanishes:
+k q (4 b/(3 pi)) |dv_s/ds| / v_n. Sliding is taken where and when it happens, never averaged: the cusp of the wear
+there is as sharp as the contact is narrow.
 """
 
 from __future__ import annotations
@@ -69,8 +70,8 @@ class Sweep:
         -1 where the line moves towards the root, +1 towards the tip.
     sliding : (roll, face, 2) array [mm per unit time]
         Sliding velocity normal to the line, towards the tip, and along it.
-    sliding_on_path : (roll, face, 2) array
-        Its change per profile coordinate while the line moves on.
+    sliding_slope : (roll, face, 2) array
+        Its change per profile coordinate at an instant.
     time : (roll,) array
         Time that a roll position stands for.
     """
@@ -79,7 +80,7 @@ class Sweep:
     speed: FloatArray
     direction: FloatArray
     sliding: FloatArray
-    sliding_on_path: FloatArray
+    sliding_slope: FloatArray
     time: FloatArray
 
     @property
@@ -101,19 +102,6 @@ def _node_speed(place: FloatArray, roll: FloatArray) -> FloatArray:
     return np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL)
 
 
-def _sliding_along_path(lines: ContactLines) -> FloatArray:
-    """Change of the sliding velocity per profile coordinate while the fresh line moves on: (roll, face, 2)."""
-    inside = (lines.profile > lines.low) & (lines.profile < lines.high)
-    step = np.zeros_like(lines.profile)
-    change = np.zeros_like(lines.sliding)
-    step[1:-1] = lines.profile[2:] - lines.profile[:-2]
-    change[1:-1] = lines.sliding[2:] - lines.sliding[:-2]
-    moving = np.zeros_like(inside)
-    moving[1:-1] = inside[2:] & inside[1:-1] & inside[:-2]
-    safe = np.where(moving, step, 1.0)
-    return np.where(moving[..., None], change / safe[..., None], lines.sliding_slope)
-
-
 def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
     """Motion of worn contact lines; `roll_per_time` is roll positions per unit time."""
     return Sweep(
@@ -121,7 +109,7 @@ def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
         speed=_node_speed(worn.profile, lines.roll) * lines.spacing * roll_per_time,
         direction=np.sign(np.gradient(worn.profile, axis=0)),
         sliding=lines.sliding + lines.sliding_slope * (worn.profile - lines.profile)[..., None],
-        sliding_on_path=_sliding_along_path(lines),
+        sliding_slope=lines.sliding_slope,
         time=np.gradient(lines.roll) / roll_per_time,
     )
 
@@ -135,7 +123,7 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
         speed=np.maximum(0.5 * moved / _SHIFT, _STANDSTILL) * lines.spacing * pair.roll_per_time,
         direction=np.sign(after.profile - before.profile),
         sliding=lines.sliding,
-        sliding_on_path=lines.sliding_slope,
+        sliding_slope=lines.sliding_slope,
         time=np.full(lines.roll.shape, 2.0 * _SHIFT / pair.roll_per_time),
     )
 
@@ -169,7 +157,7 @@ def wear_of_mesh(
     (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
     """
-    what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_on_path)
+    what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope)
     if slices is None:
         slices = np.arange(grid.face.size)
     return spread_over_flank(lines, grid, wear, half_width, motion.place, what, slices)
@@ -192,8 +180,8 @@ def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # ty
                 d = (place[k, i] - place[j, i]) / (2.0 * own)
                 if abs(d) < 1.0:
                     # pressure felt by pressure: close to the semi-ellipse correlated with itself, of area one
-                    total += 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j]
-            out[k, i] = total * weight[k, i] * sliding[k, i]
+                    total += 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j] * sliding[j, i]
+            out[k, i] = total * weight[k, i]
 
 
 def own_wear(lines: ContactLines, motion: Sweep, worn: Footprints, distance: FloatArray, growth: float) -> FloatArray:

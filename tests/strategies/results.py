@@ -59,6 +59,7 @@ def synthetic_flank(profiles: int, faces: int, life: np.ndarray) -> dict[str, np
         "active": np.ones(zone.shape, dtype=int),
         "specific_sliding": sliding,
         "wear_depth": wear,
+        "contact_pattern": 900 * np.broadcast_to(along_face, (life.size, profiles, faces)),
     }
 
 
@@ -116,6 +117,8 @@ def synthetic_tree(
         "contact_pressure_root": 1300 - 500 * level,
         "contact_pressure_addendum": 1100 - 300 * level,
         "contact_pressure_pitch": 800 + 120 * np.minimum(life * 1.5, 1) - 15 * np.clip(life - 2 / 3, 0, 1),
+        "subsurface_stress_max": 480 + 120 * life,
+        "subsurface_stress_depth": 0.33 - 0.15 * life,
         "transmission_error_mean": mean,
         "transmission_error_amplitude": amplitude,
     }

@@ -169,6 +169,7 @@ class TestDefaults:
             "pairs",
             "positions",
             "slices",
+            "width",
             "points",
             "harmonics",
         }
@@ -298,7 +299,9 @@ class TestFieldRules:
     @pytest.mark.parametrize(
         ("key", "value", "fix"),
         [
-            ("numerics.fidelity", "patch", "not available yet"),
+            ("numerics.fidelity", "patches", '"patch"'),
+            ("numerics.wear_mapping", "marching", '"marched"'),
+            ("numerics.wear_mapping", "marched", 'numerics.fidelity = "patch"'),
             ("numerics.tooth_compliance", "tables/influence.nc", "not available yet"),
             ("numerics.tooth_compliance", "prism.nc", "not available yet"),
             ("numerics.tooth_compliance", "prisms", 'did you mean "prism"'),

@@ -1,0 +1,219 @@
+"""Cells that follow a contact line, and the gap over them: the flank as fidelity `patch` sees it.
+
+Every slice is cut into cells across the line, counted from the fresh line of its roll position. Rows of cells are
+the slices; a row keeps its place on the flank while wear changes, so nothing but the gap has to be found again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+
+__all__ = ["PatchCells"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
+
+
+@njit(cache=True, error_model="numpy")
+def _fresh(away, cubic):  # type: ignore[no-untyped-def]
+    return cubic[0] + away * (cubic[1] + away * (0.5 * cubic[2] + away * cubic[3] / 6.0))
+
+
+@njit(cache=True, error_model="numpy")
+def _rounded(away, border, side, radius, at, per_mm, cubic):  # type: ignore[no-untyped-def]
+    """Separation on the rounded edge beyond a border: the flank's tangent falls away along an arc."""
+    d = border - at
+    beyond = side * (at + away - border) * per_mm
+    if beyond >= radius:
+        return np.inf
+    slope = side * (cubic[1] + d * (cubic[2] + 0.5 * d * cubic[3])) / per_mm
+    return _fresh(d, cubic) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
+
+
+@njit(cache=True, error_model="numpy")
+def _gaps(  # type: ignore[no-untyped-def]
+    rolls, faces, approach, columns, width, profile, low, high, separation, spacing, low_radius, high_radius, wear,
+    nodes, split, out,
+):  # fmt: skip
+    """Gaps less than `approach`; the separation is convex, so that what lies beyond a greater one is greater."""
+    farthest = -1.0
+    for r in range(rolls.shape[0]):
+        k, i = rolls[r], faces[r]
+        at, per_mm, cubic = profile[k, i], spacing[k, i], separation[:, k, i]
+        least = wear[i].min()
+        for side in (-1.0, 1.0):
+            c = 0
+            while True:
+                distance = (c + 0.5) * width
+                away = side * distance / per_mm
+                place = at + away
+                if place > high[k, i]:
+                    fresh = _rounded(away, high[k, i], 1.0, high_radius[k, i], at, per_mm, cubic)
+                elif place < low[k, i]:
+                    fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, cubic)
+                else:
+                    fresh = _fresh(away, cubic)
+                if fresh + least > approach:
+                    break
+                farthest = max(farthest, distance)
+                if c < columns // 2:
+                    cell, x = locate(nodes[i], split[i], place)
+                    column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
+                    out[r, column] = fresh + smooth_value(wear[i], cell, x)
+                c += 1
+    return farthest
+
+
+@njit(cache=True, error_model="numpy")
+def _span(row):  # type: ignore[no-untyped-def]
+    """First and last cell that is not zero; last < first when there is none."""
+    first, last = 0, row.shape[0] - 1
+    while first <= last and row[first] == 0.0:
+        first += 1
+    while last >= first and row[last] == 0.0:
+        last -= 1
+    return first, last
+
+
+@njit(cache=True, error_model="numpy")
+def _between(row, x):  # type: ignore[no-untyped-def]
+    """Value between the middles of cells, zero beyond."""
+    c = int(np.floor(x))
+    left = row[c] if 0 <= c < row.shape[0] else 0.0
+    right = row[c + 1] if 0 <= c + 1 < row.shape[0] else 0.0
+    return left + (x - c) * (right - left)
+
+
+@njit(cache=True, error_model="numpy")
+def _deposit(  # type: ignore[no-untyped-def]
+    rolls, faces, rate, width, slices, profile, spacing, sliding, slope, nodes, out
+):
+    half = 0.5 * (rate.shape[1] - 1)
+    for r in range(rolls.shape[0]):
+        k, i = rolls[r], faces[r]
+        if not slices[i]:
+            continue
+        first, last = _span(rate[r])
+        at, per_mm = profile[k, i], spacing[k, i]
+        p = np.searchsorted(nodes[i], at + (first - 1 - half) * width / per_mm)
+        stop = at + (last + 1 - half) * width / per_mm
+        while last >= first and p < nodes.shape[1] and nodes[i, p] < stop:
+            away = nodes[i, p] - at
+            v0 = sliding[k, i, 0] + slope[k, i, 0] * away
+            v1 = sliding[k, i, 1] + slope[k, i, 1] * away
+            out[i, p] += _between(rate[r], away * per_mm / width + half) * sqrt(v0 * v0 + v1 * v1)
+            p += 1
+
+
+@njit(cache=True, error_model="numpy")
+def _greatest(rolls, faces, values, width, profile, spacing, nodes, out):  # type: ignore[no-untyped-def]
+    half = 0.5 * (values.shape[1] - 1)
+    for r in range(rolls.shape[0]):
+        k, i = rolls[r], faces[r]
+        first, last = _span(values[r])
+        at, per_mm = profile[k, i], spacing[k, i]
+        p = np.searchsorted(nodes[i], at + (first - 1 - half) * width / per_mm)
+        stop = at + (last + 1 - half) * width / per_mm
+        while last >= first and p < nodes.shape[1] and nodes[i, p] < stop:
+            out[i, p] = max(out[i, p], _between(values[r], (nodes[i, p] - at) * per_mm / width + half))
+            p += 1
+
+
+@dataclass(frozen=True)
+class PatchCells:
+    """Rows of cells across the contact lines.
+
+    Attributes
+    ----------
+    lines : ContactLines
+    grid : FlankGrid
+    width : float [mm]
+        Width of a cell, normal to the line.
+    """
+
+    lines: ContactLines
+    grid: FlankGrid
+    width: float
+
+    def gap(
+        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, wear: FloatArray
+    ) -> tuple[FloatArray, float]:
+        """Separation at the nominal rotation in the middle of cells, fresh and worn together.
+
+        Parameters
+        ----------
+        rolls, faces : (n,) int arrays
+            Rows.
+        approach : float [mm]
+            Gaps that are surely greater are left out: elasticity only opens gaps, so nothing touches there.
+        columns : int
+            Cells in a row, the line in the middle; even.
+        wear : (face, profile) array [mm]
+
+        Returns
+        -------
+        gap : (n, columns) array [mm]
+            Infinite where nothing can touch, and beyond the flanks and their rounded edges.
+        reach : float [mm]
+            Farthest distance of a cell from the line at which something can touch; negative where nothing can.
+        """
+        lines, out = self.lines, np.full((rolls.size, columns), np.inf)
+        reach = _gaps(
+            rolls, faces, approach, columns, self.width, lines.profile, lines.low, lines.high, lines.separation,
+            lines.spacing, lines.low_edge_radius, lines.high_edge_radius, wear, self.grid.profile, self.grid.split,
+            out,
+        )  # fmt: skip
+        return out, reach
+
+    def columns_for(self, reach: float) -> int:
+        """Even number of cells in a row, in whole multiples, that covers `reach` [mm] to either side."""
+        half = max(int(reach / self.width) + 2, 4)
+        return 2 * (-(-half // _COLUMNS) * _COLUMNS)
+
+    def add_to_flank(
+        self,
+        rolls: IntArray,
+        faces: IntArray,
+        rate: FloatArray,
+        sliding: FloatArray,
+        slope: FloatArray,
+        slices: NDArray[np.bool_],
+        out: FloatArray,
+    ) -> None:
+        """Add `rate` times the length of the sliding velocity to the flank's nodes, where it happens.
+
+        Parameters
+        ----------
+        rolls, faces : (n,) int arrays
+            Rows.
+        rate : (n, columns) array
+            E.g. pressure times time.
+        sliding, slope : (roll, face, 2) arrays
+            Sliding velocity at the fresh line, and its derivative by the profile coordinate.
+        slices : (face,) bool array
+            Slices to do.
+        out : (face, profile) array, changed
+        """
+        lines = self.lines
+        _deposit(
+            rolls, faces, rate, self.width, slices, lines.profile, lines.spacing, sliding, slope, self.grid.profile,
+            out,
+        )  # fmt: skip
+
+    def greatest_on_flank(self, values: FloatArray) -> FloatArray:
+        """Greatest of the cell values, (roll, face, columns), that each node of the flank meets: (face, profile)."""
+        lines, out = self.lines, np.zeros(self.grid.profile.shape)
+        rolls, faces = np.nonzero(values.any(axis=-1))
+        rows = np.ascontiguousarray(values[rolls, faces])
+        _greatest(rolls, faces, rows, self.width, lines.profile, lines.spacing, self.grid.profile, out)
+        return out

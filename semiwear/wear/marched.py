@@ -1,0 +1,92 @@
+"""Wear summed where it happens: Archard's law on the cells of fidelity `patch`, marched through the roll positions.
+
+    dh = sum over roll positions of k p |v_s| dt
+
+At a fixed point of the flank p is the pressure of the cell that covers it at that instant. With fine roll steps this
+tends to the integral over the finite contact width; the swept line (`swept_line.py`) is its limit at falling load.
+
+Large steps. The response of the line loads to wear is in the loads themselves (the implicit term of a wear step).
+What is left is the response of the pressure's shape: a wave of wave number kappa on the flank changes the pressure by
+E* kappa/2 wherever it is touched, so that explicit steps amplify what is shorter than the contact. The swept line
+follows the shape in sub-cycles and is stable; only what the marched wear of the step's start differs from the swept
+one is added, through the implicit operator of those waves,
+
+    (1 + k dN (E*/2) s |kappa|)^-1,   s: sliding distance of a mesh under contact.
+
+As steps shrink this tends to marched wear alone, and no step is unstable.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.patch_contact import PatchContact, PatchLoads
+from semiwear.meshing.flank_grid import FlankGrid
+
+__all__ = ["marched_wear", "sliding_distance_under_contact", "spread_by_contact"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+def _sum_over_rolls(teeth: LoadedTeeth, solver: PatchContact, rate: FloatArray, slices: BoolArray) -> FloatArray:
+    """Sum of cell values times |v_s| dt at the nodes of the flank: (face, profile)."""
+    lines, out = teeth.lines, np.zeros(teeth.grid.profile.shape)
+    rolls, faces = np.nonzero(rate.any(axis=-1) & slices)
+    time = np.gradient(lines.roll) / teeth.pair.roll_per_time
+    cells = np.ascontiguousarray(rate[rolls, faces]) * time[rolls, None]
+    solver.cells.add_to_flank(rolls, faces, cells, lines.sliding, lines.sliding_slope, slices, out)
+    return out
+
+
+def marched_wear(teeth: LoadedTeeth, solver: PatchContact, loads: PatchLoads, slices: BoolArray) -> FloatArray:
+    """Sum of p |v_s| dt over one mesh at the nodes of the flank [N/mm].
+
+    Parameters
+    ----------
+    teeth : LoadedTeeth
+    solver : PatchContact
+    loads : PatchLoads
+    slices : (face,) bool array
+        Slices to do; the others stay zero.
+
+    Returns
+    -------
+    (face, profile) array [N/mm]
+        Times the wear coefficient it is the wear of one mesh.
+    """
+    return _sum_over_rolls(teeth, solver, solver.cell_pressure(loads), slices)
+
+
+def sliding_distance_under_contact(
+    teeth: LoadedTeeth, solver: PatchContact, loads: PatchLoads, slices: BoolArray
+) -> FloatArray:
+    """Distance that the other flank slides over each node while it is pressed, in one mesh [mm]: (face, profile)."""
+    return _sum_over_rolls(teeth, solver, (loads.cells > 0.0).astype(float), slices)
+
+
+def spread_by_contact(grid: FlankGrid, values: FloatArray, stiffness: FloatArray, slices: BoolArray) -> FloatArray:
+    """Solve (1 + stiffness |kappa|) x = values along every slice: waves across the line, held even at both ends.
+
+    Parameters
+    ----------
+    grid : FlankGrid
+    values, stiffness : (face, profile) arrays
+        The second in mm, >= 0.
+    slices : (face,) bool array
+        Slices to do; the others are zero.
+    """
+    points = grid.profile.shape[1]
+    cosines = dct(np.eye(points), type=2, norm="ortho", axis=0)
+    wave = np.pi * np.arange(points) / points
+    absolute = (cosines.T * wave) @ cosines
+    out = np.zeros_like(values)
+    on = np.flatnonzero(slices & values.any(axis=1))
+    spacing = np.gradient(grid.profile[on], axis=1)
+    matrices = (stiffness[on] / spacing)[:, :, None] * absolute
+    matrices[:, np.arange(points), np.arange(points)] += 1.0
+    out[on] = np.linalg.solve(matrices, values[on][..., None])[..., 0]
+    return out
