@@ -19,7 +19,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from semiwear.compliance.half_space import HalfSpace
 
@@ -180,6 +180,55 @@ def _add_even(out, ones, members, counts, amount):  # type: ignore[no-untyped-de
             out[r, members[r, i]] += amount[r] * ones[r, i]
 
 
+@njit(cache=True, error_model="numpy")
+def _couple_rows(on, counts, starts, coefficients, smooth, root, coupling, matrix):  # type: ignore[no-untyped-def]
+    """What active rows feel of one another as a whole [mm/N], times `root` from the left; 1 + that from both."""
+    n = on.shape[0]
+    pair = 0
+    pairs = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        while on[i] >= starts[pair + 1]:
+            pair += 1
+        pairs[i] = pair
+    for i in range(n):
+        for j in range(i + 1):
+            value = smooth[on[i], on[j]]
+            if i != j and pairs[i] == pairs[j]:
+                middle = int(0.5 * _EVEN_ACROSS * sqrt(counts[on[i]] * counts[on[j]]) + 0.5)
+                value += coefficients[on[i] - on[j], middle]
+            coupling[i, j] = root[i] * value
+            coupling[j, i] = root[j] * value
+            matrix[i, j] = matrix[j, i] = root[i] * value * root[j]
+        matrix[i, i] += 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def _take_step(active, force, displacement, residual, direction, image, length):  # type: ignore[no-untyped-def]
+    """Go along a direction whose displacement is `image`."""
+    rows, columns = active.shape
+    for r in range(rows):
+        for c in range(columns):
+            force[r, c] += length * direction[r, c]
+            displacement[r, c] += length * image[r, c]
+            if active[r, c]:
+                residual[r, c] -= length * image[r, c]
+
+
+@njit(cache=True, error_model="numpy")
+def _turn(active, residual, z, answer, lever, slip):  # type: ignore[no-untyped-def]
+    """Turn the driving body by `slip`; returns the greatest residual and its product with z."""
+    greatest, product = 0.0, 0.0
+    rows, columns = active.shape
+    for r in range(rows):
+        for c in range(columns):
+            if active[r, c]:
+                residual[r, c] += slip * lever[r]
+                z[r, c] += slip * answer[r, c]
+                greatest = max(greatest, abs(residual[r, c]))
+                product += residual[r, c] * z[r, c]
+    return greatest, product
+
+
 class _Preconditioner:
     """Rows by themselves, and their coupling as a whole (Woodbury)."""
 
@@ -197,28 +246,17 @@ class _Preconditioner:
             return
         self.on = np.flatnonzero(self.counts)
         self.root = np.sqrt(compliance[self.on])
-        coupling = self._coupling(system)
-        self.coupling = coupling * self.root[:, None]
-        matrix = np.eye(self.on.size) + self.coupling * self.root
-        try:
-            self.whole = cho_factor(matrix, lower=True, check_finite=False)
-        except np.linalg.LinAlgError:
+        self.coupling, matrix = np.empty((self.on.size, self.on.size)), np.empty((self.on.size, self.on.size))
+        _couple_rows(
+            self.on, self.counts, system.starts, system.coefficients, system.smooth, self.root, self.coupling, matrix
+        )
+        # LAPACK itself: scipy's wrappers take longer than matrices of this size
+        self.whole, failed = dpotrf(matrix, lower=1)
+        if failed:
             # a preconditioner has to be positive definite, whatever it stands for
             matrix.ravel()[:: self.on.size + 1] += _DEFINITE - float(np.linalg.eigvalsh(matrix)[0])
-            self.whole = cho_factor(matrix, lower=True, check_finite=False)
+            self.whole, _ = dpotrf(matrix, lower=1)
         self.lever = self(np.where(active, system.lever[:, None], 0.0))
-
-    def _coupling(self, system: PatchSystem) -> FloatArray:
-        """What active rows feel of one another as a whole [mm/N]."""
-        on = self.on
-        width = np.sqrt(0.5 * _EVEN_ACROSS * self.counts[on])
-        middle = np.rint(width[:, None] * width).astype(np.int64)
-        pair = np.searchsorted(system.starts, on, side="right")
-        apart = np.abs(on[:, None] - on)
-        felt = (pair[:, None] == pair) & (apart > 0)
-        coupling = np.where(felt, system.coefficients[np.where(felt, apart, 0), middle], 0.0)
-        coupling += system.smooth[np.ix_(on, on)]
-        return coupling
 
     def __call__(self, residual: FloatArray) -> FloatArray:
         """Forces that answer a displacement, zero on cells that do not touch."""
@@ -226,7 +264,7 @@ class _Preconditioner:
         _solve_rows(residual, self.factors, self.members, self.counts, out, sums)
         # (D + E c E')^-1 = D^-1 - D^-1 E R (1 + R c R)^-1 R c E' D^-1, with R^2 = E' D^-1 E
         amount = np.zeros(residual.shape[0])
-        amount[self.on] = -cho_solve(self.whole, self.coupling @ sums[self.on], check_finite=False) / self.root
+        amount[self.on] = -dpotrs(self.whole, self.coupling @ sums[self.on], lower=1)[0] / self.root
         _add_even(out, self.ones, self.members, self.counts, amount)
         return out
 
@@ -301,12 +339,11 @@ def solve_patches(
         z = step(residual)
         rotation = -float(lever @ z.sum(axis=1)) / moment
         reference = reference or abs(rotation) * float(lever.max())
-        residual += np.where(active, rotation * lever[:, None], 0.0)
-        z += rotation * answer
-        left, fine = float(np.abs(residual).max()), _SETTLED * tolerance * reference
+        left, product = _turn(active, residual, z, answer, lever, rotation)
+        fine = _SETTLED * tolerance * reference
         # a contact that still changes is not worth solving to the end
         goal = max(_FIRST_DROP * left, fine) if changed else fine
-        direction, product = z.copy(), float(np.vdot(residual, z))
+        direction = z.copy()
         while left > goal and used < max_iterations:
             image = system.displacement(direction)
             used += 1
@@ -315,18 +352,14 @@ def solve_patches(
                 return _solution(
                     PatchStatus.NOT_POSITIVE_DEFINITE, system, torque, active, force, displacement, rotation, used
                 )
-            length = product / bend
-            force += length * direction
-            displacement += length * image
-            residual = np.where(active, residual - length * image, 0.0)
+            _take_step(active, force, displacement, residual, direction, image, product / bend)
             z = step(residual)
             slip = -float(lever @ z.sum(axis=1)) / moment
             rotation += slip
-            residual += np.where(active, slip * lever[:, None], 0.0)
-            z += slip * answer
-            left = float(np.abs(residual).max())
-            product, before = float(np.vdot(residual, z)), product
-            direction = z + (product / before) * direction
+            before = product
+            left, product = _turn(active, residual, z, answer, lever, slip)
+            direction *= product / before
+            direction += z
         changed = _change_contact(
             active, force, gap, displacement, rotation * lever, tolerance * reference, near, attempt < _FREE_SETS
         )
