@@ -52,6 +52,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("scene", help="a shipped scene's name, or a TOML file")
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
+    run.add_argument("--against", metavar="FILE", help="set the report beside another result of the same flank grid")
+    run.add_argument("--fidelity", metavar="NAME", help="short for --set numerics.fidelity=NAME: line or patch")
     run.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
     run.set_defaults(action=_run)
 
@@ -63,6 +65,9 @@ def _parser() -> argparse.ArgumentParser:
     report = commands.add_parser("report", help="make the HTML page of a result")
     report.add_argument("file", help="a netCDF file that semiwear wrote")
     report.add_argument("-o", "--output", metavar="FILE", help="default: the file's name with .html")
+    report.add_argument(
+        "--against", metavar="FILE", help="another result of the same flank grid, e.g. of fidelity patch"
+    )
     report.set_defaults(action=_report)
     return parser
 
@@ -70,6 +75,10 @@ def _parser() -> argparse.ArgumentParser:
 def _scene(options: argparse.Namespace) -> sw.Scene:
     scene = sw.load_scene(options.scene)
     changes = dict(_assignment(text) for text in options.set)
+    fidelity = getattr(options, "fidelity", None)
+    if fidelity is not None and changes.setdefault("numerics.fidelity", fidelity) != fidelity:
+        allowed = f"what --set numerics.fidelity={changes['numerics.fidelity']} says, or only one of the two"
+        raise SceneError.of("--fidelity", fidelity, allowed, "leave one of them out")
     return scene.replace(changes) if changes else scene
 
 
@@ -90,6 +99,9 @@ def _run(options: argparse.Namespace) -> None:
         folder = Path(path).resolve().parent if path else None
         if folder is not None and not folder.is_dir():
             raise SceneError.of("output", path, "a file in a folder that exists", f"make the folder {folder}")
+    if options.against and not options.report:
+        raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
+    against = sw.open_results(options.against) if options.against else None
     begin = time.perf_counter()
     stopped = None
     with _Bar() as bar:
@@ -105,7 +117,7 @@ def _run(options: argparse.Namespace) -> None:
         sw.save(tree, options.output)
         print(f"result: {options.output}")
     if options.report:
-        print(f"report: {sw.report(tree, options.report)}")
+        print(f"report: {sw.report(tree, options.report, against)}")
     if stopped is not None:
         raise stopped
 
@@ -116,7 +128,8 @@ def _plan(options: argparse.Namespace) -> None:
 
 def _report(options: argparse.Namespace) -> None:
     target = options.output or Path(options.file).with_suffix(".html")
-    print(f"report: {sw.report(sw.open_results(options.file), target)}")
+    against = sw.open_results(options.against) if options.against else None
+    print(f"report: {sw.report(sw.open_results(options.file), target, against)}")
 
 
 def _table(tree: xr.DataTree) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import frexp, ldexp
 from threading import local
 from typing import Any
 
@@ -17,9 +18,10 @@ __all__ = ["HalfSpace", "fast_length"]
 
 FloatArray = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
-_Plan = tuple[list[Reals], tuple[Reals, ...], tuple[int, int, int]]
+_Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _KEPT_SPECTRA = 24
+_tables: dict[tuple[float, float], FloatArray] = {}
 _LINE = 64  # bytes of a line of the cache
 
 
@@ -30,11 +32,20 @@ def fast_length(length: int) -> int:
 
 @lru_cache(maxsize=_KEPT_SPECTRA)
 def _kernel(px: int, py: int, dx: float, dy: float) -> FloatArray:
-    return love_coefficients((px + 1, py + 1), (dx, dy))
+    """Love's coefficients: those of cells twice as large, on coarser grids, are twice as large."""
+    exponent = frexp(dx)[1]
+    unit = ldexp(dx, -exponent), ldexp(dy, -exponent)
+    table = _tables.get(unit)
+    if table is None or table.shape[0] <= px or table.shape[1] <= py:
+        size = (px + 1, py + 1) if table is None else (max(px + 1, table.shape[0]), max(py + 1, table.shape[1]))
+        while len(_tables) >= _KEPT_SPECTRA:
+            _tables.pop(next(iter(_tables)), None)
+        table = _tables[unit] = love_coefficients(size, unit)
+    return table[: px + 1, : py + 1] * ldexp(1.0, exponent)
 
 
-@lru_cache(maxsize=3 * _KEPT_SPECTRA)
-def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
+@lru_cache(maxsize=_KEPT_SPECTRA)
+def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArray:
     """Spectrum of Love's coefficients on the zero-padded grid, or the inverse one of the preconditioner.
 
     The padded kernel is even and periodic, so that its transform is the cosine transform of one quarter and real.
@@ -44,13 +55,16 @@ def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DType
     """
     kernel = _kernel(px, py, dx, dy)
     if not inverse:
-        spectrum = fft.dctn(kernel, type=1) / (4 * px * py)
-    else:
-        away_x, away_y = (np.arange(px) / px)[:, None], np.arange(py) / py
-        periodic = (1.0 - away_x) * kernel[:-1] + away_x * kernel[:0:-1]
-        periodic = (1.0 - away_y) * periodic[:, :-1] + away_y * periodic[:, :0:-1]
-        spectrum = 1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * (px * py))
-    factors = in_lanes(spectrum, (px, py), not inverse, dtype)
+        return np.asarray(fft.dctn(kernel, type=1)) / (4 * px * py)
+    away_x, away_y = (np.arange(px) / px)[:, None], np.arange(py) / py
+    periodic = (1.0 - away_x) * kernel[:-1] + away_x * kernel[:0:-1]
+    periodic = (1.0 - away_y) * periodic[:, :-1] + away_y * periodic[:, :0:-1]
+    return np.asarray(1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * (px * py)))
+
+
+@lru_cache(maxsize=4 * _KEPT_SPECTRA)
+def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
+    factors = in_lanes(_spectrum(px, py, dx, dy, inverse), (px, py), not inverse, dtype)
     factors.flags.writeable = False
     return factors
 
@@ -59,7 +73,7 @@ class _WorkSpace(local):
     """Memory of a thread, kept: fresh pages cost as much as a transform."""
 
     def __init__(self) -> None:
-        self._kept = {True: np.zeros(0, np.float32), False: np.zeros(0)}
+        self._kept: dict[bool, Reals] = {True: np.zeros(0, np.float32), False: np.zeros(0)}
 
     def of(self, size: int, single: bool) -> Reals:
         if self._kept[single].size < size:
@@ -103,11 +117,16 @@ class HalfSpace:
         self._periodic = (fast_length(nx), fast_length(ny))
         self._plans: dict[tuple[bool, bool], _Plan] = {}
 
-    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
+    def of_one_cell(self) -> float:
+        """Displacement of a cell under its own pressure [mm/MPa], on the first grid."""
+        dx, dy = self._cells[0]
+        return float(_kernel(*self._periodic, float(dx), float(dy))[0, 0]) / self._modulus
+
+    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
         """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision if roughly."""
         return self._convolve(pressure, False, roughly)
 
-    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> Reals:
+    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
         """Pressure [MPa] that causes about a displacement [mm]: the inverse of a periodic neighbour of `apply`."""
         return self._convolve(residual, True, roughly)
 
@@ -115,21 +134,23 @@ class HalfSpace:
         dtype, (px, py) = np.float32 if roughly else np.float64, self._periodic
         plan = (
             [_factors(px, py, float(dx), float(dy), inverse, dtype) for dx, dy in self._cells],
-            (half_steps(px, dtype), half_steps(py, dtype)),
-            work_size(self._periodic, dtype),
+            half_steps(px, dtype),
+            half_steps(py, dtype),
+            *work_size(self._periodic, dtype),
         )
         self._plans[inverse, roughly] = plan
         return plan
 
-    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> Reals:
-        factors, turns, sizes = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
-        work = _work.of(sizes[0], roughly)
+    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> NDArray[Any]:
+        plan = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
+        factors, turn_x, turn_y, size, spectrum, buffer = plan
+        work = _work.of(size, roughly)
         result, grids = np.empty(self.shape, work.dtype), np.ascontiguousarray(grids, float)
         if grids.ndim == 2:
-            convolve(grids, result, factors[0], not inverse, *turns, work, *sizes[1:])
+            convolve(grids, result, factors[0], not inverse, turn_x, turn_y, work, spectrum, buffer)
         else:
             for grid, into, own in zip(grids, result, factors, strict=True):
-                convolve(grid, into, own, not inverse, *turns, work, *sizes[1:])
+                convolve(grid, into, own, not inverse, turn_x, turn_y, work, spectrum, buffer)
         if self._modulus != 1.0:
             result *= self._modulus if inverse else 1.0 / self._modulus
         return result

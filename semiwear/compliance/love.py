@@ -14,18 +14,23 @@ FloatArray = NDArray[np.float64]
 
 _CLOSED = 2  # offsets, in cells, up to which the closed form keeps its digits
 _FEW = 25.0  # half short sides between rectangle and singularity from which four Gauss points suffice
+_SMALL = 1e-3  # square of the argument below which the series of asinh suffices
 _POINTS_8, _WEIGHTS_8 = np.polynomial.legendre.leggauss(8)
 _POINTS_4, _WEIGHTS_4 = np.polynomial.legendre.leggauss(4)
+
+
+@njit(cache=True, error_model="numpy")
+def _series(square):  # type: ignore[no-untyped-def]
+    """asinh(x) / x for a small square of x."""
+    return 1.0 - square * (1.0 / 6.0 - square * (3.0 / 40.0 - square * (5.0 / 112.0 - square * 35.0 / 1152.0)))
 
 
 @njit(cache=True, error_model="numpy")
 def _inverse_sinh(x):  # type: ignore[no-untyped-def]
     """asinh(x) of x >= 0; by its series where that is enough (most cells are far away)."""
     square = x * x
-    if square < 1e-3:
-        return x * (
-            1.0 - square * (1.0 / 6.0 - square * (3.0 / 40.0 - square * (5.0 / 112.0 - square * 35.0 / 1152.0)))
-        )
+    if square < _SMALL:
+        return x * _series(square)
     return log1p(x + square / (1.0 + sqrt(1.0 + square)))
 
 
@@ -51,8 +56,12 @@ def _closed_form(short, long, x, y):  # type: ignore[no-untyped-def]
 def _love(count_short, count_long, short, long, points_8, weights_8, points_4, weights_4):  # type: ignore[no-untyped-def]
     """Integral of 1/r over rectangles at all offsets; first axis along the short side."""
     result = np.empty((count_short, count_long))
+    distance = np.empty(count_long + 1)
     for i in range(count_short):
-        for j in range(count_long):
+        # beyond, the points are few and asinh is its series, without branches that would keep the lanes from it
+        to_series = max(1.1 * long * long / _SMALL - (max(i - 1, 0) * short) ** 2, 0.0)
+        far = 2 + int(max(sqrt(to_series) / long, (_FEW - i) * short / long, 0.0))
+        for j in range(min(far, count_long)):
             if i <= _CLOSED and j <= _CLOSED:
                 result[i, j] = _closed_form(short, long, i * short, j * long)
                 continue
@@ -65,6 +74,16 @@ def _love(count_short, count_long, short, long, points_8, weights_8, points_4, w
             for k in range(points.shape[0]):
                 total += weights[k] * _segment(abs((i + 0.5 * points[k]) * short), low, long)
             result[i, j] = 0.5 * short * total
+        for j in range(far, count_long):
+            result[i, j] = 0.0
+        for k in range(points_4.shape[0] if far < count_long else 0):
+            across = ((i + 0.5 * points_4[k]) * short) ** 2
+            for j in range(far, count_long + 1):
+                distance[j] = sqrt(across + ((j - 0.5) * long) ** 2)
+            for j in range(far, count_long):
+                low, high = (j - 0.5) * long, (j + 0.5) * long
+                x = long * (high + low) / (high * distance[j] + low * distance[j + 1])
+                result[i, j] += 0.5 * short * weights_4[k] * x * _series(x * x)
     return result
 
 

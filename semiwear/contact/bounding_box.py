@@ -75,6 +75,8 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
     start : (nx, ny) array, optional
         Dimensionless pressure near the solution; without it, coarser grids provide one.
     """
+    whole = HalfSpace(problem.gap.shape, problem.cell)
+    one_cell = whole.of_one_cell()  # asked for first: coarser grids and boxes have a part of the same coefficients
     pressure = (
         np.zeros(problem.gap.shape) if start is None else np.where(problem.allowed, np.maximum(start, 0.0), 0.0)
     )
@@ -82,8 +84,6 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         pressure = _nested_start(problem)
     if not pressure.any():  # an approach that coarser grids, on which high cells are averaged, do not feel
         pressure = np.where(problem.allowed, np.maximum(1.0 - problem.gap, 0.0), 0.0)
-    whole = HalfSpace(problem.gap.shape, problem.cell)
-    one_cell = float(love_coefficients((1, 1), problem.cell)[0, 0])
     wanted = pressure > 0.0
     iterations = 0
     for attempt in range(_BOXES + 1):
@@ -101,7 +101,9 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         if not missed.any():
             break
         wanted = missed | (pressure > 0.0)
-    return WholeGridSolution(pressure, solved.displacement, solved.approach, iterations, solved.error, *conditions[:3])
+    return WholeGridSolution(
+        pressure, solved.displacement, solved.approach, iterations, solved.error, *conditions[:3]
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,7 +168,7 @@ def _solve_box(
 ) -> _Part:
     """Contact of the cells in a box."""
     pressure, covered = np.zeros(problem.gap.shape), np.zeros(problem.gap.shape, bool)
-    displacement = pressure
+    displacement = pressure  # until the solver asks for it, as it does at the end
 
     def displacement_of_all(in_box: FloatArray) -> FloatArray:
         nonlocal displacement

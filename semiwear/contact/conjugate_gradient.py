@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 __all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "solve_complementarity"]
 
@@ -87,7 +87,7 @@ def _of(values, i):  # type: ignore[no-untyped-def]
     """Value of a cell, in compiled code: of an array, or the same for all."""
 
 
-@overload(_of)  # type: ignore[untyped-decorator]
+@overload(_of)
 def _compiled_of(values, i):  # type: ignore[no-untyped-def]
     if isinstance(values, types.Array):
         return lambda values, i: values[i]
@@ -213,12 +213,18 @@ def _advance(pressure, displacement, move, image, work, cut, lever, direction, b
     return wanted
 
 
+def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
+    if isinstance(values, np.ndarray):
+        return np.ascontiguousarray(np.broadcast_to(values, shape), float).ravel()
+    return float(values)
+
+
 def solve_complementarity(
     compliance: Compliance,
     gap: FloatArray,
     *,
-    lever: ArrayLike = 1.0,
-    direction: ArrayLike = 1.0,
+    lever: FloatArray | float = 1.0,
+    direction: FloatArray | float = 1.0,
     load: float | None = None,
     approach: float | None = None,
     allowed: BoolArray | None = None,
@@ -266,10 +272,7 @@ def solve_complementarity(
     shape = gap.shape
     allowed_flat = np.ones(gap.size, bool) if allowed is None else np.ascontiguousarray(allowed, bool).ravel()
     gap_flat = np.where(allowed_flat, gap.ravel(), np.inf)  # a cell infinitely far away never becomes free
-    lever_flat, direction_flat = (
-        float(part) if np.ndim(part) == 0 else np.ascontiguousarray(np.broadcast_to(part, shape), float).ravel()
-        for part in (lever, direction)
-    )
+    lever_flat, direction_flat = _flat(lever, shape), _flat(direction, shape)
     pressure = np.zeros(gap.size)
     if start is not None:
         pressure = np.where(allowed_flat, np.maximum(start.ravel(), 0.0), 0.0)
@@ -334,9 +337,7 @@ def solve_complementarity(
             else:
                 reach *= 0.25
         image = compliance.apply(move.reshape(shape), roughly=True).ravel()
-        wanted = _advance(
-            pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target
-        )
+        wanted = _advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
         if not wanted > 0.0:
             displacement = verified()
             return finish(ComplementarityStatus.NOT_POSITIVE, error)

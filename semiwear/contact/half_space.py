@@ -191,14 +191,18 @@ def solve_half_space(
         max_iterations=int(max_iterations),
     )
     solved = solve_in_boxes(problem, None if first is None else first / pressure_unit)
-    pressed = solved.pressure > 0.0
+    pressure, displacement = solved.pressure, solved.displacement
+    pressed = pressure > 0.0
     certificate = _certify(problem, solved)
+    total = float(pressure.sum())
+    pressure *= pressure_unit
+    displacement *= displacement_unit
     edge = bool(pressed[[0, -1]].any() or pressed[:, [0, -1]].any())
     return HalfSpaceContact(
-        pressure=solved.pressure * pressure_unit,
-        displacement=solved.displacement * displacement_unit,
+        pressure=pressure,
+        displacement=displacement,
         approach=zero + solved.approach * displacement_unit if approach is None else float(approach),
-        load=float(solved.pressure.sum()) * pressure_unit * dx * dy if load is None else float(load),
+        load=total * pressure_unit * dx * dy if load is None else float(load),
         status=_judge(certificate, problem, pressed, edge),
         iterations=solved.iterations,
         contact_cells=int(np.count_nonzero(pressed)),

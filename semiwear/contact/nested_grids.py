@@ -20,21 +20,24 @@ _SHIFT = 4  # cells by which an edge may move from one position to the next and 
 
 @njit(cache=True, error_model="numpy")
 def coarsen(gap, allowed, along_x, along_y):  # type: ignore[no-untyped-def]
-    """Mean gap of the allowed cells in blocks of two (along_x, along_y: 1 or 2 cells); False where there is none."""
+    """Mean gap of the allowed cells in blocks of two (along_x, along_y: 1 or 2 cells); False where there is none.
+
+    The gap is zero where it is not allowed.
+    """
     nx, ny = gap.shape
     mx, my = (nx + along_x - 1) // along_x, (ny + along_y - 1) // along_y
     mean, some = np.zeros((mx, my)), np.zeros((mx, my), dtype=np.bool_)
+    count, total = np.empty(ny, dtype=np.int8), np.empty(ny)
     for i in range(mx):
+        k, last = i * along_x, min((i + 1) * along_x, nx) - 1
+        for j in range(ny):
+            total[j] = gap[k, j] + gap[last, j]
+            count[j] = np.int8(allowed[k, j]) + np.int8(allowed[last, j])
         for j in range(my):
-            count, total = 0, 0.0
-            for k in range(i * along_x, min((i + 1) * along_x, nx)):
-                for m in range(j * along_y, min((j + 1) * along_y, ny)):
-                    if allowed[k, m]:
-                        count += 1
-                        total += gap[k, m]
-            if count > 0:
-                mean[i, j] = total / count
-                some[i, j] = True
+            m, far = j * along_y, min((j + 1) * along_y, ny) - 1
+            number = count[m] + count[far]  # a cell alone counts twice in its block
+            mean[i, j] = (total[m] + total[far]) / max(number, 1)
+            some[i, j] = number > 0
     return mean, some
 
 
@@ -66,19 +69,23 @@ def refine_pressure(coarse, nx, ny, along_x, along_y, allowed):  # type: ignore[
     """Pressure on the finer grid: its square is interpolated linearly."""
     square = _beyond_the_edge(coarse, 1)
     mx, my = coarse.shape
+    row = np.empty(my)
     result = np.zeros((nx, ny))
     for i in range(nx):
         k = i // along_x
         k_next = min(max(k + (2 * (i % 2) - 1 if along_x == 2 else 0), 0), mx - 1)
-        for j in range(ny):
-            if not allowed[i, j]:
-                continue
+        first, last = my, -1
+        for m in range(my):
+            row[m] = 0.75 * square[k, m] + 0.25 * square[k_next, m]
+            if row[m] > 0.0:
+                first, last = min(first, m), m
+        for j in range(max(first - 1, 0) * along_y, min(last + 2, my) * along_y if last >= 0 else 0):
+            if j >= ny:
+                break
             m = j // along_y
             m_next = min(max(m + (2 * (j % 2) - 1 if along_y == 2 else 0), 0), my - 1)
-            near = 0.75 * square[k, m] + 0.25 * square[k_next, m]
-            far = 0.75 * square[k, m_next] + 0.25 * square[k_next, m_next]
-            value = 0.75 * near + 0.25 * far
-            if value > 0.0:
+            value = 0.75 * row[m] + 0.25 * row[m_next]
+            if value > 0.0 and allowed[i, j]:
                 result[i, j] = np.sqrt(value)
     return result
 

@@ -1,14 +1,18 @@
-"""Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``)."""
+"""Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``).
+
+Each name below draws one result; `against` holds pictures of two.
+"""
 
 from __future__ import annotations
 
+from semiwear.plot import against as against
 from semiwear.plot.engagement import (
     contact_pressure_over_engagement,
     load_share,
     sliding_along_path,
     transmission_error_curves,
 )
-from semiwear.plot.flank import wear_map, wear_profiles, wear_surface
+from semiwear.plot.flank import contact_pattern, wear_map, wear_profiles, wear_surface
 from semiwear.plot.history import (
     contact_stress_history,
     meshes_against_depth,
@@ -17,6 +21,7 @@ from semiwear.plot.history import (
 )
 
 __all__ = [
+    "contact_pattern",
     "contact_pressure_over_engagement",
     "contact_stress_history",
     "load_share",

@@ -13,8 +13,9 @@ from semiwear.results.schema import Zone
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
 
-__all__ = ["wear_map", "wear_profiles", "wear_surface"]
+__all__ = ["contact_pattern", "flank_axes", "mark_pitch_cone", "wear_map", "wear_profiles", "wear_surface"]
 
 _WEAR_COLOURS = "magma_r"
 
@@ -39,27 +40,39 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> 
         radius, height, wear = _gear(tree, wear_step)
         (ax,) = axes_for(ax)
         greatest = float(wear.max())
-        scale = greatest if greatest > 0 else 1.0
-        mesh = ax.pcolormesh(
-            radius, height, wear, cmap=_WEAR_COLOURS, vmin=0.0, vmax=scale, shading="gouraud", rasterized=True
-        )
-        _mark_pitch_cone(ax, tree)
+        mesh = flank_axes(ax, tree, wear, _WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0)
+        mark_pitch_cone(ax, tree)
         if greatest > 0:
             place = np.unravel_index(int(wear.argmax()), wear.shape)
             ax.plot(radius[place], height[place], "o", mfc="none", mec="white", mew=1.5, ms=7, clip_on=False)
         name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-        ax.set(
-            xlabel=label(need(tree, "flank", "flank_radius"), "Gear radius"),
-            ylabel=label(need(tree, "flank", "flank_height"), "Height above the pitch plane"),
-            xlim=(radius.min(), radius.max()),
-            ylim=(height.min(), height.max()),
-            title=f"{name}: greatest {greatest:.3g} µm",
-        )
-        ax.grid(False)
+        ax.set_title(f"{name}: greatest {greatest:.3g} µm")
         bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
         bar.set_label(label(need(tree, "flank", "wear_depth"), "Wear depth"))
         bar.ax.spines["outline"].set_visible(False)
         ax.legend(loc="upper right")
+    return ax
+
+
+def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
+    """Contact pattern: greatest pressure that each point of the gear's flank feels in a mesh; fidelity ``patch``.
+
+    Colours end at the greatest pressure away from borders over all wear steps, so that pictures of one result can
+    be compared; rounded edges lie beyond. Parameters and return value as in `wear_map`.
+    """
+    with styled():
+        pattern = need(tree, "flank", "contact_pattern")
+        inside = need(tree, "engagement", "contact_pressure_max")
+        (ax,) = axes_for(ax)
+        values = pattern.isel(wear_step=wear_step).values
+        scale = float(inside.values.max()) or 1.0
+        mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
+        mark_pitch_cone(ax, tree, "white")
+        ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
+        bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02, extend="max" if pattern.values.max() > scale else "neither")
+        bar.set_label(label(pattern, "Greatest pressure in a mesh"))
+        bar.ax.spines["outline"].set_visible(False)
+        ax.legend(loc="upper right", labelcolor="white")
     return ax
 
 
@@ -173,8 +186,24 @@ def _gear(tree: xr.DataTree, wear_step: int) -> tuple[np.ndarray, np.ndarray, np
     return radius, height, wear.isel(wear_step=wear_step).values
 
 
-def _mark_pitch_cone(ax: Axes, tree: xr.DataTree) -> None:
-    """Borders of the pitch band: half-way between a point of the band and its neighbour outside."""
+def flank_axes(ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float) -> QuadMesh:
+    """Draw values over (profile, face) as colours over radius and height of the gear's flank."""
+    radius, height, _ = _gear(tree, 0)
+    mesh = ax.pcolormesh(
+        radius, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True
+    )
+    ax.set(
+        xlabel=label(need(tree, "flank", "flank_radius"), "Gear radius"),
+        ylabel=label(need(tree, "flank", "flank_height"), "Height above the pitch plane"),
+        xlim=(radius.min(), radius.max()),
+        ylim=(height.min(), height.max()),
+    )
+    ax.grid(False)
+    return mesh
+
+
+def mark_pitch_cone(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2") -> None:
+    """Mark the borders of the pitch band: half-way between a point of the band and its neighbour outside."""
     radius, height, _ = _gear(tree, 0)
     zone = need(tree, "flank", "zone").sel(body="gear").values
     stations, borders = [], []
@@ -194,8 +223,8 @@ def _mark_pitch_cone(ax: Axes, tree: xr.DataTree) -> None:
     if not stations:
         return
     below, above = np.array(borders).T
-    ax.plot(stations, below, color="#0072B2", lw=1.0, ls="--", label="pitch cone's band")
-    ax.plot(stations, above, color="#0072B2", lw=1.0, ls="--")
+    ax.plot(stations, below, color=colour, lw=1.0, ls="--", label="pitch cone's band")
+    ax.plot(stations, above, color=colour, lw=1.0, ls="--")
 
 
 def _line_colours(count: int) -> list[tuple[float, ...]]:

@@ -18,6 +18,7 @@ __all__ = [
     "BODY_COLOUR",
     "SIZE",
     "SIZE_PAIR",
+    "SIZE_WIDE",
     "ZONE_COLOUR",
     "ZONE_MARKER",
     "axes_for",
@@ -38,6 +39,7 @@ ZONE_MARKER = {"root": "v", "pitch": "o", "addendum": "^"}
 
 SIZE = (5.8, 3.7)
 SIZE_PAIR = (5.8, 6.0)
+SIZE_WIDE = (11.6, 3.7)
 
 _STYLE: Any = {
     "font.size": 10.0,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
 import numpy as np
 
-__all__ = ["element", "figure_text", "table", "unit_text"]
+__all__ = ["code_marked", "element", "figure_text", "table", "unit_text"]
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _UNITS = {"um": "µm", "1": "", "deg": "°"}
@@ -27,7 +28,7 @@ def figure_text(value: float, digits: int = 4) -> str:
         return f"{number:.0f}".replace("-", "−")
     exponent = int(np.floor(np.log10(abs(number))))
     if -4 < exponent < 6:
-        text = f"{number:#.{digits}g}".rstrip(".")
+        text = f"{number:#.{digits}g}".rstrip(".") if exponent < digits else f"{number:.0f}"
     else:
         mantissa = f"{number / 10.0**exponent:.{digits - 2}f}"
         text = f"{mantissa}·10{str(exponent).translate(_SUPERSCRIPT)}"
@@ -41,12 +42,25 @@ def element(tag: str, content: str, **attributes: str) -> str:
     return f"<{tag}{written}>{content}</{tag}>"
 
 
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table that scrolls sideways on its own; cells are text, `head` may hold markup."""
+def code_marked(text: str) -> str:
+    """Text as HTML, what stands between backticks as code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], marks: Sequence[str] = ()) -> str:
+    """A table that scrolls sideways on its own; cells are text, `head` may hold markup.
+
+    `marks`, one a row, are classes of the last cells.
+    """
     heads = "".join(element("th", cell, scope="col") for cell in head)
-    lines = "".join(
-        element("tr", element("th", escape(first), scope="row") + "".join(element("td", escape(c)) for c in rest))
-        for first, *rest in rows
-    )
+    lines = "".join(_row(row, marks[k] if marks else "") for k, row in enumerate(rows))
     body = element("caption", escape(caption)) + f"<thead><tr>{heads}</tr></thead><tbody>{lines}</tbody>"
     return element("div", element("table", body), class_="scroll", tabindex="0", role="region", aria_label=caption)
+
+
+def _row(cells: Sequence[str], mark: str) -> str:
+    first, *rest = map(escape, cells)
+    *inner, last = (element("td", cell) for cell in rest)
+    if mark:
+        last = element("td", rest[-1], class_=mark)
+    return element("tr", element("th", first, scope="row") + "".join(inner) + last)

@@ -17,6 +17,7 @@ from semiwear.errors import SemiwearError
 from semiwear.references import load_reference
 from semiwear.report import sections
 from semiwear.report.comparison import Compared, Evidence, Verdict, compare
+from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import element
 from semiwear.report.paper import SEED_PAPER, TITLE, numbers
 from semiwear.report.pictures import PICTURES, Drawn, draw
@@ -27,7 +28,7 @@ __all__ = ["write_report"]
 _MARK = {Verdict.AGREE: "✓", Verdict.DISAGREE: "✗", Verdict.NOT_COMPARED: "–"}
 
 
-def write_report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
+def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
     """Write a result as one self-contained HTML page.
 
     Pictures are inside the file and nothing is loaded from elsewhere. Where the scene names
@@ -40,6 +41,9 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
         A result of `simulate` or `loaded_contact`.
     path : path
         The HTML file; an existing one is replaced once the page is complete.
+    against : DataTree, optional
+        Another result on the same flank grid, such as that of the other fidelity: the page then says where the two
+        differ, by how much and why.
 
     Returns
     -------
@@ -51,14 +55,15 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
     MissingExtraError
         matplotlib is missing; install the extra ``plot``.
     SemiwearError
-        The tree is no result of semiwear.
+        A tree is no result of semiwear, or the two lie on different flank grids.
     """
-    if "schema_version" not in tree.attrs:
-        raise SemiwearError("report: the tree has no schema_version, so it is no result of semiwear")
+    for name, given in (("the tree", tree), ("the tree of `against`", against)):
+        if given is not None and "schema_version" not in given.attrs:
+            raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
     target = Path(path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
-    page = _page(tree)
+    page = _page(tree, against)
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
         temporary.write_text(page, encoding="utf-8")
@@ -68,9 +73,13 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def _page(tree: xr.DataTree) -> str:
+def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     attrs = {str(name): str(value) for name, value in tree.attrs.items()}
     scene = _scene(attrs.get("scene_toml", ""))
+    other = ""
+    if against is not None:
+        scenes = scene, _scene(str(against.attrs.get("scene_toml", "")))
+        other = _section(heading(against), against_section(tree, against, scenes))
     compared = _compared(tree, scene)
     drawn = [draw(picture, tree) for picture in PICTURES]
     title = escape(attrs.get("title", "Gear tooth wear"))
@@ -79,6 +88,7 @@ def _page(tree: xr.DataTree) -> str:
         _section("Key numbers", sections.key_numbers(tree)),
         _section("What ran, and why", sections.physics(attrs)),
         _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
+        other,
         _section("Against the paper", _summary(compared)) if compared else "",
         _section("Pictures", _pictures(drawn, compared)),
         _section("Wear steps", sections.wear_steps(tree)) if "history" in tree.children else "",
@@ -136,7 +146,7 @@ def _summary(compared: tuple[Compared, ...]) -> str:
 def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
     """Cards of the pictures; without a paper they stand side by side, those of one height together."""
     if not compared:
-        drawn = sorted(drawn, key=lambda one: one.picture.panels)
+        drawn = sorted(drawn, key=lambda one: (not one.picture.both_ends, one.picture.panels))
     cards = "".join(
         _card(one, [entry for entry in compared if entry.picture == one.picture.name]) for one in drawn if one.uri
     )
@@ -154,7 +164,7 @@ def _card(drawn: Drawn, compared: list[Compared]) -> str:
     caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
     figure = f"<figure><h3>{escape(picture.title)}</h3>{image}{caption}</figure>"
     if not compared:
-        return element("article", figure, class_="card")
+        return element("article", figure, class_="card full" if picture.both_ends else "card")
     beside = "".join(_comparison(entry) for entry in compared)
     return element("article", f'{figure}<div class="paper">{beside}</div>', class_="card wide")
 

@@ -13,10 +13,10 @@ import xarray as xr
 
 from semiwear import plot
 from semiwear.errors import SemiwearError
-from semiwear.plot.style import SIZE, SIZE_PAIR, styled
+from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
 
-__all__ = ["PICTURES", "Drawn", "Picture", "draw"]
+__all__ = ["PICTURES", "Drawn", "Picture", "draw", "figure_uri"]
 
 _PIXELS_PER_INCH = 170
 
@@ -35,6 +35,10 @@ class Picture:
         Axes that the function takes.
     needs_wear : bool
         Whether it shows wear or a change with wear, and so needs two wear steps.
+    of_some : bool
+        Whether only some results can have it, so that one without needs no word.
+    both_ends : bool
+        Whether the first and the last wear step stand side by side.
     size : tuple of float
         Width and height [inch].
     describe : callable
@@ -47,6 +51,8 @@ class Picture:
     describe: Callable[[xr.DataTree], str]
     panels: int = 1
     needs_wear: bool = False
+    of_some: bool = False
+    both_ends: bool = False
     size: tuple[float, float] = SIZE
 
 
@@ -72,17 +78,41 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
     except SemiwearError as reason:
         if isinstance(reason, ImportError):
             raise
-        return Drawn(picture, "", "", str(reason))
+        return Drawn(picture, "", "", "" if picture.of_some else str(reason))
 
 
 def _png(picture: Picture, tree: xr.DataTree) -> str:
+    function: Any = getattr(plot, picture.name)
+    if picture.both_ends:
+        steps = (0, -1) if tree["flank"].sizes["wear_step"] > 1 else (0,)
+
+        def ends(axes: list[Any]) -> None:
+            for step, ax in zip(steps, axes, strict=True):
+                function(tree, wear_step=step, ax=ax)
+
+        return figure_uri(picture.size, len(steps), ends, side_by_side=True)
+    solid = {"projection": "3d"} if picture.name == "wear_surface" else None
+
+    def alone(axes: list[Any]) -> None:
+        function(tree, ax=axes[0] if picture.panels == 1 else axes)
+
+    return figure_uri(picture.size, picture.panels, alone, subplot=solid)
+
+
+def figure_uri(
+    size: tuple[float, float],
+    panels: int,
+    draw_on: Callable[[list[Any]], object],
+    *,
+    side_by_side: bool = False,
+    subplot: dict[str, Any] | None = None,
+) -> str:
+    """A figure [inch] as a data URI; `draw_on` gets its axes, under one another unless `side_by_side`."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=picture.size, layout="constrained")
-    solid: Any = {"projection": "3d"} if picture.name == "wear_surface" else None
-    axes = figure.subplots(picture.panels, 1, squeeze=False, subplot_kw=solid)[:, 0]
-    function: Any = getattr(plot, picture.name)
-    function(tree, ax=axes[0] if picture.panels == 1 else list(axes))
+    figure = Figure(figsize=size, layout="constrained")
+    shape = (1, panels) if side_by_side else (panels, 1)
+    draw_on(list(figure.subplots(*shape, squeeze=False, subplot_kw=subplot).flat))
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, metadata={"Software": None})
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
@@ -131,6 +161,16 @@ def _flank_text(tree: xr.DataTree) -> str:
     )
 
 
+def _pattern_text(tree: xr.DataTree) -> str:
+    gear = tree["flank"].to_dataset()
+    parts = []
+    for step in (0, -1):
+        pressed = gear["contact_pattern"].values[step]
+        share = float((pressed > 0.0).mean())
+        parts.append(f"{share:.0%} of the flank's points are pressed, by at most {pressed.max():.0f} MPa")
+    return f"At the first wear step {parts[0]}; at the last {parts[1]}."
+
+
 def _curves_text(tree: xr.DataTree) -> str:
     values = tree["mesh_cycle"].to_dataset()["transmission_error_loaded"].values
     return (
@@ -147,6 +187,16 @@ PICTURES: tuple[Picture, ...] = (
         "Wear depth over gear radius and tooth height at the last wear step; dashed, the band of the pitch cone.",
         _flank_text,
         needs_wear=True,
+    ),
+    Picture(
+        "contact_pattern",
+        "Contact pattern",
+        "Greatest pressure that each point of the gear's flank feels in a mesh, at the first and the last wear step; "
+        "colours end at the greatest pressure away from borders.",
+        _pattern_text,
+        of_some=True,
+        both_ends=True,
+        size=SIZE_WIDE,
     ),
     Picture(
         "wear_profiles",

@@ -53,6 +53,12 @@ def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
     for name, title in shown.items():
         if name in history:
             yield _first_and_last(title, history[name])
+    if "subsurface_stress_max" in history:
+        title, value, note = _first_and_last("Stress below the surface", history["subsurface_stress_max"])
+        if "subsurface_stress_depth" in history:
+            depth = figure_text(float(history["subsurface_stress_depth"][-1]), 3)
+            value += f", {depth} mm deep"
+        yield title, value, note
     if "root_stress_max" in history:
         for body in history["body"].values:
             yield _first_and_last(f"Root stress, {body}", history["root_stress_max"].sel(body=body))

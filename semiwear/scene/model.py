@@ -136,7 +136,7 @@ class Numerics:
     face_slices : int
         Slices along the face width. Default 61.
     cells_per_half_width : int
-        Cells of a patch across the Hertz half-width at the pitch point. Default 12.
+        Cells of a patch across the Hertz half-width at the pitch point. Default 8.
     profile_points : int
         Points of the flank grid along the tooth height. Default 141.
     tooth_pairs : int or "auto"
@@ -155,7 +155,7 @@ class Numerics:
     wear_steps: int | str = "auto"
     roll_positions: int = 24
     face_slices: int = 61
-    cells_per_half_width: int = 12
+    cells_per_half_width: int = 8
     profile_points: int = 141
     tooth_pairs: int | str = "auto"
     tooth_compliance: str = "prism"

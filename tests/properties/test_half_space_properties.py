@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.signal import fftconvolve
 
 from semiwear.compliance.half_space import HalfSpace
+from semiwear.compliance.love import love_coefficients
 from semiwear.contact import HalfSpaceContact, solve_half_space
 from tests.strategies.contact import Surface, compliance_matrix, surfaces
 
@@ -69,6 +72,53 @@ def test_preconditioner_is_nearly_the_inverse(surface):
     inverse = np.array([operator.precondition(e.reshape(surface.gap.shape)).ravel() for e in np.eye(len(matrix))])
     values = np.linalg.eigvals(inverse @ matrix).real
     assert values.min() > 0.4 and values.max() < 5.0
+
+
+@given(surfaces(), st.integers(0, 2**32 - 1))
+def test_single_precision_is_near_double(surface, seed):
+    operator = HalfSpace(surface.gap.shape, surface.cell, surface.modulus)
+    grid = np.random.default_rng(seed).standard_normal(surface.gap.shape)
+    for transform in (operator.apply, operator.precondition):
+        exact, rough = transform(grid), transform(grid, roughly=True)
+        assert rough.dtype == np.float32
+        assert np.linalg.norm(rough - exact) < 3e-6 * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (3, 1), (5, 5), (4, 81), (125, 6), (60, 64), (97, 30), (2, 250)])
+def test_operator_for_every_factor_of_the_length(shape):
+    """Stages of two, three, four and five, odd and even lengths, whole and broken blocks of lanes."""
+    pressure = np.random.default_rng(1).standard_normal(shape)
+    coefficients = love_coefficients(shape, (0.3, 0.7))
+    kernel = np.pad(coefficients, [(n - 1, 0) for n in shape], mode="reflect") if min(shape) > 1 else None
+    if kernel is None:  # numpy does not reflect a single cell
+        line = coefficients.ravel()
+        kernel = np.concatenate([line[:0:-1], line]).reshape([2 * n - 1 for n in shape])
+    direct = fftconvolve(pressure, kernel, mode="full")[shape[0] - 1 :, shape[1] - 1 :][: shape[0], : shape[1]]
+    result = HalfSpace(shape, (0.3, 0.7)).apply(pressure)
+    assert_allclose(result, direct, atol=1e-13 * coefficients[0, 0] * pressure.size)
+
+
+@given(st.sampled_from([(0.1, 0.3), (3.0, 0.1)]), st.integers(1, 40), st.integers(1, 40))
+def test_what_earlier_grids_left_does_not_matter(cell, nx, ny):
+    """Coefficients are kept and shared by cells of the same aspect, whichever grid came first."""
+    pressure = np.random.default_rng(2).random((nx, ny))
+    twice = HalfSpace((nx, ny), (2.0 * cell[0], 2.0 * cell[1])).apply(pressure)
+    assert_allclose(twice, 2.0 * HalfSpace((nx, ny), cell).apply(pressure), rtol=1e-14)
+    matrix = compliance_matrix((nx, ny), cell, 1.0) if nx * ny <= 400 else None
+    if matrix is not None:
+        assert_allclose(0.5 * twice.ravel(), matrix @ pressure.ravel(), rtol=1e-12)
+
+
+def test_threads_do_not_share_work_space():
+    operators = [HalfSpace((40 + k, 50), (0.1, 0.1 + 0.01 * k)) for k in range(4)]
+    pressure = [np.random.default_rng(k).random(operator.shape) for k, operator in enumerate(operators)]
+    alone = [operator.apply(p) for operator, p in zip(operators, pressure, strict=True)]
+
+    def again(k: int) -> bool:
+        return all(np.array_equal(operators[k].apply(pressure[k]), alone[k]) for _ in range(50))
+
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(again, range(4)))
 
 
 def test_stack_is_grid_after_grid():

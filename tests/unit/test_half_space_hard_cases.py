@@ -234,3 +234,13 @@ def test_bad_input_is_named(argument, more):
     arguments = {"gap": np.zeros((4, 5)), "cell": (0.1, 0.1), "effective_modulus": 1e5, **more}
     with pytest.raises(ValueError, match=rf"^(load, )?{argument}.*: found .*; allowed: .* -> "):
         solve_half_space(**arguments)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_start_that_is_not_finite_is_told_apart_from_a_wrong_shape(value):
+    start = np.ones((4, 5))
+    start[2, 3] = value
+    with pytest.raises(
+        ValueError, match=rf"^start: found {value} in cell \(2, 3\), not finite, 1 such cells; allowed: "
+    ):
+        solve(np.zeros((4, 5)), load=1.0, start=start)
