@@ -84,7 +84,8 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
 def _png(picture: Picture, tree: xr.DataTree) -> str:
     function: Any = getattr(plot, picture.name)
     if picture.both_ends:
-        steps = (0, -1) if tree["flank"].sizes["wear_step"] > 1 else (0,)
+        flank = tree.children.get("flank")
+        steps = (0, -1) if flank is not None and flank.sizes["wear_step"] > 1 else (0,)
 
         def ends(axes: list[Any]) -> None:
             for step, ax in zip(steps, axes, strict=True):

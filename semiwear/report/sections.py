@@ -57,7 +57,7 @@ def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
         title, value, note = _first_and_last("Stress below the surface", history["subsurface_stress_max"])
         if "subsurface_stress_depth" in history:
             depth = figure_text(float(history["subsurface_stress_depth"][-1]), 3)
-            value += f", {depth} mm deep"
+            note = f"{depth} mm deep" + (f"; {note}" if note else "")
         yield title, value, note
     if "root_stress_max" in history:
         for body in history["body"].values:

@@ -1,0 +1,116 @@
+"""Pictures of two results of one flank grid, such as the two fidelities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.plot.flank import flank_axes, mark_pitch_cone
+from semiwear.plot.flank_places import flank_places
+from semiwear.plot.style import axes_for, label, legend_above, need, step_name, styled
+from semiwear.plot.two_results import TwoResults
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["pressure_of_both", "wear_difference"]
+
+_LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
+_LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
+
+
+def wear_difference(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Difference of the gear's wear over radius and height at the last wear step that both results have.
+
+    Parameters
+    ----------
+    tree, against : DataTree
+        Results with `/flank` on the same grid; drawn is `tree` minus `against`.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    SemiwearError
+        If the results share no worn flank, or lie on different grids.
+    """
+    with styled():
+        results = TwoResults.of(tree, against)
+        if not results.worn:
+            raise SemiwearError("the two results have no worn flank in common")
+        first, second = results.values("flank", "wear_depth", results.steps[-1])
+        difference = first[1] - second[1]
+        scale = max(float(np.abs(difference).max()), _LEAST_SCALE)
+        (ax,) = axes_for(ax)
+        wear = need(tree, "flank", "wear_depth")
+        mesh = flank_axes(ax, tree, difference, "RdBu_r", -scale, scale)
+        mark_pitch_cone(ax, tree, "#333333")
+        _mark_strips(ax, results, tree)
+        ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
+        bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
+        bar.set_label(label(wear, "Difference in wear depth"))
+        bar.ax.spines["outline"].set_visible(False)
+        legend_above(ax, 2)
+        ax.set_title(ax.get_title(loc="left"), pad=22.0)
+    return ax
+
+
+def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Greatest pressure over the engagement of two results, at the first and last wear step that both have.
+
+    Thick lines: away from borders; thin lines: at the borders, where it depends on the mesh. Parameters and return
+    value as in `wear_difference`.
+    """
+    with styled():
+        results = TwoResults.of(tree, against)
+        (ax,) = axes_for(ax)
+        chosen = sorted({results.steps[0], results.steps[-1]})
+        colours = dict(zip(chosen, ("#0072B2", "#D55E00"), strict=False))
+        positions = results.labels("engagement", "roll_position")
+        highest = {"contact_pressure_max": 0.0, "contact_pressure_max_edge": 0.0}
+        for step, colour in colours.items():
+            whens = [
+                step_name(need(one, "engagement", "contact_pressure_max"), index)
+                for one, index in zip(results.trees, step, strict=True)
+            ]
+            for variable in highest:
+                if not results.have("engagement", variable):
+                    continue
+                edge = variable.endswith("edge")
+                curves = results.values("engagement", variable, step)
+                for k, (curve, at, dashes) in enumerate(zip(curves, positions, ("-", "--"), strict=True)):
+                    text = None if edge else f"{results.names[k]}, {whens[k]}"
+                    shown = np.where(curve > 0.0, curve, np.nan)
+                    width = 0.8 if edge else 1.8
+                    ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
+                    highest[variable] = max(highest[variable], float(curve.max()))
+        if highest["contact_pressure_max_edge"] > _LOG_FROM * highest["contact_pressure_max"] > 0.0:
+            ax.set_yscale("log")
+        else:
+            ax.set_ylim(bottom=0.0)
+        pressure = need(tree, "engagement", "contact_pressure_max")
+        ax.set(xlabel="Roll position (base pitches, 0 at the pitch point)", ylabel=label(pressure))
+        legend_above(ax, 2)
+    return ax
+
+
+def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
+    """Limits of the strips along the borders."""
+    places = flank_places(results)
+    if places is None:
+        return
+    gear = need(tree, "flank", "flank_radius").sel(body="gear")
+    radius = gear.values.mean(axis=0)
+    ends = np.interp((places.first, places.last), gear["face"].values, radius)
+    style: Any = {"color": "#117733", "lw": 0.9, "ls": ":"}
+    ax.plot(radius, places.lower, **style, label=f"{places.width:.2g} mm from the borders")
+    ax.plot(radius, places.upper, **style)
+    for end in ends:
+        ax.axvline(end, **style)

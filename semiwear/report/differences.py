@@ -1,0 +1,275 @@
+"""Differences of two results as numbers, each with a mark by a stated threshold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from semiwear.plot.flank_places import Place, flank_places
+from semiwear.plot.two_results import TwoResults
+from semiwear.report.markup import figure_text, unit_text
+from semiwear.results.schema import VARIABLES
+
+__all__ = ["LOAD_SHARE", "RELATIVE", "Difference", "Kind", "Mark", "differences"]
+
+RELATIVE = 0.03
+"""Two values agree up to this share: of the greater of the two, for wear on the map of the greatest wear."""
+
+LOAD_SHARE = 0.02
+"""Two load shares agree up to this difference."""
+
+_LEAST_LOAD = 0.05  # of the greatest line load: smaller line loads are compared with this
+
+_BODIES = ("pinion", "gear")
+
+
+class Kind(Enum):
+    """What a difference is about; each kind has its own table and explanation."""
+
+    PRESSURE = "Contact pressure"
+    WEAR = "Wear"
+    LOAD = "Load sharing"
+    ROOT_STRESS = "Root stress"
+    TRANSMISSION_ERROR = "Transmission error"
+
+
+class Mark(Enum):
+    """How two values stand to each other."""
+
+    AGREE = "agree"
+    DIFFER = "differ"
+    NOT_COMPARED = "not compared"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One quantity at one place in one wear state, in two results.
+
+    Attributes
+    ----------
+    kind : Kind
+    quantity, where, when : str
+        What, at which place of the flank or engagement, in which wear state.
+    this, other : float
+        Values, in `units`.
+    units : str
+    scale : float
+        What the difference is told relative to; 0 where it is told as it is, or where both values are zero.
+    threshold : float
+        Greatest difference, over `scale` if there is one, at which the two agree.
+    of : str
+        Words for a scale that is not the other value.
+    place : Place, optional
+        Place of a wear difference.
+    border : bool
+        Whether it lies at a border of the flank.
+    missing : str
+        Why it cannot be compared; empty where it can.
+    """
+
+    kind: Kind
+    quantity: str
+    where: str
+    when: str
+    this: float = 0.0
+    other: float = 0.0
+    units: str = "1"
+    scale: float = 0.0
+    threshold: float = RELATIVE
+    of: str = ""
+    place: Place | None = None
+    border: bool = False
+    missing: str = ""
+
+    @property
+    def size(self) -> float:
+        """The difference, over the scale if there is one."""
+        return (self.this - self.other) / (self.scale or 1.0)
+
+    @property
+    def mark(self) -> Mark:
+        """What follows from the numbers and the threshold."""
+        if self.missing:
+            return Mark.NOT_COMPARED
+        return Mark.AGREE if abs(self.size) <= self.threshold else Mark.DIFFER
+
+    @property
+    def text(self) -> str:
+        """The difference in words: percent, or with its units."""
+        if self.missing:
+            return self.missing
+        if self.scale > 0.0:
+            return f"{_signed(100 * self.size, 1)} % {self.of}".strip()
+        return f"{_signed(self.size, 3)} {unit_text(self.units)}".strip()
+
+    def value_text(self, value: float) -> str:
+        """One of its values with units."""
+        return "" if self.missing else f"{figure_text(value)} {unit_text(self.units)}".strip()
+
+
+def _signed(value: float, decimals: int) -> str:
+    """A number with its sign, none where it rounds to zero."""
+    rounded = round(value, decimals) + 0.0
+    return f"{rounded:+.{decimals}f}".replace("-", "−") if rounded else f"{0.0:.{decimals}f}"
+
+
+def differences(results: TwoResults) -> tuple[Difference, ...]:
+    """Every difference, in the order of the tables."""
+    return (
+        *_pressures(results),
+        *_wear(results),
+        *_loads(results),
+        *_root_stresses(results),
+        *_transmission_errors(results),
+    )
+
+
+def _states(results: TwoResults) -> dict[str, tuple[int, int]]:
+    """First and last common wear step by what they are called."""
+    if not results.have("history", "meshes"):
+        return {"as given": results.steps[0]}
+    return {"unworn": results.steps[0]} | ({"last": results.steps[-1]} if len(results.steps) > 1 else {})
+
+
+def _greatest(
+    results: TwoResults, kind: Kind, quantity: str, where: str, group: str, name: str, border: bool = False
+) -> Iterator[Difference]:
+    """Greatest value of a variable in each common state."""
+    for when, step in _states(results).items():
+        if not results.have(group, name):
+            yield Difference(kind, quantity, where, when, border=border, missing=results.lack(group, name))
+            continue
+        values = (float(np.max(array)) for array in results.values(group, name, step))
+        yield _relative(kind, quantity, where, when, values, VARIABLES[group, name].units, border=border)
+
+
+def _relative(
+    kind: Kind,
+    quantity: str,
+    where: str,
+    when: str,
+    values: Iterable[float],
+    units: str,
+    border: bool = False,
+) -> Difference:
+    """A difference relative to the greater of the two values."""
+    this, other = map(float, values)
+    return Difference(kind, quantity, where, when, this, other, units, max(abs(this), abs(other)), border=border)
+
+
+def _pressures(results: TwoResults) -> Iterator[Difference]:
+    kind, quantity = Kind.PRESSURE, "greatest pressure"
+    yield from _greatest(results, kind, quantity, Place.INSIDE.value, "engagement", "contact_pressure_max")
+    if results.have("history", "meshes"):
+        for zone in ("root", "pitch", "addendum"):
+            yield from _greatest(results, kind, quantity, zone, "history", f"contact_pressure_{zone}")
+    where = "borders: tips, ends, corners"
+    yield from _greatest(results, kind, quantity, where, "engagement", "contact_pressure_max_edge", border=True)
+
+
+def _wear(results: TwoResults) -> Iterator[Difference]:
+    if not results.worn:
+        return
+    last, when = results.steps[-1], "last"
+    for name, quantity, where in (
+        ("meshes", "engagements of a gear tooth", "gear"),
+        ("wear_depth_control_point", "wear depth", "control point"),
+        ("wear_depth_max_root", "greatest wear depth", "root"),
+        ("wear_depth_max_addendum", "greatest wear depth", "addendum"),
+    ):
+        if results.have("history", name):
+            this, other = (float(value) for value in results.values("history", name, last))
+            units = VARIABLES["history", name].units if ("history", name) in VARIABLES else "1"
+            yield _relative(Kind.WEAR, quantity, where, when, (this, other), units)
+        elif name != "wear_depth_control_point":
+            yield Difference(Kind.WEAR, quantity, where, when, missing=results.lack("history", name))
+    yield from _wear_by_place(results, last, when)
+
+
+def _wear_by_place(results: TwoResults, last: tuple[int, int], when: str) -> Iterator[Difference]:
+    """Greatest difference of the two wear maps at each place, and the values there."""
+    quantity = "wear depth where it differs most"
+    places = flank_places(results)
+    if places is None:
+        for place in Place:
+            missing = "neither result holds the line loads that the borders' width comes from"
+            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, missing=missing)
+        return
+    maps = [array[1] for array in results.values("flank", "wear_depth", last)]
+    height, radius = (results.values("flank", f"flank_{name}", last)[0][1] for name in ("height", "radius"))
+    scale = max(float(wear.max()) for wear in maps)
+    for place, points in places.of.items():
+        border = place is not Place.INSIDE
+        if not points.any():
+            missing = "no point of the grid lies there"
+            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, border=border, missing=missing)
+            continue
+        apart = np.where(points, np.abs(maps[0] - maps[1]), -1.0)
+        at = np.unravel_index(int(apart.argmax()), apart.shape)
+        where = f"{place.value}: radius {radius[at]:.1f}, height {height[at]:+.2f} mm".replace("-", "−")
+        this, other = (float(wear[at]) for wear in maps)
+        yield Difference(
+            Kind.WEAR, quantity, where, when, this, other, "um", scale, RELATIVE, "of the greatest", place, border
+        )
+
+
+def _loads(results: TwoResults) -> Iterator[Difference]:
+    kind = Kind.LOAD
+    for when, step in _states(results).items():
+        if not results.have("engagement", "load_share"):
+            missing = results.lack("engagement", "load_share")
+            yield Difference(kind, "load share where it differs most", "engagement", when, missing=missing)
+            continue
+        roll, this, other = shares(results, step)
+        at = int(np.abs(this - other).argmax())
+        where = f"roll position {roll[at]:+.2f}".replace("-", "−")
+        pair = float(this[at]), float(other[at])
+        yield Difference(kind, "load share where it differs most", where, when, *pair, "1", 0.0, LOAD_SHARE)
+    if not results.have("engagement", "line_load"):
+        return
+    for when, step in _states(results).items():
+        greatest = [array.max(axis=0) for array in results.values("engagement", "line_load", step)]
+        floor = _LEAST_LOAD * max(float(loads.max()) for loads in greatest)
+        for where, part in (("anywhere", np.s_[:]), ("inner face end", np.s_[:1]), ("outer face end", np.s_[-1:])):
+            this_load, other_load = (float(loads[part].max()) for loads in greatest)
+            scale, border = max(this_load, other_load, floor), where != "anywhere"
+            yield Difference(
+                kind, "greatest line load", where, when, this_load, other_load, "N/mm", scale, border=border
+            )
+
+
+def shares(results: TwoResults, step: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Load shares of both results at the roll positions of either, where both have some."""
+    rolls = results.labels("engagement", "roll_position")
+    low, high = max(roll[0] for roll in rolls), min(roll[-1] for roll in rolls)
+    roll = np.union1d(*rolls)
+    roll = roll[(roll >= low) & (roll <= high)]
+    curves = results.values("engagement", "load_share", step)
+    this, other = (np.interp(roll, at, curve) for at, curve in zip(rolls, curves, strict=True))
+    return roll, this, other
+
+
+def _root_stresses(results: TwoResults) -> Iterator[Difference]:
+    kind, quantity = Kind.ROOT_STRESS, "greatest root stress"
+    for body, name in enumerate(_BODIES):
+        for when, step in _states(results).items():
+            if not results.have("engagement", "root_stress"):
+                missing = results.lack("engagement", "root_stress")
+                yield Difference(kind, quantity, name, when, missing=missing)
+                continue
+            values = (float(array[:, body].max()) for array in results.values("engagement", "root_stress", step))
+            yield _relative(kind, quantity, name, when, values, "MPa")
+
+
+def _transmission_errors(results: TwoResults) -> Iterator[Difference]:
+    kind, name = Kind.TRANSMISSION_ERROR, "transmission_error_loaded"
+    for quantity, of in (("mean", np.mean), ("amplitude, peak to peak", np.ptp)):
+        for when, step in _states(results).items():
+            if not results.have("mesh_cycle", name):
+                yield Difference(kind, quantity, "mesh cycle", when, missing=results.lack("mesh_cycle", name))
+                continue
+            values = (float(of(array)) for array in results.values("mesh_cycle", name, step))
+            yield _relative(kind, quantity, "mesh cycle", when, values, "arcsec")

@@ -1,0 +1,202 @@
+"""The section that sets a result beside another one of the same flank grid, such as its other fidelity."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from html import escape
+from typing import Any
+
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.plot.against import pressure_of_both, wear_difference
+from semiwear.plot.style import SIZE, styled
+from semiwear.plot.two_results import TwoResults, fidelity
+from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, Mark, differences
+from semiwear.report.markup import code_marked, element, figure_text, table
+from semiwear.report.pictures import figure_uri
+from semiwear.report.reasons import reason
+
+__all__ = ["against_section", "heading"]
+
+_MARK = {Mark.AGREE: "✓", Mark.DIFFER: "✗", Mark.NOT_COMPARED: "–"}
+_CLASS = {Mark.AGREE: "agree", Mark.DIFFER: "disagree", Mark.NOT_COMPARED: "not-compared"}
+_DEFAULT = "default"
+_OF_FIDELITY = {
+    "name",
+    "title",
+    "reference",
+    "numerics.fidelity",
+    "numerics.cells_per_half_width",
+    "numerics.wear_mapping",
+}
+"""Fields in which two scenes can differ and the reasons still hold: words, and what one fidelity alone reads."""
+
+
+def heading(against: xr.DataTree) -> str:
+    """Heading of the section: by the fidelity of the other result."""
+    return f"Against fidelity “{fidelity(against)}”"
+
+
+def against_section(
+    tree: xr.DataTree, against: xr.DataTree, scenes: tuple[Mapping[str, Any], Mapping[str, Any]]
+) -> str:
+    """Tables, reasons and pictures of how two results differ.
+
+    Parameters
+    ----------
+    tree, against : DataTree
+        Results on the same flank grid.
+    scenes : two mappings
+        Tables of their scenes.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    SemiwearError
+        If the results lie on different flank grids; the message says in what they differ and what to do.
+    """
+    results = TwoResults.of(tree, against)
+    rows = differences(results)
+    differing = _differing(scenes) if all(scenes) else None
+    alike = differing is not None and set(differing) <= _OF_FIDELITY
+    tables = "".join(_table(kind, rows, results, alike) for kind in Kind)
+    return f"{_states(results)}{_scenes(results, differing)}{_summary(rows)}{tables}{_pictures(results)}"
+
+
+def _states(results: TwoResults) -> str:
+    """Which wear states are compared."""
+    first, last = (f"<b>{escape(name)}</b>" for name in results.names)
+    fidelities = ", ".join(map(fidelity, results.trees))
+    text = f"This result, {first}, against the other, {last} (fidelities: {escape(fidelities)}). "
+    if not results.have("history", "meshes"):
+        text += "At least one of them has no wear steps: compared is the first wear state of each, as it was given."
+    elif len(results.steps) == 1:
+        text += "They have only the unworn state in common."
+    else:
+        meshes = results.values("history", "meshes", results.steps[-1])
+        reached = " and ".join(figure_text(float(value)) for value in meshes)
+        steps = " and ".join(map(str, results.steps[-1]))
+        text += (
+            f"Compared are the unworn state and the last wear state that both reached: wear steps {steps}, after "
+            f"{reached} engagements of a gear tooth"
+        )
+        if results.have("history", "wear_depth_control_point"):
+            depths = results.values("history", "wear_depth_control_point", results.steps[-1])
+            text += f", with {' and '.join(figure_text(float(depth)) for depth in depths)} µm at the control point"
+        text += "."
+    return f"<p>{text}</p>"
+
+
+def _differing(scenes: tuple[Mapping[str, Any], Mapping[str, Any]]) -> dict[str, tuple[str, str]]:
+    """Fields in which two scenes differ, with both values."""
+    first, second = (dict(_fields(scene)) for scene in scenes)
+    return {
+        name: (str(first.get(name, _DEFAULT)), str(second.get(name, _DEFAULT)))
+        for name in dict.fromkeys((*first, *second))
+        if first.get(name) != second.get(name)
+    }
+
+
+def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None) -> str:
+    """What the scenes state differently."""
+    if differing is None:
+        return "<p>At least one result holds no readable scene, so what they state differently is not told.</p>"
+    if not differing:
+        return "<p>The scenes are the same.</p>"
+    if set(differing) == {"numerics.fidelity"}:
+        return "<p>The scenes differ in <code>numerics.fidelity</code> only.</p>"
+    listed = [(name, *values) for name, values in differing.items()]
+    note = "<p>The scenes differ in the fields below, each of which can be a cause of what follows.</p>"
+    return note + table("Fields in which the scenes differ", ("field", *map(escape, results.names)), listed)
+
+
+def _fields(scene: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in scene.items():
+        if isinstance(value, Mapping):
+            yield from _fields(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _summary(rows: Sequence[Difference]) -> str:
+    counts = Counter(row.mark for row in rows)
+    badges = "".join(
+        f'<li class="{_CLASS[mark]}"><strong>{counts[mark]}</strong> {_badge(mark)}</li>'
+        for mark in Mark
+        if counts[mark]
+    )
+    rule = (
+        f"Two values agree where they are within {RELATIVE * 100:g} % of the greater one (wear on the map: of "
+        f"the greatest wear; line load: of at least a twentieth of the greatest), two load shares where they are "
+        f"within {LOAD_SHARE:g}. Differences are this result minus the other."
+    )
+    return f'<ul class="counts">{badges}</ul><p>{escape(rule)}</p>'
+
+
+def _badge(mark: Mark) -> str:
+    return f'<span aria-hidden="true">{_MARK[mark]}</span> {mark.value}'
+
+
+def _table(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: bool) -> str:
+    """Table of a kind and the reasons below it."""
+    own = [row for row in rows if row.kind is kind]
+    if not own:
+        return ""
+    cells = [
+        (
+            row.quantity,
+            row.where,
+            row.when,
+            row.value_text(row.this),
+            row.value_text(row.other),
+            row.text,
+            f"{_MARK[row.mark]} {row.mark.value}",
+        )
+        for row in own
+    ]
+    head = ("quantity", "where", "wear state", *map(escape, results.names), "difference", "mark")
+    shown = table(kind.value, head, cells, [_CLASS[row.mark] for row in own])
+    why = reason(kind, rows, results, alike)
+    return element("div", shown + (f"<p>{code_marked(why)}</p>" if why else ""), class_="against")
+
+
+def _pictures(results: TwoResults) -> str:
+    """The two pictures; what cannot be drawn says why."""
+    names = f"{results.names[0]} minus {results.names[1]}"
+    drawn = (
+        _card(
+            "Difference in wear",
+            f"Wear of the gear at the last common wear state, {names}; dashed, the band of the pitch cone; dotted, "
+            "the strips along the borders of the active flank.",
+            wear_difference,
+            results,
+        ),
+        _card(
+            "Greatest pressure of both",
+            f"Full lines {results.names[0]}, dashed lines {results.names[1]}, from entry to exit of a tooth pair; "
+            "thick away from borders, thin at the borders.",
+            pressure_of_both,
+            results,
+        ),
+    )
+    return f'<div class="cards">{"".join(drawn)}</div>'
+
+
+def _card(title: str, caption: str, picture: Callable[..., Any], results: TwoResults) -> str:
+    try:
+        with styled():
+            uri = figure_uri(SIZE, 1, lambda axes: picture(results.this, results.other, ax=axes[0]))
+    except SemiwearError as reason_:
+        if isinstance(reason_, ImportError):
+            raise
+        return element("p", f"{escape(title)} is left out: {escape(str(reason_))}.")
+    width, height = (round(side * 100) for side in SIZE)
+    image = f'<img src="{uri}" alt="{escape(f"{title}. {caption}")}" width="{width}" height="{height}">'
+    figure = f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+    return element("article", figure, class_="card")
