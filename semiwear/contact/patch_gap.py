@@ -52,7 +52,7 @@ def _gaps(  # type: ignore[no-untyped-def]
         at, per_mm, cubic = profile[k, i], spacing[k, i], separation[:, k, i]
         least = wear[i].min()
         for side in (-1.0, 1.0):
-            c = 0
+            c, before = 0, cubic[0]
             while True:
                 distance = (c + 0.5) * width
                 away = side * distance / per_mm
@@ -63,6 +63,8 @@ def _gaps(  # type: ignore[no-untyped-def]
                     fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, cubic)
                 else:
                     fresh = _fresh(away, cubic)
+                # far out a cubic may turn down where the separation does not
+                fresh = before = max(fresh, before)
                 if fresh + least > approach:
                     break
                 farthest = max(farthest, distance)

@@ -1,0 +1,336 @@
+"""Pieces of fidelity `patch`: the solver against dense ones, cells and their gap, pressure across a slice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, nnls
+
+import semiwear as sw
+from semiwear.compliance.half_space import HalfSpace
+from semiwear.compliance.love import love_coefficients
+from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
+from semiwear.contact.patch_gap import PatchCells
+from semiwear.contact.patch_solver import PatchStatus, PatchSystem, solve_patches
+from semiwear.contact.slice_pressure import slice_pressures
+from semiwear.plan import plan
+from tests.strategies.lines import even_grid, straight_lines
+
+MODULUS = 113736.0
+CELL = (0.5, 0.05)
+ROWS = (8, 5)  # of two pairs
+COLUMNS = 12
+
+
+# ---------------------------------------------------------------- the solver
+
+
+@dataclass(frozen=True)
+class Dense:
+    """A system of two pairs, and its compliance put together cell by cell."""
+
+    system: PatchSystem
+    matrix: np.ndarray
+    torque: float
+
+    def cells(self, force: np.ndarray) -> np.ndarray:
+        return force[np.isfinite(self.system.gap)]
+
+    @property
+    def lever(self) -> np.ndarray:
+        return self.cells(np.broadcast_to(self.system.lever[:, None], self.system.gap.shape))
+
+    def slack(self, force: np.ndarray, rotation: float) -> np.ndarray:
+        return self.cells(self.system.gap) + self.matrix @ self.cells(force) - self.lever * rotation
+
+    def by_least_squares(self) -> tuple[np.ndarray, float]:
+        """Forces and rotation: min 1/2 F C F - (a phi - g) F over F >= 0, and phi that balances the torque."""
+        factor, gap = np.linalg.cholesky(self.matrix), self.cells(self.system.gap)
+
+        def forces(rotation: float) -> np.ndarray:
+            return nnls(factor.T, np.linalg.solve(factor, self.lever * rotation - gap), maxiter=50 * gap.size)[0]
+
+        high = 1e-3
+        while self.lever @ forces(high) < self.torque:
+            high *= 2.0
+        rotation = brentq(lambda phi: self.lever @ forces(phi) - self.torque, 0.0, high, xtol=1e-18, rtol=1e-14)
+        return forces(rotation), rotation
+
+
+def two_pairs(seed: int) -> Dense:
+    """Rough parabolas, coupled rows of either sign, levers that differ, cells and a whole row that cannot touch."""
+    random = np.random.default_rng(seed)
+    rows = sum(ROWS)
+    starts = np.concatenate([[0], np.cumsum(ROWS)])
+    across = (np.arange(COLUMNS) - 0.5 * (COLUMNS - 1)) * CELL[1]
+    aside = random.uniform(-0.1, 0.1, rows)
+    gap = 0.5 * 0.04 * (across - aside[:, None]) ** 2 + 1e-3 * random.random((rows, 1))
+    gap += 1e-4 * random.random(gap.shape)
+    gap[random.random(gap.shape) < 0.1] = np.inf
+    gap[2] = np.inf
+    coefficients = love_coefficients((max(ROWS), COLUMNS), CELL) / (MODULUS * CELL[0] * CELL[1])
+    root = random.normal(size=(rows, 3))
+    # teeth bend together, and what they share with the half-space is taken off
+    smooth = 1e-6 * (root @ root.T) - 1e-7
+    lever = random.uniform(70.0, 80.0, rows)
+    system = PatchSystem(
+        starts=starts,
+        half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
+        per_force=1.0 / (CELL[0] * CELL[1]),
+        smooth=smooth,
+        lever=lever,
+        gap=gap,
+        coefficients=coefficients,
+        half_width=3.0,
+    )
+    row, column = (part[np.isfinite(gap)] for part in np.indices(gap.shape))
+    pair = np.searchsorted(starts, row, side="right")
+    away = coefficients[np.abs(row[:, None] - row) % max(ROWS), np.abs(column[:, None] - column)]
+    matrix = np.where(pair[:, None] == pair, away, 0.0) + smooth[np.ix_(row, row)]
+    assert np.linalg.eigvalsh(matrix)[0] > 0.0
+    return Dense(system, matrix, torque=75.0 * random.uniform(20.0, 400.0))
+
+
+def starts_of(dense: Dense, seed: int) -> dict[str, np.ndarray]:
+    """Everything touches; one cell does, in the worst place; any do, with loads out of all proportion."""
+    gap = dense.system.gap
+    one = np.zeros(gap.shape)
+    one.ravel()[np.argmax(np.where(np.isfinite(gap), gap, -1.0))] = 1.0
+    some = np.random.default_rng(seed).exponential(1e4, gap.shape)
+    some[some < 7e3] = 0.0
+    return {"all": np.ones(gap.shape), "one": one, "some": some}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_against_least_squares(seed):
+    dense = two_pairs(seed)
+    expected, rotation = dense.by_least_squares()
+    for name, start in starts_of(dense, seed).items():
+        found = solve_patches(dense.system, dense.torque, start, 1e-9, 2000)
+        assert found.status is PatchStatus.CONVERGED, name
+        assert found.rotation == pytest.approx(rotation, rel=1e-8), name
+        # gaps are met to 1e-9 of the approach, and a cell's own compliance is some hundredth of the whole
+        np.testing.assert_allclose(
+            dense.cells(found.force), expected, atol=1e-6 * expected.max(), rtol=0.0, err_msg=name
+        )
+    pressed = expected > 0.0
+    assert 0 < pressed.sum() < pressed.size
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_complementarity_and_balance_of_the_dense_equations(seed):
+    dense = two_pairs(seed)
+    for name, start in starts_of(dense, seed).items():
+        found = solve_patches(dense.system, dense.torque, start, 1e-6, 2000)
+        assert found.status is PatchStatus.CONVERGED, name
+        assert (found.force >= 0.0).all(), name
+        assert (found.force[~np.isfinite(dense.system.gap)] == 0.0).all(), name
+        assert dense.system.lever @ found.force.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12), name
+        slack, pressed = dense.slack(found.force, found.rotation), dense.cells(found.force) > 0.0
+        shift = found.rotation * float(dense.system.lever.max())
+        assert slack.min() >= -1e-6 * shift, name
+        assert np.abs(slack[pressed]).max() <= 1e-6 * shift, name
+        # what it says of itself is what the dense equations say
+        approach = float((dense.lever * found.rotation - dense.cells(dense.system.gap)).max())
+        worst = max(np.abs(slack[pressed]).max(), -slack.min())
+        assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
+        assert found.balance < 1e-12, name
+
+
+def test_a_pair_far_away_carries_nothing():
+    dense = two_pairs(1)
+    gap = dense.system.gap.copy()
+    gap[ROWS[0] :] += 1.0
+    found = solve_patches(replace(dense.system, gap=gap), dense.torque, np.ones(gap.shape), 1e-9, 2000)
+    assert found.status is PatchStatus.CONVERGED
+    assert (found.force[ROWS[0] :] == 0.0).all()
+    assert found.force[: ROWS[0]].sum() > 0.0
+
+
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_too_few_iterations_are_told(most):
+    dense = two_pairs(0)
+    start = starts_of(dense, 0)["one"]
+    found = solve_patches(dense.system, dense.torque, start, 1e-6, most)
+    assert found.status is PatchStatus.ITERATIONS
+    assert found.iterations == most
+
+
+def test_an_indefinite_half_space_is_told():
+    dense = two_pairs(0)
+    wrong = replace(dense.system, coefficients=-dense.system.coefficients)
+    found = solve_patches(wrong, dense.torque, np.ones(wrong.gap.shape), 1e-6, 100)
+    assert found.status is PatchStatus.NOT_POSITIVE_DEFINITE
+
+
+# ---------------------------------------------------------------- cells and their gap
+
+
+def test_gap_of_cells_is_curvature_and_wear():
+    """Cubic and wear add up in the middle of cells; what surely lies beyond the approach is left out."""
+    lines = straight_lines(np.array([-1.0, 2.0]), 3, across=0.03)
+    grid = even_grid(lines, 401)
+    cells = PatchCells(lines, grid, 0.11)
+    wear = np.stack([1e-3 * (1.0 + np.sin(grid.profile[0] + phase)) for phase in (0.0, 1.0, 2.0)])
+    rolls, faces = np.array([0, 1, 1]), np.array([2, 0, 1])
+    gap, reach = cells.gap(rolls, faces, 0.02, 40, wear)
+    away = (np.arange(40) - 19.5) * 0.11
+    place = lines.profile[rolls, faces][:, None] + away
+    fresh = 0.5 * 0.03 * away**2
+    # least wear of a slice, and the approach, decide what can touch
+    expected = fresh + 1e-3 * (1.0 + np.sin(place + faces[:, None]))
+    known = np.isfinite(gap)
+    np.testing.assert_array_equal(known, fresh + wear[faces].min(axis=1)[:, None] <= 0.02)
+    assert 0 < known.sum() < known.size
+    # cubic interpolation by mean slopes: (h^3) of nodes 0.05 mm apart
+    np.testing.assert_allclose(gap[known], expected[known], atol=1e-3 * 0.05**3)
+    assert reach == pytest.approx(np.abs(away)[known.any(axis=0)].max())
+
+
+def test_gap_does_not_depend_on_the_number_of_columns():
+    lines = straight_lines(np.array([-1.0, 2.0]), 3, across=0.03)
+    cells = PatchCells(lines, even_grid(lines, 101), 0.11)
+    wear = 1e-3 * np.random.default_rng(0).random(cells.grid.profile.shape)
+    rolls, faces = np.array([0, 1]), np.array([0, 2])
+    wide, reach = cells.gap(rolls, faces, 0.02, 80, wear)
+    narrow, same = cells.gap(rolls, faces, 0.02, 8, wear)
+    assert same == reach
+    np.testing.assert_array_equal(narrow, wide[:, 36:44])
+
+
+@pytest.mark.parametrize("reach", [-1.0, 0.01, 0.5, 3.3, 20.0])
+def test_columns_cover_the_reach(reach):
+    lines = straight_lines(np.zeros(1), 1)
+    cells = PatchCells(lines, even_grid(lines, 11), 0.1)
+    columns = cells.columns_for(reach)
+    assert columns % 2 == 0
+    assert (0.5 * columns - 0.5) * 0.1 >= reach
+
+
+# ---------------------------------------------------------------- pressure across a slice
+
+
+def slice_of(wear_of: object, *, across: float = 0.0, half_height: float = 8.0, points: int = 1001):
+    """A line and its grid, worn by a function of the profile coordinate."""
+    lines = straight_lines(np.zeros(1), 1, across=across, half_height=half_height)
+    grid = even_grid(lines, points)
+    return lines, grid, wear_of(grid.profile)
+
+
+def greatest(lines, grid, wear, line_load, margin=0.0):
+    return slice_pressures(lines, grid, wear, np.full(lines.profile.shape, line_load), MODULUS, margin)
+
+
+@pytest.mark.parametrize("line_load", [1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("worn", [0.0, 0.5, 1.0])
+def test_a_parabola_is_hertz(line_load, worn):
+    """Of a curvature that is fresh, half fresh and half worn, or all worn."""
+    curvature = 0.03
+    lines, grid, wear = slice_of(lambda p: 0.5 * worn * curvature * p**2, across=(1.0 - worn) * curvature)
+    peak = line_contact_pressure(np.array(line_load), np.array(curvature), MODULUS)
+    found = greatest(lines, grid, wear, line_load)
+    assert found.inner.item() == pytest.approx(peak, rel=0.005)
+    # the two cells beside the middle press alike
+    half_width = line_contact_half_width(np.array(line_load), np.array(curvature), MODULUS)
+    assert abs(found.place.item()) < 0.1 * half_width
+    assert found.border.item() == 0.0
+
+
+def test_a_wedge_is_johnsons():
+    """Half-width a = q/(E* slope) and p = E* slope/pi acosh(a/x) (Johnson 1985, section 5.2).
+
+    What lies nearer than the margin to an end counts as border: its greatest pressure is that of the first cell
+    beyond a distance from the apex.
+    """
+    slope, line_load, height = 1e-3, 300.0, 6.0
+    half_width = line_load / (MODULUS * slope)
+    lines, grid, wear = slice_of(lambda p: slope * np.abs(p), half_height=height, points=801)
+
+    def pressure(x):
+        return MODULUS * slope / np.pi * np.arccosh(np.maximum(half_width / np.maximum(x, 1e-9), 1.0))
+
+    def beyond(x):
+        return greatest(lines, grid, wear, line_load, height - x).border.item()
+
+    # a gap of 1.02 q/E* to either side in 32 cells, or once wider
+    cell = 2.0 * 1.6 * 1.1 * half_width / 32
+    for x in np.array([0.1, 0.2, 0.35, 0.5, 0.7, 0.85]) * half_width:
+        assert pressure(x + cell) * 0.98 <= beyond(x) <= pressure(x) * 1.02
+    edge = brentq(lambda x: (beyond(x) > 0.0) - 0.5, 0.5 * half_width, 1.5 * half_width, xtol=1e-4)
+    assert edge == pytest.approx(half_width, abs=cell)
+
+
+@pytest.mark.parametrize("line_load", [100.0, 400.0])
+def test_two_valleys_share_the_load(line_load):
+    """Alike, and far enough apart to be two Hertz contacts of half the load each."""
+    curvature, apart = 0.03, 0.8
+    lines, grid, wear = slice_of(lambda p: 0.5 * curvature * (np.abs(p) - apart) ** 2)
+    peak = line_contact_pressure(np.array(0.5 * line_load), np.array(curvature), MODULUS)
+    found = greatest(lines, grid, wear, line_load)
+    # a half-width of 0.14 or 0.27 mm in cells of 0.08 mm or less
+    assert found.inner.item() == pytest.approx(peak, rel=0.02)
+    assert abs(found.place.item()) == pytest.approx(apart, abs=0.1)
+    # one valley within the margin of an end, then the other
+    sides = []
+    for side in (-1.0, 1.0):
+        end = {"low": lines.low - 20.0} if side > 0 else {"high": lines.high + 20.0}
+        sides.append(greatest(replace(lines, **end), grid, wear, line_load, 8.0).border.item())
+    assert sides[0] == pytest.approx(sides[1], rel=1e-6)
+    assert sides[0] == pytest.approx(found.inner.item(), rel=1e-6)
+
+
+def test_the_lower_of_two_valleys_carries_more():
+    curvature, apart, line_load = 0.03, 0.8, 300.0
+    alike = slice_of(lambda p: 0.5 * curvature * (np.abs(p) - apart) ** 2)
+    raised = slice_of(lambda p: 0.5 * curvature * (np.abs(p) - apart) ** 2 + np.where(p > 0, 5e-4, 0.0))
+    even, uneven = (greatest(*case, line_load) for case in (alike, raised))
+    assert uneven.place.item() == pytest.approx(-apart, abs=0.1)
+    assert uneven.inner.item() > 1.02 * even.inner.item()
+
+
+def test_refined_wear_maps_give_the_same_pressure():
+    """A ridge as wear leaves it: its greatest pressure settles while nodes get closer."""
+
+    def worn(p):
+        return 5e-3 * (1.0 - np.exp(-np.abs(p) / 0.5))
+
+    found = [
+        greatest(*slice_of(worn, across=0.03, points=points), 300.0).inner.item() for points in (101, 201, 401, 801)
+    ]
+    fresh = line_contact_pressure(np.array(300.0), np.array(0.03), MODULUS)
+    assert min(found) > 1.1 * fresh
+    # the ridge is rounded over a node spacing, 0.16 to 0.02 mm, of the 0.6 mm that touch: so is its peak
+    steps = np.abs(np.diff(found)) / found[-1]
+    assert steps[-1] < 0.03
+    assert steps[-1] < max(steps)
+
+
+# ---------------------------------------------------------------- scene
+
+
+def test_marched_wear_needs_patches(shipped):
+    with pytest.raises(sw.SceneError) as caught:
+        shipped.replace({"numerics.fidelity": "line", "numerics.wear_mapping": "marched"})
+    text = str(caught.value)
+    assert "numerics.wear_mapping" in text
+    assert "numerics.fidelity" in text
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("numerics.fidelity", "patches"), ("numerics.wear_mapping", "summed"), ("numerics.cells_per_half_width", 1)],
+)
+def test_wrong_choices_are_named(shipped, field, value):
+    with pytest.raises(sw.SceneError, match=field.replace(".", r"\.")):
+        shipped.replace({field: value})
+
+
+def test_plan_says_what_runs(shipped):
+    scene = shipped.replace({"numerics.fidelity": "patch", "numerics.wear_mapping": "marched"})
+    chosen = {choice.slot: choice.chosen for choice in plan(scene).choices}
+    assert "patches" in chosen["contact"]
+    assert "marched" in chosen["wear mapping"]
+    assert "interpolated" in {choice.slot: choice.chosen for choice in plan(shipped).choices}["wear mapping"]
