@@ -12,7 +12,7 @@ a force itself causes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from math import pi
 
 import numpy as np
@@ -22,7 +22,7 @@ from semiwear.compliance.tooth import BodyOnLines, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import line_contact_pressure
-from semiwear.contact.slice_pressure import slice_pressures
+from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_surface
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError
@@ -40,6 +40,7 @@ _LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of
 _FARTHEST_MOVE = 1.5  # mm of a worn line, up to which tooth compliance follows it linearly
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
+_LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _MARGIN = 1.15  # of the expected approach
 _FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; more when that is too little
 
@@ -204,10 +205,22 @@ class LineContact:
         hertz = line_contact_pressure(line_load, worn.curvature, self.modulus)
         distance = np.minimum(worn.profile - lines.low, lines.high - worn.profile) * lines.spacing
         other = worn.edge | (distance < margin) | (np.ptp(worn.wear, axis=1) > 0.0)
-        exact = slice_pressures(lines, self.grid, worn.wear, np.where(other, line_load, 0.0), self.modulus, margin)
+        exact, _ = solve_slices(lines, self.grid, worn, np.where(other, line_load, 0.0), self.modulus, margin)
         return SlicePressures(
             np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
         )
+
+    def with_edges(self, worn: Footprints, loads: LineLoads) -> Footprints:
+        """Gaps at the edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
+
+        Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge.
+        """
+        approach = np.tile(loads.rotation, self.pairs)[:, None] * self.lines.lever_arm
+        pressed = worn.edge & self.is_near(self.lines) & (worn.least < approach)
+        if not pressed.any():
+            return worn
+        load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)
+        return replace(worn, gap=solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)[1])
 
     def approach(self, loads: LineLoads) -> FloatArray:
         """Approach along the line of action at each mesh position [mm]."""

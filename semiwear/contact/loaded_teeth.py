@@ -77,7 +77,11 @@ class LoadedTeeth:
     def load(self, wear: FloatArray, start: TeethLoads | None = None) -> LoadedState:
         """Elastic contact on a worn flank [mm], started from other loads when given."""
         fine, coarse = self.touch(wear)
-        return LoadedState(wear, fine, coarse, self.solver.solve(coarse, start or self.solver.no_loads()))
+        loads = self.solver.solve(coarse, start or self.solver.no_loads())
+        edged = self.solver.with_edges(coarse, loads)
+        if edged is not coarse:
+            coarse, loads = edged, self.solver.solve(edged, loads)
+        return LoadedState(wear, fine, coarse, loads)
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""

@@ -162,6 +162,10 @@ class PatchContact:
             border=np.where(inside, 0.0, pressure).max(axis=-1),
         )
 
+    def with_edges(self, worn: Footprints, loads: PatchLoads) -> Footprints:
+        """As they are: patches resolve edges."""
+        return worn
+
     def contact_pattern(self, loads: PatchLoads) -> FloatArray:
         """Greatest pressure that each node of the flank meets in a mesh [MPa]: (face, profile)."""
         return self.cells.greatest_on_flank(self.cell_pressure(loads))

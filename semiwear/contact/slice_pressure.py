@@ -14,12 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, outline
+from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, outline
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 
-__all__ = ["slice_pressures"]
+__all__ = ["solve_slices"]
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ _INFLUENCE = _flamant()
 
 @njit(cache=True, error_model="numpy")
 def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type: ignore[no-untyped-def]
-    """Pressures of cells of unit width under a load, gaps in units of the influence; False when no set settles."""
+    """Pressures of cells of unit width under a load; returns the approach, NaN if unsettled, in units of the gaps."""
     n = gap.shape[0]
     for _ in range(_SETS):
         m = 0
@@ -92,14 +92,14 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
                     active[i] = True
                     changed = True
         if not changed:
-            return True
-    return False
+            return approach
+    return np.nan
 
 
 @njit(cache=True, error_model="numpy")
-def _greatest(  # type: ignore[no-untyped-def]
-    line_load, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split, modulus, margin,
-    influence, out_inner, out_place, out_border,
+def _solve(  # type: ignore[no-untyped-def]
+    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split,
+    modulus, margin, influence, out_inner, out_place, out_border, out_gap,
 ):  # fmt: skip
     cells = influence.shape[0]
     gap, pressure = np.empty(cells), np.empty(cells)
@@ -148,15 +148,19 @@ def _greatest(  # type: ignore[no-untyped-def]
                     gap[c] /= unit
                 if not active.any():
                     active[np.argmin(gap)] = True
-                settled = _plane_contact(gap, q / (width * per_mm), influence, active, pressure, a, x, y, on)
+                approach = _plane_contact(gap, q / (width * per_mm), influence, active, pressure, a, x, y, on)
                 cut = (pressure[0] > 0.0 and start > low[k, i]) or (
                     pressure[cells - 1] > 0.0 and u[last] < high[k, i]
                 )
-                if settled and not cut:
+                if not (np.isnan(approach) or cut):
                     break
                 room *= _WIDER
             if width <= 0.0:
                 continue
+            if not np.isnan(approach):
+                # the same approach as Hertz's with the half-width that goes with the curvature
+                b = sqrt(4.0 * q / (pi * modulus * curvature[k, i]))
+                out_gap[k, i] = least + unit * approach - closes * (log(cells * width * per_mm / b * 4.0) + 0.5)
             for c in range(cells):
                 place = start + (c + 0.5) * width
                 if min(place - low[k, i], high[k, i] - place) * per_mm < margin:
@@ -165,25 +169,34 @@ def _greatest(  # type: ignore[no-untyped-def]
                     out_inner[k, i], out_place[k, i] = pressure[c], place
 
 
-def slice_pressures(
-    lines: ContactLines, grid: FlankGrid, wear: FloatArray, line_load: FloatArray, modulus: float, margin: float
-) -> SlicePressures:
-    """Greatest pressures of every loaded slice.
+def solve_slices(
+    lines: ContactLines, grid: FlankGrid, worn: Footprints, line_load: FloatArray, modulus: float, margin: float
+) -> tuple[SlicePressures, FloatArray]:
+    """Greatest pressures of every loaded slice, and the gap that Hertz's law has to start from.
 
     Parameters
     ----------
     lines : ContactLines
     grid : FlankGrid
-    wear : (face, profile) array [mm]
+    worn : Footprints
     line_load : (roll, face) array [N/mm]
     modulus : float [MPa]
         Effective modulus E*.
     margin : float [mm]
         Distance across the line from an end of the slice, within which pressure is at the border.
+
+    Returns
+    -------
+    pressures : SlicePressures
+    gap : (roll, face) array [mm]
+        With the curvature of the footprint, a Hertz contact over this gap has the approach of the slice; that of the
+        footprint where nothing is loaded.
     """
-    inner, border, place = np.zeros(line_load.shape), np.zeros(line_load.shape), lines.profile.copy()
-    _greatest(
-        line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
-        lines.high_edge_radius, wear, grid.profile, grid.split, modulus, margin, _INFLUENCE, inner, place, border,
+    inner, border = np.zeros(line_load.shape), np.zeros(line_load.shape)
+    place, gap = lines.profile.copy(), worn.gap.copy()
+    _solve(
+        line_load, worn.curvature, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
+        lines.low_edge_radius, lines.high_edge_radius, worn.wear, grid.profile, grid.split, modulus, margin,
+        _INFLUENCE, inner, place, border, gap,
     )  # fmt: skip
-    return SlicePressures(inner, place, border)
+    return SlicePressures(inner, place, border), gap

@@ -93,6 +93,9 @@ class TeethSolver(Protocol):
     ) -> Any:
         """Solve mesh positions, starting from `loads`, which stays as it is."""
 
+    def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
+        """Footprints with the gaps of pressed edges as these loads make them; the same object if nothing changes."""
+
     def line_load(self, loads: Any) -> FloatArray:
         """Line load q [N/mm], (roll, face)."""
 

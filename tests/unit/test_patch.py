@@ -11,10 +11,11 @@ from scipy.optimize import brentq, nnls
 import semiwear as sw
 from semiwear.compliance.half_space import HalfSpace
 from semiwear.compliance.love import love_coefficients
+from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_solver import PatchStatus, PatchSystem, solve_patches
-from semiwear.contact.slice_pressure import slice_pressures
+from semiwear.contact.slice_pressure import solve_slices
 from semiwear.plan import plan
 from tests.strategies.lines import even_grid, straight_lines
 
@@ -220,7 +221,22 @@ def slice_of(wear_of: object, *, across: float = 0.0, half_height: float = 8.0, 
 
 
 def greatest(lines, grid, wear, line_load, margin=0.0):
-    return slice_pressures(lines, grid, wear, np.full(lines.profile.shape, line_load), MODULUS, margin)
+    nothing = np.zeros(lines.profile.shape)
+    curvature = np.maximum(lines.separation[2], 1e-6) / lines.spacing**2
+    worn = Footprints(wear, lines.profile, nothing, curvature, nothing + 0.5, nothing > 0.0, nothing)
+    return solve_slices(lines, grid, worn, nothing + line_load, MODULUS, margin)[0]
+
+
+def test_a_parabola_needs_no_other_gap():
+    """Hertz's law with the parabola's own curvature starts from its own gap."""
+    lines, grid, wear = slice_of(np.zeros_like, across=0.03)
+    nothing = np.zeros(lines.profile.shape)
+    curvature = lines.separation[2] / lines.spacing**2
+    worn = Footprints(wear, lines.profile, nothing + 5.0, curvature, nothing + 0.5, nothing > 0.0, nothing)
+    for line_load in (3.0, 300.0):
+        _, gap = solve_slices(lines, grid, worn, nothing + line_load, MODULUS, 0.0)
+        # of the gap that the load closes, 2 q/(pi E*)
+        np.testing.assert_allclose(gap, lines.separation[0], atol=0.01 * 2.0 * line_load / (np.pi * MODULUS))
 
 
 @pytest.mark.parametrize("line_load", [1.0, 30.0, 1000.0])

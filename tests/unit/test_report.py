@@ -24,6 +24,15 @@ PAPER = load_reference("seed_paper")
 NO_REFERENCE = SCENE.replace('reference = "seed_paper"\n', "")
 
 
+def line_tree(wear_steps):
+    """A result without what fidelity `patch` adds."""
+    tree = synthetic_tree(wear_steps)
+    for group in ("flank", "history"):
+        names = ["contact_pattern", "subsurface_stress_max", "subsurface_stress_depth"]
+        tree[group] = type(tree)(tree[group].to_dataset().drop_vars(names, errors="ignore"))
+    return tree
+
+
 @pytest.fixture(scope="module")
 def tree():
     return synthetic_tree()
@@ -90,6 +99,28 @@ def test_every_picture_takes_axes_and_leaves_the_users_settings(name, tree):
 def test_every_picture_of_plot_is_in_the_report():
     assert sorted(picture.name for picture in PICTURES) == sorted(plot.__all__)
     assert {comparison.picture for comparison in SEED_PAPER} <= set(plot.__all__)
+
+
+def test_contact_patterns_of_one_result_share_their_colours(tree):
+    limits = set()
+    for wear_step in (0, -1):
+        (mesh, *_) = plot.contact_pattern(tree, wear_step=wear_step).collections
+        limits.add(mesh.get_clim())
+    assert limits == {(0.0, tree["engagement"]["contact_pressure_max"].values.max())}
+
+
+def test_what_only_some_results_have_is_left_out_without_a_word(tmp_path):
+    text = write_report(line_tree(3), tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Contact pattern" not in text and "contact_pattern" not in text and "below the surface" not in text
+    with pytest.raises(SemiwearError, match="/flank/contact_pattern"):
+        plot.contact_pattern(line_tree(3))
+
+
+def test_what_patches_add_is_shown(page):
+    tile = re.search(r"<li><span>Stress below the surface</span>(.*?)</li>", page)
+    assert tile and ">600 MPa<" in tile[1] and "0.180 mm deep; 480 MPa unworn" in tile[1]
+    assert "subsurface stress max" in page[page.index("Every wear step") :]
+    assert 'alt="Contact pattern.' in page
 
 
 def test_wrong_number_of_axes_is_refused(tree):
