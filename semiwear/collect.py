@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.compliance.tooth import root_stress
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact, PatchLoads
 from semiwear.contact.teeth_solver import SlicePressures
@@ -134,7 +133,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
     if teeth.solver.bodies:
         per_cycle = teeth.rolls.phase.size
         arrays["root_stress"] = np.stack(
-            [root_stress(body, loads.force, per_cycle) for body in teeth.solver.bodies], axis=-1
+            [body.root_stress(loads.force, per_cycle) for body in teeth.solver.bodies], axis=-1
         )
     return arrays
 

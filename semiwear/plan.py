@@ -14,8 +14,9 @@ from functools import lru_cache
 import numpy as np
 
 from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
-from semiwear.compliance.tooth import BodyOnLines, LinePlaces, ToothBody
+from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
 from semiwear.contact.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.contact.line_contact import LineContact, usual_approach
 from semiwear.contact.loaded_teeth import LoadedTeeth
@@ -207,6 +208,9 @@ def _contact_choice(scene: Scene) -> Choice:
 def _compliance_choice(scene: Scene) -> Choice:
     if scene.numerics.tooth_compliance == "rigid":
         return Choice("tooth compliance", "rigid", False, 'numerics.tooth_compliance = "rigid"')
+    if scene.numerics.tooth_compliance != "prism":
+        why = f'numerics.tooth_compliance = "{scene.numerics.tooth_compliance}"'
+        return Choice("tooth compliance", "influence data", True, why)
     return Choice(
         "tooth compliance",
         f"finite prisms, {scene.numerics.harmonics} harmonics",
@@ -218,7 +222,7 @@ def _compliance_choice(scene: Scene) -> Choice:
 
 def _root_stress_choice(scene: Scene) -> Choice:
     runs = scene.numerics.tooth_compliance != "rigid"
-    why = "comes from the same prisms" if runs else "needs numerics.tooth_compliance other than rigid"
+    why = "comes with the tooth compliance" if runs else "needs numerics.tooth_compliance other than rigid"
     return Choice("root stress", "tangential, greatest along the root" if runs else "none", runs, why)
 
 
@@ -336,9 +340,11 @@ def _unworn_zero(pair: FlankPair, lines: ContactLines | None, rolls: RollGrid, n
     return float(least.mean())
 
 
-def _tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[BodyOnLines, ...]:
+def _tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
     if scene.numerics.tooth_compliance == "rigid":
         return ()
+    if scene.numerics.tooth_compliance != "prism":
+        return _influence(scene, pair, lines)
     bodies = []
     for index, material in enumerate((scene.material.pinion, scene.material.gear)):
         matrices = prisms(scene.gear_pair, index, material, scene.numerics.harmonics)
@@ -353,6 +359,21 @@ def _tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tup
             poissons_ratio=material.poissons_ratio,
         )
         bodies.append(BodyOnLines.of(body, _places(lines, index)))
+    return tuple(bodies)
+
+
+def _influence(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
+    data = read_influence(scene.numerics.tooth_compliance)
+    borders = pair.borders(lines.face, sharp=True)
+    ends = ((borders.partner_root, borders.partner_tip), (borders.root, borders.tip))
+    bodies = []
+    for index, material in enumerate((scene.material.pinion, scene.material.gear)):
+        shape = pair.prism_body(index)
+        body = body_influence(
+            data, index, (shape.start, shape.start + shape.width), 1 if index == DRIVING else -1, *_elastic(material)
+        )
+        root, tip = (np.broadcast_to(end, lines.profile.shape) for end in ends[index])
+        bodies.append(InfluenceOnLines.of(body, _places(lines, index), root, tip))
     return tuple(bodies)
 
 

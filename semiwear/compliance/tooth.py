@@ -9,13 +9,22 @@ section and the two readings are averaged, which keeps the compliance symmetric.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.compliance.prism import PrismSection
 
-__all__ = ["BodyOnLines", "LinePlaces", "ToothBody", "line_compliance", "root_stress"]
+__all__ = [
+    "BodyOnLines",
+    "CompliantBody",
+    "LinePlaces",
+    "ToothBody",
+    "cubic_weights",
+    "line_compliance",
+    "root_stress",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -66,7 +75,7 @@ class LinePlaces:
     face: FloatArray
 
 
-def _cubic_weights(place: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+def cubic_weights(place: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Weights of local cubic interpolation on nodes 0..count-1, and their derivatives by `place`.
 
     Between two inner nodes the cubic runs through the four around them; at the ends through the last four.
@@ -99,6 +108,38 @@ def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
     np.put_along_axis(weights, low[..., None], (1.0 - (place - low))[..., None], axis=-1)
     np.put_along_axis(weights, low[..., None] + 1, (place - low)[..., None], axis=-1)
     return weights
+
+
+class Elastic(Protocol):
+    """An elastic body."""
+
+    @property
+    def youngs_modulus(self) -> float:
+        """[MPa]."""
+
+    @property
+    def poissons_ratio(self) -> float:
+        """Poisson's ratio [1]."""
+
+
+class CompliantBody(Protocol):
+    """One body's share of the compliance, prepared for the contact lines of all roll positions."""
+
+    @property
+    def body(self) -> Elastic:
+        """The body."""
+
+    @property
+    def depth(self) -> FloatArray:
+        """Distance from the flank to the middle surface, where deflection is read: (roll, face) [mm]."""
+
+    def add_compliance(
+        self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
+    ) -> None:
+        """Add the compliance between contact points [mm/N], and its derivative by the observer's profile."""
+
+    def root_stress(self, force: FloatArray, per_cycle: int) -> FloatArray:
+        """Greatest tensile tangential stress along the root [MPa], (roll,), under the forces of all slices [N]."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +182,7 @@ class BodyOnLines:
         # heights count from the end of the fillet to the tip of the local section
         local_root, local_tip = section @ root, section @ tip
         per_mm = (count - 1) / (local_tip - local_root)
-        height, slope = _cubic_weights((places.profile - local_root) * per_mm, count)
+        height, slope = cubic_weights((places.profile - local_root) * per_mm, count)
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
@@ -197,9 +238,13 @@ class BodyOnLines:
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
 
+    def root_stress(self, force: FloatArray, per_cycle: int) -> FloatArray:
+        """See `root_stress`."""
+        return root_stress(self, force, per_cycle)
+
 
 def line_compliance(
-    bodies: tuple[BodyOnLines, ...], rolls: IntArray, faces: IntArray, pairs: IntArray
+    bodies: tuple[CompliantBody, ...], rolls: IntArray, faces: IntArray, pairs: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Tooth compliance of all bodies between contact points, and its change when a point moves.
 

@@ -18,7 +18,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.compliance.tooth import BodyOnLines, line_compliance
+from semiwear.compliance.tooth import CompliantBody, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import line_contact_pressure
@@ -153,7 +153,7 @@ class LineContact:
         Lines of all roll positions: `pairs` mesh cycles of `per_cycle` positions.
     per_cycle : int
         Mesh positions in a cycle.
-    bodies : tuple of BodyOnLines
+    bodies : tuple of CompliantBody
         Tooth compliance of both bodies; empty for rigid teeth.
     grid : FlankGrid
         Where wear is kept.
@@ -171,7 +171,7 @@ class LineContact:
 
     lines: ContactLines
     per_cycle: int
-    bodies: tuple[BodyOnLines, ...]
+    bodies: tuple[CompliantBody, ...]
     grid: FlankGrid
     torque: float
     reach: float

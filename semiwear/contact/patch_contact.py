@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from semiwear.compliance.half_space import HalfSpace
 from semiwear.compliance.love import love_coefficients
-from semiwear.compliance.tooth import BodyOnLines
+from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import LineContact, LineLoads, MeshPosition
 from semiwear.contact.patch_gap import PatchCells
@@ -120,7 +120,7 @@ class PatchContact:
         return self.line.pairs
 
     @property
-    def bodies(self) -> tuple[BodyOnLines, ...]:
+    def bodies(self) -> tuple[CompliantBody, ...]:
         """Tooth compliance of both bodies; empty for rigid teeth."""
         return self.line.bodies
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.compliance.tooth import BodyOnLines
+from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.footprint import Footprints
 from semiwear.meshing.contact_lines import ContactLines
 
@@ -67,7 +67,7 @@ class TeethSolver(Protocol):
     """Loaded contact of all tooth pairs; `Any` are the loads of the solver's own kind."""
 
     @property
-    def bodies(self) -> tuple[BodyOnLines, ...]:
+    def bodies(self) -> tuple[CompliantBody, ...]:
         """Tooth compliance of both bodies; empty for rigid teeth."""
 
     @property

@@ -142,7 +142,7 @@ class Numerics:
     tooth_pairs : int or "auto"
         Tooth pairs that may share the load. Default ``"auto"``.
     tooth_compliance : str
-        ``"prism"`` (default, finite prisms) or ``"rigid"`` (local contact alone).
+        ``"prism"`` (default, finite prisms), ``"rigid"`` (local contact alone) or a netCDF file of influence data.
     harmonics : int
         Cosine terms of the prism series along the face width. Default 33.
     max_iterations : int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -119,14 +119,14 @@ def _worn_bodies() -> Rule:
 
 
 def _tooth_compliance() -> Rule:
-    word = _choice("prism", "rigid")
+    words = ("prism", "rigid")
 
     def fix(value: str) -> str:
-        if closest(value, ("prism", "rigid")) and not any(mark in value for mark in "./\\"):
-            return word.fix(value)
-        return 'files of influence data are not available yet: give "prism" or "rigid"'
+        meant = closest(value, words)
+        return f'did you mean "{meant}"?' if meant else 'give "prism", or a file that ends with .nc'
 
-    return replace(word, fix=fix)
+    allowed = '"prism" or "rigid" or a netCDF file of influence data'
+    return Rule(text, allowed, lambda value: value in words or value.endswith(".nc"), fix)
 
 
 def _pair(**rules: Rule) -> dict[str, Rule]:

@@ -148,6 +148,19 @@ def test_nothing_imports_the_finite_element_reference(module):
     assert not {name for name in imports_of(module) if name.split(".")[0] == "fem_reference"}
 
 
+FINITE_ELEMENTS = sorted((ROOT / "fem_reference").glob("*.py"))
+LIBRARIES = {"numpy", "scipy", "skfem", "xarray", "fem_reference", "sksparse", "pypardiso"}
+OURS = ("semiwear.scene", "semiwear.geometry", "semiwear.results", "semiwear.errors")
+
+
+@pytest.mark.parametrize("path", FINITE_ELEMENTS, ids=lambda path: path.stem)
+def test_the_finite_element_reference_stands_on_its_own(path):
+    """It judges contact, compliance and wear, so it must not borrow from them."""
+    found = {name for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for name in imported(node, "")}
+    foreign = {name for name in found if name.split(".")[0] not in LIBRARIES | set(sys.stdlib_module_names)}
+    assert not {name for name in foreign if not name.startswith(OURS)}
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_extras_are_imported_where_they_are_used(module):
     names = [name for node in at_import_time(TREES[module]) for name in imported(node, module)]

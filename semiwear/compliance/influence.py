@@ -1,0 +1,182 @@
+"""Tooth compliance and root stress from a file of influence data, in place of finite prisms.
+
+The data (`fem_reference.tooth_influence` makes them, any other source may) hold, for unit loads on a grid of heights
+and face stations of a flank, the deflection of the middle surface on the same grid of the tooth and its neighbours
+and the tangential fillet stress. Between grid points both are interpolated by local cubics, for load and observer
+alike, so that the compliance stays a symmetric low-rank product.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.compliance.tooth import LinePlaces, cubic_weights
+from semiwear.errors import SceneError
+
+__all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_FIELD = "numerics.tooth_compliance"
+_VARIABLES = {
+    "load_face": ("body", "station"),
+    "depth": ("body", "height", "station"),
+    "deflection": ("body", "tooth_offset", "observer_height", "observer_station", "height", "station"),
+    "root_stress": ("body", "tooth_offset", "fillet_point", "observer_station", "height", "station"),
+}
+_LEAST_POINTS = 2  # heights and stations
+_NEAR = 1e-3  # of the face width: how well the ends of the grid must fit
+
+
+@dataclass(frozen=True)
+class InfluenceData:
+    """Influence data of one body.
+
+    Attributes
+    ----------
+    faces : (S,) array [mm]
+        Face stations of the grid, equally spaced from end to end of the tooth.
+    depth : (H, S) array [mm]
+        Distance from the flank to the middle surface.
+    deflection : (offset, H, S, H, S) array [mm/N]
+        [tooth offset, observer, load]; the middle offset is the loaded tooth, +1 the neighbour its flank faces.
+    stress : (offset, A, S, H, S) array [MPa/N]
+        [tooth offset, fillet point, station, load].
+    ahead : int
+        As in `ToothBody`.
+    youngs_modulus [MPa], poissons_ratio [1] : float
+    """
+
+    faces: FloatArray
+    depth: FloatArray
+    deflection: FloatArray
+    stress: FloatArray
+    ahead: int
+    youngs_modulus: float
+    poissons_ratio: float
+
+
+def read_influence(path: str | Path) -> xr.Dataset:
+    """Read a file of influence data.
+
+    Raises
+    ------
+    SceneError
+        Naming what is wrong with the file and what to do.
+    """
+    allowed = '"prism", "rigid" or a file of influence data'
+    make = "make one with fem_reference.tooth_influence(scene).to_netcdf(file)"
+    if not Path(path).is_file():
+        raise SceneError.of(_FIELD, str(path), allowed, f"no such file; {make}")
+    try:
+        with xr.open_dataset(path) as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise SceneError.of(_FIELD, str(path), allowed, f"it cannot be read as netCDF ({error}); {make}") from error
+    for name, dims in _VARIABLES.items():
+        if name not in data or data[name].dims != dims:
+            raise SceneError.of(_FIELD, str(path), f"a variable {name} over {dims}", make)
+        if not np.all(np.isfinite(data[name].values)):
+            raise SceneError.of(_FIELD, str(path), f"finite numbers in {name}", make)
+    if min(data.sizes["height"], data.sizes["station"]) < _LEAST_POINTS or data.sizes["tooth_offset"] % 2 == 0:
+        allowed = "2 heights and 2 stations at least, and an odd number of teeth"
+        raise SceneError.of(_FIELD, str(path), allowed, make)
+    return data
+
+
+def body_influence(
+    data: xr.Dataset, body: int, limits: tuple[float, float], ahead: int, youngs_modulus: float, poissons_ratio: float
+) -> InfluenceData:
+    """Influence data of a body (0 the pinion, 1 the gear) whose tooth runs between two face coordinates [mm]."""
+    own = data.isel(body=body)
+    faces = own["load_face"].values.astype(float)
+    if np.abs(faces[[0, -1]] - limits).max() > _NEAR * (limits[1] - limits[0]):
+        found = f"teeth from {faces[0]:g} to {faces[-1]:g} mm"
+        raise SceneError.of(_FIELD, found, f"{limits[0]:g} to {limits[1]:g} mm", "these are data of other gears")
+    return InfluenceData(
+        faces=faces,
+        depth=own["depth"].values.astype(float),
+        deflection=np.ascontiguousarray(own["deflection"].values, dtype=float),
+        stress=np.ascontiguousarray(own["root_stress"].values, dtype=float),
+        ahead=ahead,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+    )
+
+
+@dataclass(frozen=True)
+class InfluenceOnLines:
+    """One body's share of the compliance, prepared for the contact lines of all roll positions.
+
+    Attributes
+    ----------
+    body : InfluenceData
+    weights, slopes : (roll, face, H S) arrays
+        Interpolation from the grid to each contact point, and its derivative by the driven profile [1/mm].
+    depth : (roll, face) array [mm]
+        Distance from the flank to the middle surface.
+    """
+
+    body: InfluenceData
+    weights: FloatArray
+    slopes: FloatArray
+    depth: FloatArray
+
+    @classmethod
+    def of(cls, body: InfluenceData, places: LinePlaces, root: FloatArray, tip: FloatArray) -> InfluenceOnLines:
+        """Prepare a body for contact lines at `places`, between the flank's ends `root` and `tip` there [mm]."""
+        heights, stations = body.depth.shape
+        per_mm = (heights - 1) / (tip - root)
+        height, slope = cubic_weights((places.profile - root) * per_mm, heights)
+        spacing = (body.faces[-1] - body.faces[0]) / (stations - 1)
+        station, _ = cubic_weights((places.face - body.faces[0]) / spacing, stations)
+        slope = slope * (per_mm * places.slope)[..., None]
+        shape = (*places.profile.shape, heights * stations)
+        weights = (height[..., :, None] * station[..., None, :]).reshape(shape)
+        slopes = (slope[..., :, None] * station[..., None, :]).reshape(shape)
+        return cls(body, weights, slopes, weights @ body.depth.ravel())
+
+    def add_compliance(
+        self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
+    ) -> None:
+        """As in `BodyOnLines`."""
+        weights, slopes = self.weights[rolls, faces], self.slopes[rolls, faces]
+        points = weights.shape[1]
+        reach = self.body.deflection.shape[0] // 2
+        for observer in np.unique(pairs):
+            mine = pairs == observer
+            for loaded in np.unique(pairs):
+                offset = self.body.ahead * (int(observer) - int(loaded))
+                if abs(offset) > reach:
+                    continue
+                theirs = pairs == loaded
+                seen = self.body.deflection[reach + offset].reshape(points, points) @ weights[theirs].T
+                block = np.ix_(mine, theirs)
+                matrix[block] += weights[mine] @ seen
+                slope[block] += slopes[mine] @ seen
+
+    def root_stress(self, force: FloatArray, per_cycle: int, stations: int = 33) -> FloatArray:
+        """As `semiwear.compliance.tooth.root_stress`."""
+        offsets, fillet, count = self.body.stress.shape[:3]
+        modal = np.einsum("ki,kig->kg", force, self.weights)
+        table = self.body.stress.reshape(offsets, fillet * count, -1)
+        stress = np.zeros((force.shape[0], fillet * count))
+        reach = offsets // 2
+        for offset in range(-reach, reach + 1):
+            # the observer's tooth is `offset` from the loaded one: pairs ahead * offset rolls further on see it
+            shift = self.body.ahead * offset * per_cycle
+            seen = modal @ table[reach + offset].T
+            if shift > 0:
+                stress[shift:] += seen[:-shift]
+            elif shift < 0:
+                stress[:shift] += seen[-shift:]
+            else:
+                stress += seen
+        along, _ = cubic_weights(np.linspace(0.0, count - 1.0, stations), count)
+        return np.maximum((stress.reshape(-1, fillet, count) @ along.T).max(axis=(1, 2)), 0.0)
