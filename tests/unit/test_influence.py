@@ -117,7 +117,7 @@ def test_root_stress_is_the_sum_over_teeth_and_loads():
 def test_a_file_that_does_not_fit_is_refused(small, influence_file, tmp_path, change, words):
     with xr.open_dataset(influence_file) as data:
         change(data.load()).to_netcdf(tmp_path / "wrong.nc")
-    with pytest.raises(SceneError, match="numerics.tooth_compliance") as caught:
+    with pytest.raises(SceneError, match=r"numerics\.tooth_compliance") as caught:
         sw.loaded_contact(small.replace({"numerics.tooth_compliance": str(tmp_path / "wrong.nc")}))
     assert words in str(caught.value)
 
