@@ -1,0 +1,95 @@
+"""A supported body condensed onto the nodes that may touch: factor once, then only dense algebra."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix
+
+from fem_reference.solvers import Factor, factorise
+from semiwear.errors import SceneError
+
+__all__ = ["SupportedBody"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BLOCK = 64
+"""Right-hand sides solved at once."""
+
+
+class SupportedBody:
+    """Stiffness of a body with some unknowns held, factorised.
+
+    Parameters
+    ----------
+    stiffness : (n, n) sparse array [N/mm]
+        Of the free body, as `fem_reference.elasticity.ElasticBody.stiffness`.
+    held : int array
+        Unknowns whose displacement is given (zero, if nothing else is said).
+
+    Attributes
+    ----------
+    free : (m,) int array
+        The other unknowns.
+    seconds : dict
+        Time taken by ``"factor"`` and, summed, by ``"compliance"`` [s].
+    """
+
+    def __init__(self, stiffness: csr_matrix, held: IntArray):
+        free = np.ones(stiffness.shape[0], dtype=bool)
+        free[np.asarray(held, dtype=np.int64).ravel()] = False
+        if free.all():
+            raise SceneError.of("held", 0, "at least one held unknown", "hold its bore or back face")
+        self.stiffness = csr_matrix(stiffness)
+        self.free = np.flatnonzero(free)
+        started = perf_counter()
+        self.factor: Factor = factorise(csc_matrix(self.stiffness[self.free][:, self.free]))
+        self.seconds = {"factor": perf_counter() - started, "compliance": 0.0}
+
+    @property
+    def size(self) -> int:
+        """Unknowns of the body, held ones included."""
+        return self.stiffness.shape[0]
+
+    def compliance(self, unit_loads: csr_matrix) -> FloatArray:
+        """Displacements that loads see of one another, B' K^-1 B.
+
+        Parameters
+        ----------
+        unit_loads : (n, k) sparse array
+            B: each column a load on the unknowns of the body.
+
+        Returns
+        -------
+        (k, k) array, symmetric [mm/N]
+        """
+        started = perf_counter()
+        loads = csc_matrix(unit_loads)[self.free]
+        back = csr_matrix(loads.T)
+        result = np.empty((loads.shape[1], loads.shape[1]))
+        for start in range(0, loads.shape[1], BLOCK):
+            block = slice(start, start + BLOCK)
+            result[:, block] = back @ self.factor.solve(loads[:, block].toarray())
+        self.seconds["compliance"] += perf_counter() - started
+        return 0.5 * (result + result.T)
+
+    def displacement(self, force: FloatArray, given: FloatArray | None = None) -> FloatArray:
+        """Displacement of all unknowns [mm].
+
+        Parameters
+        ----------
+        force : (n,) array [N]
+        given : (n,) array, optional [mm]
+            Displacement of the held unknowns (the entries of the free ones are not used); default zero.
+        """
+        result = np.zeros(self.size)
+        load = np.asarray(force, dtype=float)[self.free]
+        if given is not None:
+            result[:] = given
+            result[self.free] = 0.0
+            load = load - (self.stiffness @ result)[self.free]
+        result[self.free] = self.factor.solve(load)
+        return result
