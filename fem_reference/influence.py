@@ -64,7 +64,7 @@ def tooth_influence(
     scene: Scene,
     *,
     heights: int = 7,
-    stations: int = 9,
+    stations: int = 17,
     elements_between_stations: int = 2,
     fillet_elements: int = 6,
     prefer: str = "auto",
@@ -75,7 +75,9 @@ def tooth_influence(
     ----------
     scene : Scene
     heights, stations : int
-        Load grid along the profile and along the face, equally spaced from border to border.
+        Load grid along the profile and along the face, equally spaced from border to border. Stations farther apart
+        than the middle surface is deep (5 mm in the shipped scene) blur the peak under a load: with 10 mm the
+        greatest root stress of its pinion is 8 % too high.
     elements_between_stations : int
         Elements from one face station to the next.
     fillet_elements : int

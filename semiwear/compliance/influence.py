@@ -27,10 +27,14 @@ _FIELD = "numerics.tooth_compliance"
 _VARIABLES = {
     "load_face": ("body", "station"),
     "depth": ("body", "height", "station"),
+    "fillet_arc": ("body", "fillet_point"),
     "deflection": ("body", "tooth_offset", "observer_height", "observer_station", "height", "station"),
     "root_stress": ("body", "tooth_offset", "fillet_point", "observer_station", "height", "station"),
 }
 _LEAST_POINTS = 2  # heights and stations
+_FLANK_END = (
+    0.2  # of the fillet's length, within which a load near the flank's end leaves the stress of its own place
+)
 _NEAR = 1e-3  # of the face width: how well the ends of the grid must fit
 
 
@@ -95,6 +99,8 @@ def body_influence(
 ) -> InfluenceData:
     """Influence data of a body (0 the pinion, 1 the gear) whose tooth runs between two face coordinates [mm]."""
     own = data.isel(body=body)
+    arc = own["fillet_arc"].values
+    fillet = np.flatnonzero(arc >= arc.min() + _FLANK_END * np.ptp(arc))
     faces = own["load_face"].values.astype(float)
     if np.abs(faces[[0, -1]] - limits).max() > _NEAR * (limits[1] - limits[0]):
         found = f"teeth from {faces[0]:g} to {faces[-1]:g} mm"
@@ -103,7 +109,7 @@ def body_influence(
         faces=faces,
         depth=own["depth"].values.astype(float),
         deflection=np.ascontiguousarray(own["deflection"].values, dtype=float),
-        stress=np.ascontiguousarray(own["root_stress"].values, dtype=float),
+        stress=np.ascontiguousarray(own["root_stress"].values[:, fillet], dtype=float),
         ahead=ahead,
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,

@@ -50,12 +50,15 @@ def influence_file(small, tmp_path_factory):
 
     parts = [sampled(pinion, of_pinion), sampled(gear, of_gear)]
     grid = ("observer_height", "observer_station", "height", "station")
+    # beside a load that stands on the flank's end the first fillet point says nothing
     stress = np.ones((2, OFFSETS, FILLET, STATIONS, HEIGHTS, STATIONS))
+    stress[:, :, 0] = 1e6
     data = xr.Dataset(
         {
             "load_face": (("body", "station"), np.stack([part["load_face"] for part in parts])),
             "depth": (("body", "height", "station"), np.stack([part["depth"] for part in parts])),
             "deflection": (("body", "tooth_offset", *grid), np.stack([part["deflection"] for part in parts])),
+            "fillet_arc": (("body", "fillet_point"), np.tile(np.linspace(0.0, 8.0, FILLET), (2, 1))),
             "root_stress": (("body", "tooth_offset", "fillet_point", *grid[1:]), stress),
         }
     )
@@ -75,6 +78,14 @@ def test_prisms_sampled_on_a_grid_give_the_prisms_answer(small, influence_file):
     rigid = sw.loaded_contact(small.replace({"numerics.tooth_compliance": "rigid"}))
     assert (
         np.abs(rigid["mesh_cycle"].transmission_error_loaded.values - error[1]).max() > 0.2 * np.abs(error[1]).max()
+    )
+
+
+def test_stress_at_the_end_of_the_flank_does_not_count(small, influence_file):
+    tree = sw.loaded_contact(small.replace({"numerics.tooth_compliance": str(influence_file)}))
+    # every load stresses every other fillet point of its own tooth and both neighbours by its own size
+    assert float(tree["engagement"].root_stress.max()) < 1.01 * 1e3 * 1600.0 / (
+        12.5 * 6.35 * np.cos(np.radians(25.0))
     )
 
 
