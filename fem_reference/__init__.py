@@ -1,6 +1,16 @@
 """Three-dimensional finite-element cross-check of the fast core (scikit-fem).
 
-It will hold a multi-tooth contact model that computes pressure, load sharing, root stress, transmission
-error and wear independently of the core. It may import `semiwear.scene`, `semiwear.geometry` and
-`semiwear.results`; the core never imports it.
+A contact model of several teeth of both bodies that computes pressure, load sharing, root stress, transmission error
+and wear independently of the core. It imports `semiwear.scene`, `semiwear.geometry`, `semiwear.results` and
+`semiwear.errors`; the core never imports it. Its results have the core's names and dims, so that a comparison is a
+subtraction.
 """
+
+from __future__ import annotations
+
+from fem_reference.abaqus import write_inp
+from fem_reference.influence import tooth_influence
+from fem_reference.loaded import loaded_contact
+from fem_reference.simulation import simulate
+
+__all__ = ["loaded_contact", "simulate", "tooth_influence", "write_inp"]

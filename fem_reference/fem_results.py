@@ -1,0 +1,257 @@
+"""From solved mesh positions to the arrays and the tree of a result, in the names of `semiwear.results.schema`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fem_reference.kinematics import PairKinematics
+from fem_reference.mesh_position import PairResult, PositionResult, effective_modulus
+from fem_reference.rigid_lines import RigidFlank, RigidLine, forecast
+from fem_reference.root_load import BODIES
+from fem_reference.wear import face_stations
+from semiwear.results import build_tree, provenance
+from semiwear.scene import Scene
+
+__all__ = ["LineMotion", "line_load", "line_motion", "result_groups", "tree_of"]
+
+FloatArray = NDArray[np.float64]
+
+_ZERO_POSITIONS = 24  # of the mesh cycle over which the unloaded, unworn lead is averaged
+_EDGE = 2.0  # usual half-widths from an edge within which a pressure counts as the edge's
+_ALONG = 6.0  # contact widths from a pressed edge within which it shows in the pressure along the line
+_ON_TIP = 0.25  # usual half-widths from a tip edge within which pressure is the edge's own
+_SHIFT = 0.02  # roll positions before and after, between which a line's speed is taken
+
+_REFERENCES = (
+    "Wohlmuth 2000, SIAM J. Numer. Anal. 38, 989-1012 (dual mortar)",
+    "Hueber and Wohlmuth 2005, Comput. Meth. Appl. Mech. Eng. 194, 3147-3166 (active set)",
+    "Taylor, Beresford, Wilson 1976, Int. J. Numer. Meth. Eng. 10, 1211-1219 (incompatible modes)",
+    "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter 18",
+)
+
+_FLAGS = {
+    "elements_across": ("roll_position", "1", "elements across the contact where it is widest"),
+    "reaches_border": ("roll_position", "1", "whether the contact reaches the border of the refined patch"),
+    "edge_contact": ("roll_position", "1", "whether an edge carries load or the greatest pressure: mesh-dependent"),
+    "smallest_gap": ("mesh_position", "mm", "smallest gap after loading, penetration if negative"),
+}
+"""Variables of `/diagnostics` that the schema of the core does not have: dim, units, long name."""
+
+
+def line_load(found: PairResult, pair: PairKinematics) -> FloatArray:
+    """Nodal forces summed across the contact, per length of the line, on the face stations of `/flank` [N/mm]."""
+    columns, where = np.unique(found.face, return_inverse=True)
+    force = np.bincount(where, weights=found.contact.force)
+    low, high = pair.gear_face
+    # a column of nodes stands for the elements' halves beside it
+    middles = 0.5 * (columns[1:] + columns[:-1])
+    borders = np.concatenate([[columns[0]], middles, [columns[-1]]])
+    total = np.concatenate([[0.0], np.cumsum(force)])
+    stations = face_stations(pair)
+    ends = np.linspace(low, high, len(stations) + 1)
+    share = np.diff(np.interp(ends, borders, total))
+    place = np.stack([np.interp(ends, found.line.face, found.line.position[:, k]) for k in range(3)], axis=1)
+    return share / np.linalg.norm(np.diff(place, axis=0), axis=1)
+
+
+@dataclass(frozen=True)
+class LineMotion:
+    """How a contact line moves; arrays are over the stations of its `RigidLine`.
+
+    Attributes
+    ----------
+    sliding : array [mm per radian of the pinion]
+        Sliding speed.
+    speed : dict from body to array [mm per radian of the pinion]
+        Of the line over the body's flank, normal to the line.
+    """
+
+    sliding: FloatArray
+    speed: Mapping[str, FloatArray]
+
+
+def line_motion(fresh: RigidFlank, roll: float) -> tuple[RigidLine, LineMotion]:
+    """Fresh contact line at a roll position and its motion.
+
+    Source: Litvin and Fuentes 2004, chapter 8 (sliding velocity); Flodin and Andersson 1997, Wear 207, 16-23.
+    """
+    pair = fresh.pair
+    before, now, after = (fresh.line(roll + shift) for shift in (-_SHIFT, 0.0, _SHIFT))
+    speed = {}
+    for name, pose in (("gear", pair.gear_pose), ("pinion", pair.pinion_pose)):
+        own = [pose(line.roll).back(line.position) for line in (before, after)]
+        speed[name] = np.maximum(pair.line_speed(own[0], own[1], 2.0 * _SHIFT), 1e-9)
+    return now, LineMotion(np.linalg.norm(pair.sliding(now.position), axis=1), speed)
+
+
+def _usual_half_width(pair: PairKinematics) -> float:
+    """Forecast half-width in the middle of the pitch position [mm]."""
+    flank = RigidFlank(PairKinematics(pair.scene))
+    force = 1e3 * pair.scene.operation.pinion_torque_Nm / pair.pinion.base_radius
+    return float(forecast([flank.line(0.0)], 0, force, effective_modulus(pair.scene)).half_width[0].max())
+
+
+def _pressures(found: PairResult, pair: PairKinematics, half_width: float) -> tuple[float, float, int]:
+    """Greatest pressure away from edges and near them [MPa], and the node of the first."""
+    inset = pair.scene.gear_pair
+    margin = _EDGE * half_width
+    tip = pair.gear.tip_profile(found.face) - inset.gear_tip_edge_radius_mm
+    # profile coordinates and face are close to lengths
+    tips = np.minimum(
+        tip - found.profile, pair.pinion_profile_limits[1] - inset.pinion_tip_edge_radius_mm - found.pinion_profile
+    )
+    own = np.minimum(found.face - pair.gear_face[0], pair.gear_face[1] - found.face)
+    theirs = np.minimum(found.pinion_face - pair.pinion_face[0], pair.pinion_face[1] - found.pinion_face)
+    on_tip = tips < _ON_TIP * half_width
+    border = (tips < margin) | (np.minimum(own, theirs) < margin) | found.contact.on_edge
+    pressure = found.contact.pressure
+    # a tip edge that is pressed harder than the inside of its slice loads the slices beside it as well; the crown of
+    # a contact that merely passes near the edge is not meant
+    for station in np.unique(found.face[on_tip & found.contact.active]):
+        here = found.face == station
+        if pressure[here & on_tip].max(initial=0.0) > pressure[here & ~on_tip].max(initial=0.0):
+            border = border | (np.abs(found.face - station) < _ALONG * margin)
+    inner = np.where(border, 0.0, pressure)
+    best = int(np.argmax(inner))
+    return float(inner[best]), float(np.max(pressure, where=border, initial=0.0)), best
+
+
+def _sliding_distance(
+    fresh: RigidFlank, found: PairResult, best: int, pressure: float, load: FloatArray
+) -> list[float]:
+    """|v_s|/v_n times the contact width where the pressure is greatest, pinion and gear [mm]."""
+    if pressure <= 0.0:
+        return [0.0, 0.0]
+    line, motion = line_motion(fresh, found.line.roll)
+    face = found.face[best]
+    # an elliptic pressure of that peak and load per length is so wide
+    width = 4.0 * float(np.interp(face, face_stations(fresh.pair), load)) / (pi * pressure)
+    sliding = np.interp(face, line.face, motion.sliding)
+    return [float(width * sliding / np.interp(face, line.face, motion.speed[name])) for name in BODIES]
+
+
+def result_groups(
+    states: Sequence[tuple[RigidFlank, Sequence[PositionResult]]], positions: FloatArray
+) -> tuple[dict[str, dict[str, FloatArray]], dict[str, FloatArray]]:
+    """Arrays of `/engagement`, `/mesh_cycle` and `/diagnostics` by group and name, and coordinates.
+
+    Parameters
+    ----------
+    states : sequence of (flank, solved positions)
+        One for each wear step, all of the same pair and the same positions.
+    positions : (M,) array
+        Mesh positions, growing.
+    """
+    pair = states[0][0].pair
+    fresh, lever, scale = RigidFlank(pair), pair.pinion.base_radius, -pair.arcsec_per_mm
+    half_width = _usual_half_width(pair)
+    zero = float(np.mean([fresh.least_gap(k / _ZERO_POSITIONS) for k in range(_ZERO_POSITIONS)]))
+    numbers = sorted({j for _, solved in states for result in solved for j in result.pairs})
+    keys = sorted((position + j, k, j) for k, position in enumerate(positions) for j in numbers)
+    groups: dict[str, dict[str, list[FloatArray]]] = {
+        name: {} for name in ("engagement", "mesh_cycle", "diagnostics")
+    }
+    for flank, solved in states:
+        cycle = {
+            "transmission_error_loaded": [scale * (r.solution.rotation * lever - zero) for r in solved],
+            "transmission_error_unloaded": [scale * (flank.least_gap(float(m)) - zero) for m in positions],
+            "pairs_in_contact": [sum(p.contact.load > 0.0 for p in r.pairs.values()) for r in solved],
+        }
+        approach = max(r.solution.rotation * lever for r in solved)
+        diagnostics = {
+            "iterations": max(r.solution.iterations for r in solved),
+            "load_balance_residual": max(r.solution.equilibrium_residual for r in solved),
+            "complementarity_residual": max(0.0, *(-r.solution.smallest_gap / approach for r in solved)),
+            "smallest_gap": [r.solution.smallest_gap for r in solved],
+        }
+        engagement, flags = _engagement(fresh, keys, solved, half_width)
+        for name, arrays in (
+            ("engagement", engagement), ("mesh_cycle", cycle), ("diagnostics", {**diagnostics, **flags}),
+        ):  # fmt: skip
+            for key, values in arrays.items():
+                groups[name].setdefault(key, []).append(np.asarray(values))
+    stages = list(states[0][1][0].seconds)
+    seconds = [sum(r.seconds[stage] for _, solved in states for r in solved) for stage in stages]
+    stacked = {name: {key: np.stack(values) for key, values in group.items()} for name, group in groups.items()}
+    stacked["diagnostics"]["seconds"] = np.array(seconds)
+    coords = {
+        "roll_position": np.array([key[0] for key in keys]),
+        "mesh_position": positions,
+        "face": face_stations(pair),
+        "stage": np.array(stages),
+    }
+    return stacked, coords
+
+
+def _engagement(
+    fresh: RigidFlank, keys: list[tuple[float, int, int]], solved: Sequence[PositionResult], half_width: float
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """`/engagement` of one wear state at (roll position, index of mesh position, pair), and flags of the mesh."""
+    pair, count = fresh.pair, len(keys)
+    values = {
+        "load_share": np.zeros(count),
+        "contact_pressure_max": np.zeros(count),
+        "contact_pressure_max_edge": np.zeros(count),
+        "line_load": np.zeros((count, len(face_stations(pair)))),
+        "sliding_distance": np.zeros((count, 2)),
+    }
+    if solved[0].root_stress:
+        values["root_stress"] = np.zeros((count, 2))
+    flags = {name: np.zeros(count) for name in _FLAGS if name != "smallest_gap"}
+    for row, (_, k, j) in enumerate(keys):
+        result = solved[k]
+        if j not in result.pairs:
+            continue
+        found = result.pairs[j]
+        total = sum(other.contact.load for other in result.pairs.values())
+        inner, border, best = _pressures(found, pair, half_width)
+        load = line_load(found, pair)
+        values["load_share"][row] = found.contact.load / total
+        values["contact_pressure_max"][row] = inner
+        values["contact_pressure_max_edge"][row] = border
+        values["line_load"][row] = load
+        values["sliding_distance"][row] = _sliding_distance(fresh, found, best, inner, load)
+        if result.root_stress:
+            values["root_stress"][row] = [result.root_stress[name, j] for name in BODIES]
+        flags["elements_across"][row] = max(found.contact.nodes_across - 1, 0)
+        flags["reaches_border"][row] = bool(found.contact.borders)
+        flags["edge_contact"][row] = bool(found.contact.edges) or border > inner
+    return values, flags
+
+
+def tree_of(
+    scene: Scene,
+    groups: dict[str, dict[str, FloatArray]],
+    coords: dict[str, FloatArray],
+    action: str,
+    physics: str = "",
+) -> xr.DataTree:
+    """The result; what the schema does not know of `/diagnostics` is added with units and long names of its own."""
+    known = groups | {"diagnostics": {k: v for k, v in groups["diagnostics"].items() if k not in _FLAGS}}
+    tree = build_tree(known, coords, _attributes(scene, action, physics))
+    extra = {}
+    for name, (dim, units, said) in _FLAGS.items():
+        about = {"units": units, "long_name": said, "references": "contact mesh of this run"}
+        extra[name] = (("wear_step", dim), groups["diagnostics"][name], about)
+    dataset = tree["diagnostics"].to_dataset().assign(extra)
+    axes = {"roll_position": "engagement", "mesh_position": "mesh_cycle"}
+    tree["diagnostics"] = xr.DataTree(dataset.assign_coords({dim: tree[group][dim] for dim, group in axes.items()}))
+    return tree
+
+
+def _attributes(scene: Scene, action: str, physics: str = "") -> dict[str, str]:
+    """Root attributes of a result."""
+    return provenance(
+        title=scene.title or "fem_reference result",
+        scene_toml=scene.to_toml(),
+        physics="three-dimensional elasticity, frictionless dual-mortar contact of all tooth pairs\n" + physics,
+        fidelity="finite elements",
+        references="\n".join(_REFERENCES),
+        action=f"fem_reference.{action}",
+    )

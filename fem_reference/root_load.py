@@ -1,0 +1,134 @@
+"""Root stress under the forces of a contact solution, on meshes that do not change with the roll position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from fem_reference.elasticity import ElasticBody
+from fem_reference.face_gear_mesh import face_gear_mesh
+from fem_reference.kinematics import Pose
+from fem_reference.pinion_mesh import pinion_mesh
+from fem_reference.root_stress import fillet_stress
+from fem_reference.solvers import Factor, factorise
+from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
+from semiwear.scene import Scene
+
+if TYPE_CHECKING:
+    from fem_reference.mesh_position import PairResult
+
+__all__ = ["BODIES", "RootStress"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BODIES = ("pinion", "gear")
+
+
+@dataclass(frozen=True)
+class RootStress:
+    """Root stress on meshes of 20-node elements that do not change with the roll position.
+
+    The contact forces act on them where they act in the contact solution; the fillets are far enough from them.
+
+    Attributes
+    ----------
+    scene : Scene
+    gear_teeth, pinion_teeth : int
+    fillet, across, flank : int
+        Elements along the fillet, across half the tooth and along the flank. They belong together: the stress is
+        extrapolated to the surface, and with few elements across (2) it grows with ever more along the fillet.
+    loaded : int
+        Teeth to either side of the middle one that may be loaded.
+    """
+
+    scene: Scene
+    gear_teeth: int = 5
+    pinion_teeth: int = 9
+    fillet: int = 8
+    across: int = 4
+    flank: int = 8
+    loaded: int = 1
+
+    @cached_property
+    def meshes(self) -> dict[str, ToothMesh]:
+        """Both meshes, in their own frames."""
+        module = self.scene.gear_pair.module_mm
+        divisions = Divisions(self.flank, self.fillet, land=1, across=self.across, depth=5, face_size=0.8 * module)
+        detailed = tuple(range(-self.loaded, self.loaded + 1))
+        make = {"gear": (face_gear_mesh, self.gear_teeth), "pinion": (pinion_mesh, self.pinion_teeth)}
+        return {
+            name: function(self.scene, element="hex20", teeth=teeth, divisions=divisions, detailed=detailed)
+            for name, (function, teeth) in make.items()
+        }
+
+    @cached_property
+    def _systems(self) -> dict[str, tuple[ElasticBody, IntArray, Factor]]:
+        systems = {}
+        for name, mesh in self.meshes.items():
+            material = getattr(self.scene.material, name)
+            body = ElasticBody(
+                mesh.mesh,
+                element="hex20",
+                youngs_modulus=material.youngs_modulus_MPa,
+                poissons_ratio=material.poissons_ratio,
+            )
+            free = body.free_dofs(mesh.held)
+            systems[name] = (body, free, factorise(body.stiffness[free][:, free]))
+        return systems
+
+    def of(self, pairs: Mapping[int, PairResult], poses: Mapping[str, Pose]) -> dict[tuple[str, int], float]:
+        """Greatest tangential stress of the loaded side's fillet of every loaded tooth [MPa]."""
+        result = {}
+        for name in BODIES:
+            body, free, factor = self._systems[name]
+            mesh = self.meshes[name]
+            force = np.zeros((len(body.points), 3))
+            for j, found in pairs.items():
+                tooth = j if name == "pinion" else -j
+                at = (found.pinion_face, found.pinion_profile) if name == "pinion" else (found.face, found.profile)
+                sign = 1.0 if name == "pinion" else -1.0
+                carry = _carry(mesh.flanks[tooth, LOADED], *at, len(body.points))
+                force += sign * (carry.T @ (found.force_vector @ poses[name].rotation))
+            displacement = np.zeros(force.size)
+            displacement[free] = factor.solve(force.ravel()[free])
+            for j in pairs:
+                tooth = j if name == "pinion" else -j
+                result[name, j] = fillet_stress(body, mesh, displacement, tooth=tooth).greatest
+        return result
+
+
+def _carry(grid: FlankGrid, face: FloatArray, profile: FloatArray, nodes: int) -> csr_matrix:
+    """Shares (k, nodes) in which forces at places of a flank act on the nodes of its 8-node facets."""
+    column = np.clip(np.searchsorted(grid.face[::2], face) - 1, 0, (len(grid.face) - 1) // 2 - 1)
+    left, right = grid.face[2 * column], grid.face[2 * column + 2]
+    across = np.clip(2.0 * (face - left) / (right - left) - 1.0, -1.0, 1.0)
+    share = 0.5 * (1.0 + across)[:, None]
+    stations = (1.0 - share) * grid.profile[::2, 2 * column].T + share * grid.profile[::2, 2 * column + 2].T
+    rows = stations.shape[1] - 1
+    row = np.clip((stations < profile[:, None]).sum(axis=1) - 1, 0, rows - 1)
+    k = np.arange(len(face))
+    along = np.clip(2.0 * (profile - stations[k, row]) / (stations[k, row + 1] - stations[k, row]) - 1.0, -1.0, 1.0)
+    entries, values = [], []
+    for a in (-1, 0, 1):
+        for b in (-1, 0, 1):
+            if a == 0 and b == 0:
+                continue
+            if a and b:  # corner of the serendipity element
+                value = 0.25 * (1.0 + a * along) * (1.0 + b * across) * (a * along + b * across - 1.0)
+            elif b:
+                value = 0.5 * (1.0 - along**2) * (1.0 + b * across)
+            else:
+                value = 0.5 * (1.0 + a * along) * (1.0 - across**2)
+            entries.append(grid.nodes[2 * row + 1 + a, 2 * column + 1 + b])
+            values.append(value)
+    columns = np.stack(entries, axis=1)
+    return csr_matrix(
+        (np.stack(values, axis=1).ravel(), (np.repeat(k, 8), columns.ravel())), shape=(len(face), nodes)
+    )

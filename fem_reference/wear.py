@@ -1,0 +1,138 @@
+"""Wear depth on the gear's flank: read from a result's grid and interpolated to nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from fem_reference.kinematics import PairKinematics
+from semiwear.errors import SceneError
+
+__all__ = ["FlankWear", "NoWear", "WearDepth", "face_stations", "flank_profile", "wear_depth_of"]
+
+FloatArray = NDArray[np.float64]
+
+_MM = 1e-3  # mm per um
+
+
+class WearDepth(Protocol):
+    """Depth that the gear's flank has lost along its normal."""
+
+    def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
+        """Depth at gear radii and profile coordinates [mm]."""
+        ...
+
+
+@dataclass(frozen=True)
+class NoWear:
+    """A fresh flank."""
+
+    def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
+        """Zero [mm]."""
+        return np.zeros(np.broadcast(face, profile).shape)
+
+
+@dataclass(frozen=True)
+class FlankWear:
+    """Depth on the grid of `/flank`.
+
+    Attributes
+    ----------
+    face : (F,) array [mm]
+    profile, values : (P, F) arrays [mm]
+        Profile coordinate, growing, and depth.
+    """
+
+    face: FloatArray
+    profile: FloatArray
+    values: FloatArray
+
+    def depth(self, face: FloatArray, profile: FloatArray) -> FloatArray:
+        """Linear along the grid's own lines, so that a cusp on them stays one; beyond its ends constant [mm]."""
+        face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
+        result = np.empty(face.shape)
+        flat_face, flat_profile, flat = face.ravel(), profile.ravel(), result.reshape(-1)
+        stations, where = np.unique(flat_face, return_inverse=True)
+        for k, station in enumerate(stations):
+            chosen = where == k
+            place = float(np.interp(station, self.face, np.arange(len(self.face))))
+            low = min(int(place), len(self.face) - 2)
+            share = place - low
+            nodes, values = (
+                (1.0 - share) * table[:, low] + share * table[:, low + 1] for table in (self.profile, self.values)
+            )
+            flat[chosen] = np.interp(flat_profile[chosen], nodes, values)
+        return result
+
+
+def face_stations(pair: PairKinematics) -> FloatArray:
+    """Face stations of `/flank`: the middles of equal slices [mm]."""
+    low, high = pair.gear_face
+    slices = pair.scene.numerics.face_slices
+    return low + (high - low) * (np.arange(slices) + 0.5) / slices
+
+
+def flank_profile(pair: PairKinematics) -> FloatArray:
+    """Profile coordinates of the gear's `/flank` grid, (profile, face), even beside the pitch cone [mm]."""
+    face, points = face_stations(pair), pair.scene.numerics.profile_points
+    gear = pair.gear
+    tip = gear.tip_profile(face)
+    turn = 0.5 * np.pi - gear.generation_angle(face, tip)
+    tip = tip - pair.scene.gear_pair.gear_tip_edge_radius_mm * np.tan(0.5 * turn)
+    root = np.full(face.shape, gear.root_profile)
+    pitch = gear.profile_from_height(face, pair.pinion.pitch_radius * (1.0 - face / gear.pitch_radius))
+    split = np.clip(np.rint((pitch - root) / (tip - root) * (points - 1)), 0, points - 1)
+    split = np.where((split < 2) | (split > points - 3), points - 1, split)
+    middle = np.where(split == points - 1, tip, pitch)
+    index = np.arange(points)[:, None]
+    below = root + (middle - root) * index / split
+    above = middle + (tip - middle) * (index - split) / np.maximum(points - 1 - split, 1)
+    return np.where(index <= split, below, above)
+
+
+def wear_depth_of(
+    given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairKinematics
+) -> WearDepth:
+    """Wear depth from what a user has.
+
+    Parameters
+    ----------
+    given : Dataset or DataTree of `/flank`, DataArray, array or None
+        A `/flank` group with `wear_depth`, `flank_height` and `flank_radius` (its last wear step counts): any grid. A
+        `wear_depth` array or DataArray, (body, profile, face) or (profile, face) [um]: on the grid that the scene's
+        own `numerics` give, as `simulate` and `semiwear.loaded_contact` have it. None: unworn.
+    pair : PairKinematics
+
+    Raises
+    ------
+    SceneError
+        For a wrong shape, values that are negative or not finite, or a worn pinion.
+    """
+    if given is None:
+        return NoWear()
+    if isinstance(given, xr.DataTree):
+        given = given.to_dataset()
+    if isinstance(given, xr.Dataset):
+        table = given.isel(wear_step=-1) if "wear_step" in given.dims else given
+        height, radius = (np.asarray(table[name].sel(body="gear")) for name in ("flank_height", "flank_radius"))
+        face, profile = radius[0], pair.gear.profile_from_height(radius, height)
+        depth = np.asarray(table["wear_depth"])
+    else:
+        face, profile = face_stations(pair), flank_profile(pair)
+        depth = np.asarray(given, dtype=float)
+    if depth.ndim == 3 and depth.shape[0] == 2:
+        if np.any(depth[0] != 0.0):
+            raise SceneError.of("wear_depth", "a worn pinion", "zero on the pinion", "only the gear may be worn")
+        depth = depth[1]
+    if depth.shape != profile.shape:
+        raise SceneError.of(
+            "wear_depth", f"an array of shape {depth.shape}", f"(profile, face) = {profile.shape}",
+            "hand over the whole /flank group of the result, or use the same numerics",
+        )  # fmt: skip
+    if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
+        raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
+    return FlankWear(np.asarray(face), np.asarray(profile), _MM * depth)
