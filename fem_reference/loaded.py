@@ -12,6 +12,8 @@ that and is for coarse meshes only.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +36,9 @@ from semiwear.scene import Placement, Scene
 __all__ = ["loaded_contact", "on_loaded_flank", "solve_positions"]
 
 FloatArray = NDArray[np.float64]
+
+_WIDER = 1.6  # the patch when a contact reached its border
+_WIDEST = 5.0  # forecast half-widths
 
 POSITIONS = 9
 """Mesh positions unless they are given."""
@@ -75,8 +80,8 @@ def loaded_contact(
         Whether to work out root stress.
     strict : bool
         Refuse pressures that the mesh cannot carry: fewer than three nodes across the contact of a pair that carries
-        a tenth of the load, or a contact that reaches the border of the refined patch. Otherwise they are flagged
-        only.
+        a tenth of the load, or a contact that reaches the border of the refined patch even after that was widened.
+        Otherwise they are flagged only.
 
     Returns
     -------
@@ -129,10 +134,21 @@ def solve_positions(
     for position in positions:
         flank.least_gap(float(position))
         result = solve_position(flank, float(position), torque, settings, roots, wear_to_come)
+        patch = settings.patch
+        while _at_a_border(result) and patch < _WIDEST:
+            patch *= _WIDER
+            result = solve_position(
+                flank, float(position), torque, replace(settings, patch=patch), roots, wear_to_come
+            )
         if strict:
             _refuse_unresolved(float(position), result)
         solved.append(result)
     return solved
+
+
+def _at_a_border(result: PositionResult) -> bool:
+    """Whether a contact reaches the border of what was refined."""
+    return any(found.contact.borders for found in result.pairs.values())
 
 
 def _refuse_unresolved(position: float, result: PositionResult) -> None:

@@ -31,7 +31,6 @@ IntArray = NDArray[np.int64]
 WearToCome = Callable[[RigidLine], FloatArray]
 """Depth that a unit line load wears off at the stations of a line [mm per N/mm]."""
 
-_PATCH = 1.5  # half the refined width over the forecast half-width
 _MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
 _LEAST_WIDTH = 0.4  # of the widest pair's half-width: what hardly loaded pairs are meshed for
 _APART = 1.0  # mm: the gap where nothing lies opposite
@@ -52,6 +51,8 @@ class MeshSettings:
         Teeth in the meshes; the bore and the back face are held, the cut planes free.
     growth : float
         Growth of elements outside the patch, mm for each mm.
+    patch : float
+        Half the refined width over the forecast half-width.
     """
 
     elements_per_half_width: float = 3.0
@@ -59,6 +60,7 @@ class MeshSettings:
     gear_teeth: int = 5
     pinion_teeth: int = 9
     growth: float = 0.5
+    patch: float = 1.5
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,7 @@ def solve_position(
     supported = {name: SupportedBody(bodies[name].stiffness, bodies[name].dofs(meshes[name].held)) for name in BODIES}
     contacts, places = [], []
     for j in expected.lines:
-        contact, place = _contact_pair(flank, expected, j, meshes, bodies, poses)
+        contact, place = _contact_pair(flank, expected, j, settings.patch, meshes, bodies, poses)
         contacts.append(contact)
         places.append(place)
     assembled = perf_counter()
@@ -213,17 +215,17 @@ def _elastic(mesh: ToothMesh, pose: Pose, material: Material) -> ElasticBody:
 # --- meshes that follow the lines ----------------------------------------------------------------------------
 
 
-def _half_range(expected: Forecast, pair: int) -> float:
+def _half_range(expected: Forecast, pair: int, patch: float) -> float:
     """Half the width of the patch of a pair [mm]."""
     widest = max(float(width.max()) for width in expected.half_width.values())
-    return _PATCH * max(float(expected.half_width[pair].max()), _LEAST_WIDTH * widest)
+    return patch * max(float(expected.half_width[pair].max()), _LEAST_WIDTH * widest)
 
 
 def _refinements(expected: Forecast, settings: MeshSettings) -> dict[str, dict[int, Refinement]]:
     """Refined patches of all loaded teeth of both bodies: pair j is pinion tooth j on gear tooth -j."""
     result: dict[str, dict[int, Refinement]] = {name: {} for name in BODIES}
     for j, line in expected.lines.items():
-        half = _half_range(expected, j)
+        half = _half_range(expected, j, settings.patch)
         near = line.gap - expected.least < 1.5 * expected.approach
         tables = {"gear": (-j, line.face, line.profile), "pinion": (j, line.pinion_face, line.pinion_profile)}
         for name, (tooth, face, profile) in tables.items():
@@ -231,7 +233,7 @@ def _refinements(expected: Forecast, settings: MeshSettings) -> dict[str, dict[i
                 profile_middle=_curve(face, profile),
                 profile_half_range=half,
                 face_range=(float(face[near].min()) - 1.0, float(face[near].max()) + 1.0),
-                element_size_profile=half / _PATCH / settings.elements_per_half_width,
+                element_size_profile=half / settings.patch / settings.elements_per_half_width,
                 element_size_face=settings.element_length,
                 growth=settings.growth,
             )
@@ -246,12 +248,13 @@ def _contact_pair(
     flank: RigidFlank,
     expected: Forecast,
     j: int,
+    patch: float,
     meshes: dict[str, ToothMesh],
     bodies: dict[str, ElasticBody],
     poses: dict[str, Pose],
 ) -> tuple[ContactPair, tuple[FloatArray, FloatArray]]:
     """Candidates of a pair with their exact gap; also face and profile coordinates at all nodes of the gear."""
-    pair, line, half = flank.pair, expected.lines[j], _half_range(expected, j)
+    pair, line, half = flank.pair, expected.lines[j], _half_range(expected, j, patch)
     gear, pinion = meshes["gear"].flanks[-j, LOADED], meshes["pinion"].flanks[j, LOADED]
     face = np.broadcast_to(gear.face, gear.profile.shape)
     met = pair.meeting(face, gear.profile, line.roll)
