@@ -18,6 +18,8 @@ As steps shrink this tends to marched wear alone, and no step is unstable.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
@@ -68,6 +70,15 @@ def sliding_distance_under_contact(
     return _sum_over_rolls(teeth, solver, (loads.cells > 0.0).astype(float), slices)
 
 
+@lru_cache(maxsize=4)
+def _absolute_wave_number(points: int) -> FloatArray:
+    """The operator |kappa| on nodes one apart, by cosines that are even at both ends: (points, points)."""
+    cosines = dct(np.eye(points), type=2, norm="ortho", axis=0)
+    operator = (cosines.T * (np.pi * np.arange(points) / points)) @ cosines
+    operator.flags.writeable = False
+    return operator
+
+
 def spread_by_contact(grid: FlankGrid, values: FloatArray, stiffness: FloatArray, slices: BoolArray) -> FloatArray:
     """Solve (1 + stiffness |kappa|) x = values along every slice: waves across the line, held even at both ends.
 
@@ -80,9 +91,7 @@ def spread_by_contact(grid: FlankGrid, values: FloatArray, stiffness: FloatArray
         Slices to do; the others are zero.
     """
     points = grid.profile.shape[1]
-    cosines = dct(np.eye(points), type=2, norm="ortho", axis=0)
-    wave = np.pi * np.arange(points) / points
-    absolute = (cosines.T * wave) @ cosines
+    absolute = _absolute_wave_number(points)
     out = np.zeros_like(values)
     on = np.flatnonzero(slices & values.any(axis=1))
     spacing = np.gradient(grid.profile[on], axis=1)

@@ -13,6 +13,7 @@ from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.plan import plan
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
+from tests.strategies.flanks import away_from_borders
 from tests.strategies.lines import even_grid, straight_lines
 
 # ---------------------------------------------------------------- a Hertz contact that crosses a plane flank
@@ -204,17 +205,6 @@ PATCH = {"numerics.fidelity": "patch", "numerics.cells_per_half_width": 8}
 
 def depth_of(tree):
     return tree["flank"].wear_depth.sel(body="gear").isel(wear_step=-1).values
-
-
-def away_from_borders(flank):
-    """Nodes two half-widths, 11 nodes, from the ends of the active flank and three slices from those of the face."""
-    active = flank.active.sel(body="gear").values.astype(bool)
-    inside = np.zeros(active.shape, dtype=bool)
-    for i in range(3, active.shape[1] - 3):
-        on = np.flatnonzero(active[:, i])
-        if on.size:
-            inside[on[0] + 11 : on[-1] - 10, i] = True
-    return inside
 
 
 def test_few_interpolated_roll_positions_wear_as_many_marched_ones(shipped):

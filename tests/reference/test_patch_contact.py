@@ -15,6 +15,7 @@ from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.plan import plan
 from semiwear.wear.swept_line import fresh_sweep
+from tests.strategies.flanks import away_from_borders
 from tests.strategies.lines import even_grid, straight_lines
 
 STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
@@ -206,17 +207,6 @@ def test_a_start_changes_nothing(by_fidelity):
 
 
 MESHES = {"wear.until.control_depths_um": None, "wear.control_point": None, "wear.until.meshes": 5e8}
-
-
-def away_from_borders(flank):
-    """Nodes two half-widths, 11 nodes, from the ends of the active flank and three slices from those of the face."""
-    active = flank.active.sel(body="gear").values.astype(bool)
-    inside = np.zeros(active.shape, dtype=bool)
-    for i in range(3, active.shape[1] - 3):
-        on = np.flatnonzero(active[:, i])
-        if on.size:
-            inside[on[0] + 11 : on[-1] - 10, i] = True
-    return inside
 
 
 def test_patches_and_lines_wear_alike(shipped):
