@@ -30,7 +30,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FaceGearPair, Material, Numerics, Placement, Scene
-from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping
+from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, WearStepper
 
 __all__ = ["Choice", "Plan", "plan", "prisms"]
@@ -112,7 +112,7 @@ class Plan:
             per_cycle=rolls.phase.size,
             bodies=_tooth_compliance(scene, pair, lines),
             grid=grid,
-            torque=torque,
+            torque=np.full(rolls.phase.size, torque),
             reach=reach,
             modulus=modulus,
             usual_load=usual,
@@ -138,9 +138,9 @@ class Plan:
         numerics = self.scene.numerics
         mapping: WearMapping = InterpolatedWear()
         if numerics.wear_mapping == "marched":
-            assert isinstance(teeth.solver, PatchContact)
-            mapping = MarchedWear(teeth.solver)
-        return WearStepper(teeth, wear.coefficient_mm2_per_N, numerics.wear_scheme == "implicit", mapping)
+            mapping = MarchedWear()
+        coefficients = Doses(wear.coefficient_mm2_per_N)
+        return WearStepper(teeth, coefficients, numerics.wear_scheme == "implicit", mapping)
 
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
         """The control point on the driven flank, if the scene names one."""

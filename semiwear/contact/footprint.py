@@ -23,8 +23,18 @@ from numpy.typing import NDArray
 
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.removed import Removed
 
-__all__ = ["LEAST_BEND", "MOST_NODES", "Footprints", "Spread", "footprints", "outline", "spread_over_flank"]
+__all__ = [
+    "LEAST_BEND",
+    "MOST_NODES",
+    "Footprints",
+    "Spread",
+    "footprints",
+    "outline",
+    "pieces_of",
+    "spread_over_flank",
+]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -40,8 +50,8 @@ class Footprints:
 
     Attributes
     ----------
-    wear : (face, profile) array [mm]
-        Wear depth of that flank.
+    removed : Removed
+        What is gone from the flanks.
     profile : array [mm]
         Profile coordinate of the footprint's centre.
     gap : array [mm]
@@ -56,7 +66,7 @@ class Footprints:
         Least separation at the nominal rotation: where an unloaded slice touches first.
     """
 
-    wear: FloatArray
+    removed: Removed
     profile: FloatArray
     gap: FloatArray
     curvature: FloatArray
@@ -69,9 +79,9 @@ class Footprints:
         by_roll = {
             entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step])
             for entry in fields(self)
-            if entry.name != "wear"
+            if entry.name != "removed"
         }
-        return Footprints(wear=self.wear, **by_roll)
+        return Footprints(removed=self.removed.every(step), **by_roll)
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,31 +176,33 @@ def _clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _find(  # type: ignore[no-untyped-def]
-    near, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split, half_width,
+    near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, faces = profile.shape
     for i in range(faces):
-        spread = wear[i].max() - wear[i].min()
         for k in range(rolls):
             at, per_mm = profile[k, i], spacing[k, i]
-            cubic = separation[:, k, i]
+            cubic, gone = separation[:, k, i], removed[row[k], i]
             width = half_width / per_mm
             out_profile[k, i] = at
-            out_gap[k, i] = cubic[0] + wear[i, 0]
+            out_gap[k, i] = cubic[0] + gone[0]
             out_curvature[k, i] = max(cubic[2], 1e-9) / per_mm**2
             out_width[k, i] = half_width
             out_least[k, i] = out_gap[k, i]
             out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
-            if not near[k, i] or (spread == 0.0 and not out_edge[k, i]):
+            if not near[k, i]:
+                continue
+            spread = gone.max() - gone.min()
+            if spread == 0.0 and not out_edge[k, i]:
                 continue
             room = _room(cubic, width)
-            # a footprint cannot lie where the fresh separation alone exceeds what the wear varies by
+            # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
             reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
             count = outline(
                 at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
-                high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
+                high_radius[k, i], room, gone, nodes[i], split[i], u, g,
             )  # fmt: skip
             least = g[0]
             for c in range(1, count):
@@ -224,7 +236,7 @@ def _find(  # type: ignore[no-untyped-def]
 
 
 def footprints(
-    lines: ContactLines, grid: FlankGrid, wear: FloatArray, half_width: float, near: BoolArray
+    lines: ContactLines, grid: FlankGrid, removed: Removed, half_width: float, near: BoolArray
 ) -> Footprints:
     """Footprints of all contact lines on a worn flank.
 
@@ -233,8 +245,7 @@ def footprints(
     lines : ContactLines
         Fresh contact lines.
     grid : FlankGrid
-    wear : (face, profile) array [mm]
-        Wear depth on the grid, >= 0.
+    removed : Removed
     half_width : float [mm]
         Reference half-width: that of the footprint on a fresh flank.
     near : (roll, face) bool array
@@ -245,10 +256,10 @@ def footprints(
     edge = np.empty(shape, dtype=np.bool_)
     _find(
         near, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, wear, grid.profile, grid.split, half_width,
+        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile, grid.split, half_width,
         profile, gap, curvature, width, edge, least,
     )  # fmt: skip
-    return Footprints(wear, profile, gap, curvature, width, edge, least)
+    return Footprints(removed, profile, gap, curvature, width, edge, least)
 
 
 @dataclass(frozen=True)
@@ -271,43 +282,53 @@ class Spread:
 
 
 @njit(cache=True, error_model="numpy")
+def pieces_of(  # type: ignore[no-untyped-def]
+    at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, u, g, mass, middle
+):
+    """Stretches of one footprint: their middles, their shares before division by the area, how many, and the area."""
+    spread = gone.max() - gone.min()
+    width = half_width / per_mm
+    room = _room(cubic, width)
+    reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
+    count = outline(
+        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split, u, g
+    )
+    least = g[0]
+    for c in range(1, count):
+        least = min(least, g[c])
+    area = 0.0
+    pieces = 0
+    for c in range(count - 1):
+        if min(g[c], g[c + 1]) - least >= room:
+            continue
+        u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+        if u_b > u_a:
+            mass[pieces] = _segment(room, u_b - u_a, t_a, t_b)[0]
+            middle[pieces] = 0.5 * (u_a + u_b)
+            area += mass[pieces]
+            pieces += 1
+    return pieces, area
+
+
+@njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    wear, nodes, split, half_width, slices, out,
+    removed, row, nodes, split, half_width, slices, out,
 ):  # fmt: skip
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
-        spread = wear[i].max() - wear[i].min()
         for k in range(rolls):
             # between two loaded positions a slice may pass beyond an end of the other body's face
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             per_mm = spacing[k, i]
-            width = half_width / per_mm
-            room = _room(separation[:, k, i], width)
-            at = profile[k, i]
-            reach = width + sqrt(2.0 * (spread + room) / max(separation[2, k, i], LEAST_BEND))
-            count = outline(
-                at - reach, at + reach, at, low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
+            pieces, area = pieces_of(
+                profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
+                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, u, g, mass, middle,
             )  # fmt: skip
-            least = g[0]
-            for c in range(1, count):
-                least = min(least, g[c])
-            area = 0.0
-            pieces = 0
-            for c in range(count - 1):
-                if min(g[c], g[c + 1]) - least >= room:
-                    continue
-                u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
-                if u_b > u_a:
-                    mass[pieces] = _segment(room, u_b - u_a, t_a, t_b)[0]
-                    middle[pieces] = 0.5 * (u_a + u_b)
-                    area += mass[pieces]
-                    pieces += 1
             if area <= 0.0:
                 continue
             scale = rate[k, i] / (area * per_mm)
@@ -331,7 +352,7 @@ def _spread(  # type: ignore[no-untyped-def]
 def spread_over_flank(
     lines: ContactLines,
     grid: FlankGrid,
-    wear: FloatArray,
+    removed: Removed,
     half_width: float,
     places: FloatArray,
     what: Spread,
@@ -341,7 +362,7 @@ def spread_over_flank(
 
     Parameters
     ----------
-    lines, grid, wear, half_width
+    lines, grid, removed, half_width
         As in `footprints`.
     places : (roll, face) array [mm]
         Centres to which `what.centre` belongs.
@@ -356,7 +377,7 @@ def spread_over_flank(
     out = np.zeros(grid.profile.shape)
     _spread(
         what.rate, what.centre, what.slope, places, lines.profile, lines.low, lines.high, lines.separation,
-        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, wear, grid.profile, grid.split, half_width,
-        slices, out,
+        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
+        grid.split, half_width, slices, out,
     )  # fmt: skip
     return out

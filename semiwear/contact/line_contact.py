@@ -18,6 +18,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
@@ -157,7 +158,7 @@ class LineContact:
         Tooth compliance of both bodies; empty for rigid teeth.
     grid : FlankGrid
         Where wear is kept.
-    torque : float [N mm]
+    torque : (mesh_position,) array [N mm]
     reach : float [mm]
         Separation beyond which no slice can touch, however loaded and worn.
     modulus : float [MPa]
@@ -167,18 +168,21 @@ class LineContact:
     usual_half_width : float [mm]
         Half-width under it.
     max_iterations : int
+    more : tuple of SliceCompliance
+        Further compliance between slices.
     """
 
     lines: ContactLines
     per_cycle: int
     bodies: tuple[CompliantBody, ...]
     grid: FlankGrid
-    torque: float
+    torque: FloatArray
     reach: float
     modulus: float
     usual_load: float
     usual_half_width: float
     max_iterations: int = 60
+    more: tuple[SliceCompliance, ...] = ()
     _systems: dict[int, MeshPosition] = field(default_factory=dict, repr=False)
 
     def is_near(self, lines: ContactLines) -> BoolArray:
@@ -204,7 +208,7 @@ class LineContact:
         line_load, lines = self.line_load(loads), self.lines
         hertz = line_contact_pressure(line_load, worn.curvature, self.modulus)
         distance = np.minimum(worn.profile - lines.low, lines.high - worn.profile) * lines.spacing
-        other = worn.edge | (distance < margin) | (np.ptp(worn.wear, axis=1) > 0.0)
+        other = worn.edge | (distance < margin) | worn.removed.varies
         exact, _ = solve_slices(lines, self.grid, worn, np.where(other, line_load, 0.0), self.modulus, margin)
         return SlicePressures(
             np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
@@ -251,6 +255,8 @@ class LineContact:
         usual = self.usual_half_width
         arc, length = lines.arc[at], lines.length[at]
         subtract_mid_surface(smooth, starts, arc, length, *self._mid_surface(at, _LEAST_DEPTH * usual))
+        for further in self.more:
+            smooth += further.matrix(at, starts)
         static = smooth.copy()
         add_far_stripe(static, starts, arc, length, usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus))
         system = MeshPosition(
@@ -379,7 +385,7 @@ class LineContact:
         else:
             active, width = gap <= np.quantile(gap, 0.25), np.full(index.size, system.usual)
         status, rotation, iterations, change_of_width = solve_line_loads(
-            static, gap, lever, self.torque, curvature, starts, arc, length, _NEAR_FIELD * system.usual,
+            static, gap, lever, float(self.torque[position]), curvature, starts, arc, length, _NEAR_FIELD * system.usual,
             self.modulus, floor, 2.0 * system.usual, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations,
             active, width, force, slack,
         )  # fmt: skip
@@ -391,7 +397,7 @@ class LineContact:
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation
         loads.iterations[position] = iterations
-        loads.balance[position] = abs(float(lever @ force) / self.torque - 1.0)
+        loads.balance[position] = abs(float(lever @ force) / float(self.torque[position]) - 1.0)
         # the Hertz pressure goes with the root of line load times curvature
         pressure = np.sqrt(force / length * curvature)
         worst = max(float((pressure * np.abs(slack)).max() / pressure.max()), float(-slack.min()))

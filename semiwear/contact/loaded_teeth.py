@@ -12,11 +12,14 @@ from semiwear.contact.teeth_solver import SlicePressures, TeethLoads, TeethSolve
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.partner_flank import PartnerFlank
+from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
 __all__ = ["LoadedState", "LoadedTeeth"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
@@ -30,15 +33,19 @@ class LoadedState:
     Attributes
     ----------
     wear : (face, profile) array [mm]
+        Of the driven flank.
     fine, coarse : Footprints
         On the fine roll grid, and at the positions that are solved.
     loads : TeethLoads
+    partner_wear : (face, profile) array [mm] or None
+        Of the driving flank, on its own grid; None where it does not wear.
     """
 
     wear: FloatArray
     fine: Footprints
     coarse: Footprints
     loads: TeethLoads
+    partner_wear: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,10 @@ class LoadedTeeth:
         footprints and the half-width of the pitch band.
     zero : float [mm]
         Mean unloaded, unworn separation over a mesh cycle of this placement: where transmission error is zero.
+    modification : (rows, face, profile) array [mm] or None
+        What unworn flanks lack, as the driven flank's nodes meet it: one row, or one a roll position of `fine`.
+    partner : PartnerFlank or None
+        Where the driving flank's wear is kept; None where it does not wear.
     """
 
     pair: FlankPair
@@ -68,20 +79,35 @@ class LoadedTeeth:
     solver: TeethSolver
     half_width: float
     zero: float
+    modification: FloatArray | None = None
+    partner: PartnerFlank | None = None
 
-    def touch(self, wear: FloatArray) -> tuple[Footprints, Footprints]:
-        """Footprints on a worn flank [mm], on the fine roll grid and at the solved positions."""
-        fine = footprints(self.fine, self.grid, wear, self.half_width, self.solver.is_near(self.fine))
+    def removed(
+        self, wear: FloatArray, partner_wear: FloatArray | None = None, slices: IntArray | None = None
+    ) -> Removed:
+        """What is gone from both flanks on the fine roll grid; with `slices` it need be right in these only."""
+        depth = wear[None] if self.modification is None else self.modification + wear
+        if partner_wear is not None and self.partner is not None:
+            depth = self.partner.met(partner_wear, slices) + depth
+        rolls = self.fine.roll.size
+        row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
+        return Removed(depth, row)
+
+    def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
+        """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
+        fine = footprints(self.fine, self.grid, removed, self.half_width, self.solver.is_near(self.fine))
         return fine, fine.every(self.rolls.substeps)
 
-    def load(self, wear: FloatArray, start: TeethLoads | None = None) -> LoadedState:
-        """Elastic contact on a worn flank [mm], started from other loads when given."""
-        fine, coarse = self.touch(wear)
+    def load(
+        self, wear: FloatArray, start: TeethLoads | None = None, partner_wear: FloatArray | None = None
+    ) -> LoadedState:
+        """Elastic contact on worn flanks [mm], started from other loads when given."""
+        fine, coarse = self.touch(self.removed(wear, partner_wear))
         loads = self.solver.solve(coarse, start or self.solver.no_loads())
         edged = self.solver.with_edges(coarse, loads)
         if edged is not coarse:
             coarse, loads = edged, self.solver.solve(edged, loads)
-        return LoadedState(wear, fine, coarse, loads)
+        return LoadedState(wear, fine, coarse, loads, partner_wear)
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""

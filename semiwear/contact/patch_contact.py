@@ -98,7 +98,7 @@ class PatchContact:
     cells: PatchCells
     max_iterations: int = 400
     length: float = field(init=False)
-    _influence: dict[tuple[int, int], FloatArray] = field(default_factory=dict, repr=False, init=False)
+    _influence: dict[tuple[int, int], FloatArray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         near = self.line.is_near(self.line.lines)
@@ -219,15 +219,15 @@ class PatchContact:
         while True:
             approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * line.typical_approach)
             rows = _Rows.of(line, position, worn, approach)
-            gap, reach = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.wear)
+            gap, reach = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
             if reach > (0.5 * columns - 0.5) * self.cells.width:
                 columns = self.cells.columns_for(reach)
-                gap, _ = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.wear)
+                gap, _ = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
             if first is not None:
                 guess = self._hertz(rows, columns, worn, first)
             else:
                 guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
-            solution = self._solve_rows(rows, gap, worn, wear_compliance, guess)
+            solution = self._solve_rows(position, rows, gap, worn, wear_compliance, guess)
             if solution.status is not PatchStatus.CONVERGED:
                 raise ConvergenceError(
                     f"load sharing stopped at mesh position {position}/{self.per_cycle}: " + self._reason(solution)
@@ -256,7 +256,13 @@ class PatchContact:
         return first.force[at][:, None] * shape / np.where(total > 0.0, total, 1.0)[:, None]
 
     def _solve_rows(
-        self, rows: _Rows, gap: FloatArray, worn: Footprints, wear_compliance: FloatArray | None, guess: FloatArray
+        self,
+        position: int,
+        rows: _Rows,
+        gap: FloatArray,
+        worn: Footprints,
+        wear_compliance: FloatArray | None,
+        guess: FloatArray,
     ) -> PatchSolution:
         columns = gap.shape[1]
         gap[rows.candidate < 0] = np.inf
@@ -274,7 +280,7 @@ class PatchContact:
             coefficients=self._coefficients(int(np.diff(rows.starts).max()), columns),
             half_width=self.line.usual_half_width / self.cells.width,
         )
-        return solve_patches(system, self.line.torque, guess, _TOLERANCE, self.max_iterations)
+        return solve_patches(system, float(self.line.torque[position]), guess, _TOLERANCE, self.max_iterations)
 
     def _coefficients(self, rows: int, columns: int) -> FloatArray:
         known = self._influence.get((rows, columns))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.removed import Removed
 
 __all__ = ["PatchCells"]
 
@@ -42,15 +43,16 @@ def _rounded(away, border, side, radius, at, per_mm, cubic):  # type: ignore[no-
 
 @njit(cache=True, error_model="numpy")
 def _gaps(  # type: ignore[no-untyped-def]
-    rolls, faces, approach, columns, width, profile, low, high, separation, spacing, low_radius, high_radius, wear,
-    nodes, split, out,
+    rolls, faces, approach, columns, width, profile, low, high, separation, spacing, low_radius, high_radius,
+    removed, row, nodes, split, out,
 ):  # fmt: skip
     """Gaps less than `approach`; the separation is convex, so that what lies beyond a greater one is greater."""
     farthest = -1.0
     for r in range(rolls.shape[0]):
         k, i = rolls[r], faces[r]
         at, per_mm, cubic = profile[k, i], spacing[k, i], separation[:, k, i]
-        least = wear[i].min()
+        gone = removed[row[k], i]
+        least = gone.min()
         for side in (-1.0, 1.0):
             c, before = 0, cubic[0]
             while True:
@@ -71,7 +73,7 @@ def _gaps(  # type: ignore[no-untyped-def]
                 if c < columns // 2:
                     cell, x = locate(nodes[i], split[i], place)
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + smooth_value(wear[i], cell, x)
+                    out[r, column] = fresh + smooth_value(gone, cell, x)
                 c += 1
     return farthest
 
@@ -148,7 +150,7 @@ class PatchCells:
     width: float
 
     def gap(
-        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, wear: FloatArray
+        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, removed: Removed
     ) -> tuple[FloatArray, float]:
         """Separation at the nominal rotation in the middle of cells, fresh and worn together.
 
@@ -160,7 +162,7 @@ class PatchCells:
             Gaps that are surely greater are left out: elasticity only opens gaps, so nothing touches there.
         columns : int
             Cells in a row, the line in the middle; even.
-        wear : (face, profile) array [mm]
+        removed : Removed
 
         Returns
         -------
@@ -172,8 +174,8 @@ class PatchCells:
         lines, out = self.lines, np.full((rolls.size, columns), np.inf)
         reach = _gaps(
             rolls, faces, approach, columns, self.width, lines.profile, lines.low, lines.high, lines.separation,
-            lines.spacing, lines.low_edge_radius, lines.high_edge_radius, wear, self.grid.profile, self.grid.split,
-            out,
+            lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
+            self.grid.profile, self.grid.split, out,
         )  # fmt: skip
         return out, reach
 

@@ -98,7 +98,7 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
 
 @njit(cache=True, error_model="numpy")
 def _solve(  # type: ignore[no-untyped-def]
-    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, wear, nodes, split,
+    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split,
     modulus, margin, influence, out_inner, out_place, out_border, out_gap,
 ):  # fmt: skip
     cells = influence.shape[0]
@@ -108,11 +108,12 @@ def _solve(  # type: ignore[no-untyped-def]
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, faces = line_load.shape
     for i in range(faces):
-        spread = wear[i].max() - wear[i].min()
         for k in range(rolls):
             q, at, per_mm, cubic = line_load[k, i], profile[k, i], spacing[k, i], separation[:, k, i]
             if q <= 0.0:
                 continue
+            gone = removed[row[k], i]
+            spread = gone.max() - gone.min()
             # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
             closes = 2.0 * q / (pi * modulus)
             room = _ROOM * closes
@@ -120,7 +121,7 @@ def _solve(  # type: ignore[no-untyped-def]
                 reach = sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
                 count = outline(
                     at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
-                    high_radius[k, i], room, wear[i], nodes[i], split[i], u, g,
+                    high_radius[k, i], room, gone, nodes[i], split[i], u, g,
                 )  # fmt: skip
                 least = g[:count].min()
                 first, last = 0, count - 1
@@ -140,7 +141,7 @@ def _solve(  # type: ignore[no-untyped-def]
                         away = place - at
                         gap[c] = (
                             cubic[0] + away * (cubic[1] + away * (0.5 * cubic[2] + away * cubic[3] / 6.0))
-                            + smooth_value(wear[i], cell, x_cell) - least
+                            + smooth_value(gone, cell, x_cell) - least
                         )  # fmt: skip
                     else:
                         gap[c] = np.interp(place, u[:count], g[:count]) - least
@@ -196,7 +197,7 @@ def solve_slices(
     place, gap = lines.profile.copy(), worn.gap.copy()
     _solve(
         line_load, worn.curvature, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, worn.wear, grid.profile, grid.split, modulus, margin,
-        _INFLUENCE, inner, place, border, gap,
+        lines.low_edge_radius, lines.high_edge_radius, worn.removed.depth, worn.removed.row, grid.profile,
+        grid.split, modulus, margin, _INFLUENCE, inner, place, border, gap,
     )  # fmt: skip
     return SlicePressures(inner, place, border), gap

@@ -1,17 +1,18 @@
-"""From loads at roll positions to wear depths on the flank: `interpolated` and `marched`.
+"""From loads at roll positions to wear depths on the flanks: `interpolated` and `marched`.
 
 `interpolated` (after the surface interpolation of Park, Kolivand and Kahraman 2014): few roll positions are solved.
 What is smooth along the path, the line load, is interpolated between them; what is not, the sliding velocity with its
 zero at the pitch line, is exact everywhere, so that the cusp of the wear there is kept. The contact's shape follows
-the worn flank.
+the worn flanks.
 
 `marched` (after Park, Kolivand and Kahraman 2012): many roll positions, each with its own pressures, summed in place.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,117 +20,200 @@ from numpy.typing import NDArray
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.swept_line import Sweep, wear_of_mesh
+from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
 
-__all__ = ["InterpolatedWear", "MarchedWear", "WearMapping"]
+__all__ = ["Doses", "Growth", "InterpolatedWear", "MarchedWear", "Passage", "WearMapping", "Worn"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+Growth = Callable[[FloatArray, FloatArray], FloatArray]
+"""From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
+
+_BESIDE = 2  # slices that a station of the driving flank hears from, to either side
+
+
+class Worn(NamedTuple):
+    """Wear depths of the flanks, each on its own nodes [mm]; None for a driving flank that does not wear."""
+
+    driven: FloatArray
+    driving: FloatArray | None = None
+
+
+class Doses(NamedTuple):
+    """Meshes times wear coefficient of each body [mm^2/N]."""
+
+    driven: float
+    driving: float = 0.0
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Loads under which meshes happen.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+    loads : TeethLoads
+        Of the solver's own kind.
+    weight : float, or (roll, face) array
+        Share of the meshes; times the factor on the wear coefficient where it varies.
+    """
+
+    teeth: LoadedTeeth
+    loads: Any
+    weight: float | FloatArray = 1.0
+
 
 class WearMapping(Protocol):
-    """Wear depths on the flank from loads at roll positions."""
+    """Wear depths on the flanks from loads at roll positions."""
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, wear: FloatArray, loads: Any, slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
     ) -> FloatArray:
-        """Sum of p |v_s| dt over one mesh on a flank worn by `wear` [mm], in some slices: (face, profile) [N/mm]."""
+        """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
 
     def worn(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        wear: FloatArray,
-        loads: Any,
-        dose: float,
+        worn: Worn,
+        passages: Sequence[Passage],
+        doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> FloatArray:
-        """Wear at the end of a step over which the loads hold [mm], right in some slices: (face, profile).
+    ) -> Worn:
+        """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
 
         Parameters
         ----------
-        wear : (face, profile) array [mm]
+        worn : Worn
             At the start.
-        dose : float [mm^2/N]
-            Meshes times wear coefficient.
         cycles : int
             In how many parts of the step the contact's shape follows the wear; 1: that of the start holds.
         """
 
 
+def _line_load(passages: Sequence[Passage]) -> FloatArray:
+    """Line load on the fine roll grid, averaged over the passages: footprints have one shape for all of them."""
+    parts = [one.teeth.on_fine_rolls(one.teeth.solver.line_load(one.loads) * one.weight) for one in passages]
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part
+    return total
+
+
 @dataclass(frozen=True)
 class InterpolatedWear:
-    """Line loads interpolated between roll positions, spread over footprints that follow the wear."""
+    """Line loads interpolated between roll positions, spread over footprints that follow the wear.
+
+    Attributes
+    ----------
+    grow, grow_partner : callable
+        How depths of the driven and the driving flank add up.
+    """
+
+    grow: Growth = np.add
+    grow_partner: Growth = np.add
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, wear: FloatArray, loads: Any, slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`."""
-        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
-        return wear_of_mesh(teeth.fine, teeth.grid, wear, motion, line_load, teeth.half_width, slices)
+        removed = teeth.removed(*worn, slices)
+        return wear_of_mesh(
+            teeth.fine, teeth.grid, removed, motion, _line_load(passages), teeth.half_width, slices
+        )
 
     def worn(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        wear: FloatArray,
-        loads: Any,
-        dose: float,
+        worn: Worn,
+        passages: Sequence[Passage],
+        doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> FloatArray:
+    ) -> Worn:
         """As in `WearMapping`."""
-        line_load = teeth.on_fine_rolls(teeth.solver.line_load(loads))
+        line_load = _line_load(passages)
+        driven, driving = worn
+        if driving is not None:
+            slices = _with_neighbours(slices, driven.shape[0])
         for _ in range(cycles):
-            mesh = wear_of_mesh(teeth.fine, teeth.grid, wear, motion, line_load, teeth.half_width, slices)
-            wear = wear + dose / cycles * mesh
-        return wear
+            removed = teeth.removed(driven, driving, slices)
+            what = (motion, line_load, teeth.half_width, slices)
+            mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
+            if driving is not None and teeth.partner is not None:
+                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.grid, teeth.partner, removed, *what)
+                driving = self.grow_partner(driving, doses.driving / cycles * partner_mesh)
+            driven = self.grow(driven, doses.driven / cycles * mesh)
+        return Worn(driven, driving)
 
 
 @dataclass(frozen=True)
 class MarchedWear:
-    """Pressures summed where they act.
+    """Pressures summed where they act; of the driven flank alone.
 
     Attributes
     ----------
-    solver : PatchContact
     swept : InterpolatedWear
         Carries large steps.
     """
 
-    solver: PatchContact
     swept: InterpolatedWear = InterpolatedWear()
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, wear: FloatArray, loads: Any, slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`; the loads were solved on this flank."""
-        return marched_wear(teeth, self.solver, loads, _chosen(teeth, slices))
+        return _marched(passages, _chosen(teeth, slices))
 
     def worn(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        wear: FloatArray,
-        loads: Any,
-        dose: float,
+        worn: Worn,
+        passages: Sequence[Passage],
+        doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> FloatArray:
+    ) -> Worn:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
-        chosen = _chosen(teeth, slices)
-        marched = dose * marched_wear(teeth, self.solver, loads, chosen)
+        chosen, dose = _chosen(teeth, slices), doses.driven
+        marched = dose * _marched(passages, chosen)
         if cycles == 1:
-            return wear + marched
-        swept = self.swept.worn(teeth, motion, wear, loads, dose, cycles, slices)
-        rest = marched - dose * self.swept.of_mesh(teeth, motion, wear, loads, slices)
-        slid = sliding_distance_under_contact(teeth, self.solver, loads, chosen)
+            return Worn(worn.driven + marched)
+        swept = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
+        rest = marched - dose * self.swept.of_mesh(teeth, motion, worn, passages, slices)
+        slid = _slid(passages, chosen)
         stiffness = 0.5 * dose * teeth.solver.modulus * slid
-        return np.maximum(swept + spread_by_contact(teeth.grid, rest, stiffness, chosen), wear)
+        return Worn(np.maximum(swept.driven + spread_by_contact(teeth.grid, rest, stiffness, chosen), worn.driven))
+
+
+def _patch(passage: Passage) -> PatchContact:
+    solver = passage.teeth.solver
+    assert isinstance(solver, PatchContact)  # the scene's rules see to it
+    return solver
+
+
+def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
+    parts = [marched_wear(one.teeth, _patch(one), one.loads, chosen, one.weight) for one in passages]
+    return np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+
+
+def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
+    parts = [sliding_distance_under_contact(one.teeth, _patch(one), one.loads, chosen, one.weight) for one in passages]
+    return np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
 
 
 def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:
     chosen = np.zeros(teeth.grid.face.size, dtype=bool)
     chosen[slices] = True
     return chosen
+
+
+def _with_neighbours(slices: IntArray, count: int) -> IntArray:
+    """Slices and those beside them, whose contacts reach the same stations of the driving flank."""
+    beside = slices[:, None] + np.arange(-_BESIDE, _BESIDE + 1)
+    return np.unique(np.clip(beside, 0, count - 1))

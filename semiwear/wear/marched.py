@@ -44,7 +44,13 @@ def _sum_over_rolls(teeth: LoadedTeeth, solver: PatchContact, rate: FloatArray, 
     return out
 
 
-def marched_wear(teeth: LoadedTeeth, solver: PatchContact, loads: PatchLoads, slices: BoolArray) -> FloatArray:
+def marched_wear(
+    teeth: LoadedTeeth,
+    solver: PatchContact,
+    loads: PatchLoads,
+    slices: BoolArray,
+    weight: float | FloatArray = 1.0,
+) -> FloatArray:
     """Sum of p |v_s| dt over one mesh at the nodes of the flank [N/mm].
 
     Parameters
@@ -54,20 +60,28 @@ def marched_wear(teeth: LoadedTeeth, solver: PatchContact, loads: PatchLoads, sl
     loads : PatchLoads
     slices : (face,) bool array
         Slices to do; the others stay zero.
+    weight : float, or (roll, face) array
+        Factor on the pressure.
 
     Returns
     -------
     (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
     """
-    return _sum_over_rolls(teeth, solver, solver.cell_pressure(loads), slices)
+    rate = solver.cell_pressure(loads) * np.asarray(weight)[..., None]
+    return _sum_over_rolls(teeth, solver, rate, slices)
 
 
 def sliding_distance_under_contact(
-    teeth: LoadedTeeth, solver: PatchContact, loads: PatchLoads, slices: BoolArray
+    teeth: LoadedTeeth,
+    solver: PatchContact,
+    loads: PatchLoads,
+    slices: BoolArray,
+    weight: float | FloatArray = 1.0,
 ) -> FloatArray:
     """Distance that the other flank slides over each node while it is pressed, in one mesh [mm]: (face, profile)."""
-    return _sum_over_rolls(teeth, solver, (loads.cells > 0.0).astype(float), slices)
+    rate = (loads.cells > 0.0) * np.asarray(weight)[..., None]
+    return _sum_over_rolls(teeth, solver, rate, slices)
 
 
 @lru_cache(maxsize=4)

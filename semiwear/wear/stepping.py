@@ -7,22 +7,27 @@ Explicit: the loads at the start of the step hold throughout; only for compariso
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.contact.footprint import Footprints
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
-from semiwear.contact.teeth_solver import TeethLoads
 from semiwear.errors import ConvergenceError
-from semiwear.wear.mapping import InterpolatedWear, WearMapping
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
 
-__all__ = ["ControlPoint", "WearState", "WearStepper"]
+__all__ = ["ControlPoint", "LoadCase", "WearState", "WearStepper"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+CoefficientFactor = Callable[[LoadedTeeth, Any, Footprints], FloatArray]
+"""Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step the contact's shape follows the wear that often
 _CYCLES = (4, 32)
@@ -33,8 +38,25 @@ _DEPTH_ITERATIONS = 40
 
 
 @dataclass(frozen=True)
+class LoadCase:
+    """A share of the meshes, and the teeth as they are loaded then.
+
+    Attributes
+    ----------
+    share : float
+    teeth : LoadedTeeth
+    others : float
+        Mean load of all cases over the load of this one.
+    """
+
+    share: float
+    teeth: LoadedTeeth
+    others: float = 1.0
+
+
+@dataclass(frozen=True)
 class WearState:
-    """A worn flank and its elastic contact.
+    """Worn flanks and their elastic contact.
 
     Attributes
     ----------
@@ -43,16 +65,29 @@ class WearState:
     contact : LoadedState
     pace : float
         Meshes that the last step to a depth took, over those that the wear rate at its start had promised.
+    cases : tuple of LoadedState
+        Contact in each load case; empty when there is only one, that of `contact`.
     """
 
     meshes: float
     contact: LoadedState
     pace: float = 1.0
+    cases: tuple[LoadedState, ...] = ()
 
     @property
     def wear(self) -> FloatArray:
-        """Wear depth on the grid [mm]."""
+        """Wear depth of the driven flank on the grid [mm]."""
         return self.contact.wear
+
+    @property
+    def worn(self) -> Worn:
+        """Wear depths of both flanks [mm]."""
+        return Worn(self.contact.wear, self.contact.partner_wear)
+
+    @property
+    def loaded(self) -> tuple[LoadedState, ...]:
+        """Contact in each load case."""
+        return self.cases or (self.contact,)
 
 
 @dataclass(frozen=True)
@@ -72,26 +107,45 @@ class ControlPoint:
 
 @dataclass(frozen=True)
 class WearStepper:
-    """Advances the wear of the driven flank.
+    """Advances the wear of the flanks.
 
     Attributes
     ----------
     teeth : LoadedTeeth
-    coefficient : float [mm^2/N]
-        Wear coefficient k of the driven body.
+        Under the load whose contact is reported.
+    coefficients : Doses
+        Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
     implicit : bool
     mapping : WearMapping
-        From loads to wear depths on the flank.
+        From loads to wear depths on the flanks.
+    cases : tuple of LoadCase
+        What the teeth wear under; empty for `teeth` alone.
+    factor : callable or None
+        On the wear coefficients, where they depend on the contact.
+    depth_factor : callable or None
+        On the wear coefficient of the driven flank at its present depth, (face, profile).
     """
 
     teeth: LoadedTeeth
-    coefficient: float
+    coefficients: Doses
     implicit: bool = True
     mapping: WearMapping = field(default_factory=InterpolatedWear)
+    cases: tuple[LoadCase, ...] = ()
+    factor: CoefficientFactor | None = None
+    depth_factor: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def load_cases(self) -> tuple[LoadCase, ...]:
+        """What the teeth wear under."""
+        return self.cases or (LoadCase(1.0, self.teeth),)
 
     def start(self) -> WearState:
-        """The unworn flank."""
-        return WearState(0.0, self.teeth.load(np.zeros(self.teeth.grid.profile.shape)))
+        """The unworn flanks."""
+        teeth = self.teeth
+        partner = None if teeth.partner is None else np.zeros(teeth.partner.grid.profile.shape)
+        wear = np.zeros(teeth.grid.profile.shape)
+        cases = tuple(case.teeth.load(wear, None, partner) for case in self.cases)
+        return WearState(0.0, teeth.load(wear, None, partner), cases=cases)
 
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
@@ -112,19 +166,82 @@ class WearStepper:
         """Wear depth at a control point [mm]."""
         return self.teeth.grid.interpolate(wear, point.face, point.profile)
 
+    def doses(self, meshes: float) -> Doses:
+        """Wear coefficients times the meshes of a step."""
+        return Doses(meshes * self.coefficients.driven, meshes * self.coefficients.driving)
+
     def _committed(self, step: _Step, meshes: float) -> WearState:
         """The end of a step of known length; nothing is changed before everything has converged."""
         loads = step.loads(meshes)
-        wear = step.worn(loads, meshes)
-        deepest, height = float(wear.max()), float(np.ptp(self.teeth.grid.profile, axis=1).max())
+        worn = step.worn(loads, meshes)
+        deepest = max(float(depth.max()) for depth in worn if depth is not None)
+        height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
         if deepest > _DEEPEST * height:
             raise ConvergenceError(
                 f"a step of {meshes:.3g} meshes from {step.state.meshes:.3g} would wear {deepest:.3g} mm off a flank "
                 f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
                 "wear.coefficient_mm2_per_N"
             )
-        contact = self.teeth.load(wear, loads)
-        return WearState(step.state.meshes + meshes, contact, step.pace)
+        state = step.state
+        cases = tuple(
+            case.teeth.load(worn.driven, start, worn.driving)
+            for case, start in zip(self.cases, loads, strict=bool(self.cases))
+        )
+        start = state.contact.loads if self.cases else loads[0]
+        contact = self.teeth.load(worn.driven, start, worn.driving)
+        return WearState(state.meshes + meshes, contact, step.pace, cases)
+
+
+class _CaseStep:
+    """What a step knows about the start of one load case."""
+
+    def __init__(self, stepper: WearStepper, case: LoadCase, state: LoadedState, motion: Sweep):
+        self.stepper, self.case, self.state, self.motion = stepper, case, state, motion
+        teeth = case.teeth
+        rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
+        self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+        self.rate = np.zeros(0)
+
+    def prepare(self, meshes: float) -> float:
+        """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
+        force = self.state.loads.force
+        now = self._own(0.0)
+        # wear that the present loads would leave, where they are; elasticity spreads it when it is large
+        depth = meshes * float(np.sum(now * force**2) / np.sum(force))
+        elastic = 2.0 * float(np.abs(self.case.teeth.solver.approach(self.state.loads)).mean())
+        growth = depth / (1.0 + depth / elastic)
+        self.rate = self._own(growth)
+        return growth
+
+    def _own(self, growth: float) -> FloatArray:
+        """Wear of both bodies in one mesh, as the line itself will feel it, per force on a slice [mm/N]."""
+        stepper, teeth, coarse = self.stepper, self.case.teeth, self.state.coarse
+        arguments = (teeth.lines, self.motion, coarse, self.distance, growth)
+        total = np.zeros(0)
+        if stepper.coefficients.driven:
+            total = stepper.coefficients.driven * own_wear(*arguments, DRIVEN)
+            if stepper.depth_factor is not None:
+                total = total * _at_lines(teeth, stepper.depth_factor(self.state.wear), coarse.profile)
+        if stepper.coefficients.driving:
+            partner = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
+            total = total + partner if total.size else partner
+        if stepper.factor is not None:
+            total = total * stepper.factor(teeth, self.state.loads, coarse)
+        return self.case.others * total
+
+    def loads(self, meshes: float, positions: Sequence[int] | None, start: Any | None) -> Any:
+        """Loads that hold over the step."""
+        if not self.stepper.implicit:
+            return self.state.loads
+        solver = self.case.teeth.solver
+        return solver.solve(self.state.coarse, start or self.state.loads, meshes * self.rate, positions)
+
+    def passage(self, loads: Any) -> Passage:
+        """This case's part in the wear."""
+        weight: float | FloatArray = self.case.share
+        if self.stepper.factor is not None:
+            weight = weight * self.stepper.factor(self.case.teeth, loads, self.state.coarse)
+        return Passage(self.case.teeth, loads, weight)
 
 
 class _Step:
@@ -135,43 +252,37 @@ class _Step:
         self.stepper, self.teeth, self.state = stepper, teeth, state
         per_time = teeth.pair.roll_per_time
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
-        self.coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
-        rotation = np.tile(state.contact.loads.rotation, teeth.rolls.pairs)
-        self.distance = state.contact.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
-        self._rate: FloatArray | None = None
-        self.cycles = 1
+        coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
+        self.cases = [
+            _CaseStep(stepper, case, loaded, coarse_motion)
+            for case, loaded in zip(stepper.load_cases, state.loaded, strict=True)
+        ]
+        self.cycles = 0
         self.pace = state.pace
 
-    def rate(self, meshes: float) -> FloatArray:
-        """Own wear per mesh, force and wear coefficient, fixed by the first length that is asked for."""
-        if self._rate is None:
-            arguments = (self.teeth.lines, self.coarse_motion, self.state.contact.coarse, self.distance)
-            force = self.state.contact.loads.force
-            now = own_wear(*arguments, 0.0)
-            # wear that the present loads would leave, where they are; elasticity spreads it when it is large
-            depth = meshes * self.stepper.coefficient * float(np.sum(now * force**2) / np.sum(force))
-            elastic = 2.0 * float(np.abs(self.teeth.solver.approach(self.state.contact.loads)).mean())
-            growth = depth / (1.0 + depth / elastic)
-            self._rate = own_wear(*arguments, growth)
-            self.cycles = int(np.clip(np.ceil(growth / _DEPTH_A_CYCLE), *_CYCLES))
-        return self._rate
-
     def loads(
-        self, meshes: float, positions: Sequence[int] | None = None, start: TeethLoads | None = None
-    ) -> TeethLoads:
-        """Loads that hold over the step, found from `start` (its first loads unless given)."""
-        contact = self.state.contact
-        if not self.stepper.implicit:
-            return contact.loads
-        own = meshes * self.stepper.coefficient * self.rate(meshes)
-        return self.teeth.solver.solve(contact.coarse, start or contact.loads, own, positions)
+        self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[Any] | None = None
+    ) -> list[Any]:
+        """Loads of every case that hold over the step, found from `start` (its first loads unless given)."""
+        if self.cycles == 0:
+            # fixed by the first length that is asked for
+            growth = max(case.prepare(meshes) for case in self.cases) if self.stepper.implicit else 0.0
+            self.cycles = int(np.clip(np.ceil(growth / _DEPTH_A_CYCLE), *_CYCLES)) if self.stepper.implicit else 1
+        starts = start or [None] * len(self.cases)
+        return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
-    def worn(self, loads: TeethLoads, meshes: float, slices: IntArray | None = None) -> FloatArray:
+    def passages(self, loads: Sequence[Any]) -> list[Passage]:
+        """The cases' parts in the wear."""
+        return [case.passage(one) for case, one in zip(self.cases, loads, strict=True)]
+
+    def worn(self, loads: Sequence[Any], meshes: float, slices: IntArray | None = None) -> Worn:
         """Wear at the end of the step [mm]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
-        dose = meshes * self.stepper.coefficient
-        return self.stepper.mapping.worn(self.teeth, self.motion, self.state.wear, loads, dose, self.cycles, slices)
+        doses = self.stepper.doses(meshes)
+        return self.stepper.mapping.worn(
+            self.teeth, self.motion, self.state.worn, self.passages(loads), doses, self.cycles, slices
+        )
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
@@ -184,9 +295,9 @@ class _Step:
         now = stepper.depth_at(point, self.state.wear)
         wanted = depth - now
         positions = self._positions_at(point, slices) if nearby else None
-        loads = self.state.contact.loads
-        mesh = stepper.mapping.of_mesh(teeth, self.motion, self.state.wear, loads, slices)
-        rate = stepper.coefficient * stepper.depth_at(point, mesh)
+        loads: list[Any] = [loaded.loads for loaded in self.state.loaded]
+        mesh = stepper.mapping.of_mesh(teeth, self.motion, self.state.worn, self.passages(loads), slices)
+        rate = stepper.coefficients.driven * stepper.depth_at(point, mesh)
         if rate <= 0.0:
             raise ConvergenceError(
                 f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
@@ -197,7 +308,7 @@ class _Step:
         trial = self.state.pace * promised
         for _ in range(_DEPTH_ITERATIONS):
             loads = self.loads(trial, positions, loads)
-            value = stepper.depth_at(point, self.worn(loads, trial, slices)) - depth
+            value = stepper.depth_at(point, self.worn(loads, trial, slices).driven) - depth
             if abs(value) <= _DEPTH_TOLERANCE * wanted:
                 self.pace = trial / promised
                 return trial
@@ -212,13 +323,19 @@ class _Step:
         """Mesh positions whose footprints, in these slices, can reach the control point."""
         teeth = self.teeth
         place = self.state.contact.coarse.profile[:, slices]
-        loaded = self.state.contact.loads.force[:, slices] > 0.0
+        loaded = np.any([one.loads.force[:, slices] > 0.0 for one in self.state.loaded], axis=0)
         reach = 3.0 * teeth.half_width / float(teeth.lines.spacing[:, slices].min())
         near = loaded & (np.abs(place - point.profile[slices]) <= reach)
         rolls = np.flatnonzero(near.any(axis=1))
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
+
+
+def _at_lines(teeth: LoadedTeeth, values: FloatArray, places: FloatArray) -> FloatArray:
+    """Values on the driven flank's nodes at places in its slices, (roll, face)."""
+    nodes = teeth.grid.profile
+    return np.stack([np.interp(places[:, i], nodes[i], values[i]) for i in range(nodes.shape[0])], axis=1)
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:

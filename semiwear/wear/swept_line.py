@@ -24,11 +24,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, Spread, spread_over_flank
+from semiwear.contact.partner_footprint import spread_over_partner
 from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
 from semiwear.meshing.flank_grid import FlankGrid
-from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.partner_flank import PartnerFlank
+from semiwear.meshing.removed import Removed
 
-__all__ = ["Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_mesh", "wear_per_mesh"]
+__all__ = ["Sweep", "fresh_sweep", "own_wear", "partner_wear_of_mesh", "sweep", "wear_of_mesh", "wear_per_mesh"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -131,7 +134,7 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
 def wear_of_mesh(
     lines: ContactLines,
     grid: FlankGrid,
-    wear: FloatArray,
+    removed: Removed,
     motion: Sweep,
     line_load: FloatArray,
     half_width: float,
@@ -143,8 +146,8 @@ def wear_of_mesh(
     ----------
     lines : ContactLines
     grid : FlankGrid
-    wear : (face, profile) array [mm]
-        Present wear, which shapes the footprints.
+    removed : Removed
+        Present shape of the flanks, which shapes the footprints.
     motion : Sweep
     line_load : (roll, face) array [N/mm]
     half_width : float [mm]
@@ -160,7 +163,22 @@ def wear_of_mesh(
     what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope)
     if slices is None:
         slices = np.arange(grid.face.size)
-    return spread_over_flank(lines, grid, wear, half_width, motion.place, what, slices)
+    return spread_over_flank(lines, grid, removed, half_width, motion.place, what, slices)
+
+
+def partner_wear_of_mesh(
+    lines: ContactLines,
+    grid: FlankGrid,
+    partner: PartnerFlank,
+    removed: Removed,
+    motion: Sweep,
+    line_load: FloatArray,
+    half_width: float,
+    slices: IntArray,
+) -> FloatArray:
+    """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
+    what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope)
+    return spread_over_partner(lines, grid, partner, removed, half_width, motion.place, what, slices)
 
 
 @njit(cache=True, error_model="numpy")
@@ -184,7 +202,14 @@ def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # ty
             out[k, i] = total * weight[k, i]
 
 
-def own_wear(lines: ContactLines, motion: Sweep, worn: Footprints, distance: FloatArray, growth: float) -> FloatArray:
+def own_wear(
+    lines: ContactLines,
+    motion: Sweep,
+    worn: Footprints,
+    distance: FloatArray,
+    growth: float,
+    body: int = DRIVEN,
+) -> FloatArray:
     """Wear of one mesh, as the line itself will feel it, per force on a slice and wear coefficient [1/mm].
 
     |v_s| / v_n over the length of the slice where a line moves on: the implicit term of a wear step. Roll positions
@@ -201,11 +226,16 @@ def own_wear(lines: ContactLines, motion: Sweep, worn: Footprints, distance: Flo
         since a long step may bring them into contact.
     growth : float [mm]
         By how much the approach will have grown at the end of the step, roughly.
+    body : int
+        On whose flank.
     """
     out = np.zeros(distance.shape)
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])
+    place, spacing = motion.place, lines.spacing
+    if body == DRIVING:
+        place = lines.partner_profile + lines.partner_slope * (place - lines.profile)
+        spacing = spacing / np.abs(lines.partner_slope)
     _own_wear(
-        motion.place, distance, growth, 1.0 / (lines.spacing * lines.length), sliding, motion.time,
-        worn.half_width / lines.spacing, out,
-    )  # fmt: skip
+        place, distance, growth, 1.0 / (spacing * lines.length), sliding, motion.time, worn.half_width / spacing, out
+    )
     return out

@@ -1,0 +1,99 @@
+"""What a contact spreads over the driving flank: the same footprints, seen from the other body."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.contact.footprint import MOST_NODES, Spread, pieces_of
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.partner_flank import PartnerFlank, station_of
+from semiwear.meshing.removed import Removed
+
+__all__ = ["spread_over_partner"]
+
+FloatArray = NDArray[np.float64]
+
+
+@njit(cache=True, error_model="numpy")
+def _spread(  # type: ignore[no-untyped-def]
+    rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius, removed, row,
+    nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own, own_split, out,
+):  # fmt: skip
+    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
+    step = faces[1] - faces[0]
+    for i in slices:
+        for k in range(rolls):
+            if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
+                continue
+            pieces, area = pieces_of(
+                profile[k, i], low[k, i], high[k, i], separation[:, k, i], spacing[k, i], low_radius[k, i],
+                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, u, g, mass, middle,
+            )  # fmt: skip
+            if area <= 0.0:
+                continue
+            below, above = max(i - 1, 0), min(i + 1, stations - 1)
+            # as many driven slices meet a station as lie in its width
+            wide = abs(partner_face[k, above] - partner_face[k, below]) / ((above - below) * step)
+            station, weight = station_of(partner_face[k, i], faces[0], step, stations)
+            per_profile = abs(partner_slope[k, i])
+            scale = rate[k, i] * wide * per_profile / (area * spacing[k, i])
+            for c in range(pieces):
+                place = partner_profile[k, i] + partner_slope[k, i] * (middle[c] - profile[k, i])
+                # what an edge's rounding bears wears no flank
+                if place < own[0] or place > own[last]:
+                    continue
+                away = middle[c] - at_profile[k, i]
+                v0 = centre[k, i, 0] + slope[k, i, 0] * away
+                v1 = centre[k, i, 1] + slope[k, i, 1] * away
+                cell, x = locate(own, own_split, place)
+                amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                for side in range(2):
+                    # nothing is kept beyond the width of the last station
+                    share = max(1.0 - abs(weight - side), 0.0)
+                    out[station + side, cell] += share * (1.0 - x) * amount
+                    out[station + side, cell + 1] += share * x * amount
+    for p in range(last + 1):
+        left = own[p] - own[p - 1] if p > 0 else 0.0
+        right = own[p + 1] - own[p] if p < last else 0.0
+        for j in range(stations):
+            out[j, p] /= 0.5 * (left + right)
+
+
+def spread_over_partner(
+    lines: ContactLines,
+    grid: FlankGrid,
+    partner: PartnerFlank,
+    removed: Removed,
+    half_width: float,
+    places: FloatArray,
+    what: Spread,
+    slices: NDArray[np.int64],
+) -> FloatArray:
+    """Density on the nodes of the driving flank of what each line spreads over its footprint, summed over rolls.
+
+    Parameters are as in `footprint.spread_over_flank`.
+
+    Parameters
+    ----------
+    partner : PartnerFlank
+
+    Returns
+    -------
+    (face, profile) array
+        Right in stations all of whose slices are done.
+    """
+    out = np.zeros(partner.grid.profile.shape)
+    _spread(
+        what.rate, what.centre, what.slope, places, lines.profile, lines.low, lines.high, lines.separation,
+        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
+        grid.split, half_width, slices, lines.partner_profile, lines.partner_slope, lines.partner_face,
+        partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,
+    )  # fmt: skip
+    return out

@@ -1,0 +1,107 @@
+"""The driving flank's own grid, and how the slices of the driven flank meet it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.flank_pair import DRIVING, FlankPair
+
+__all__ = ["PartnerFlank", "partner_grid", "station_of"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
+
+
+def partner_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
+    """Grid of the driving flank with `points` nodes in each slice, one of them on its pitch surface."""
+    borders = pair.borders(face)
+    root, tip = borders.partner_root, borders.partner_tip
+    samples = np.linspace(root, tip, _SAMPLES)
+    height, _ = pair.flank_place(DRIVING, np.full(_SAMPLES, face.mean()), samples)
+    pitch = float(np.interp(0.0, height, samples))
+    split = round((pitch - root) / (tip - root) * (points - 1))
+    if not 2 <= split <= points - 3:
+        split, pitch = points - 1, tip
+    nodes = np.concatenate(
+        [np.linspace(root, pitch, split + 1), np.linspace(pitch, tip, points - split)[1:] if split < points - 1 else []]
+    )
+    shape = (face.size, points)
+    return FlankGrid(face, np.ascontiguousarray(np.broadcast_to(nodes, shape)), np.full(face.size, split))
+
+
+@njit(cache=True, error_model="numpy")
+def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
+    """Station below a face coordinate and the weight of the next one; a weight below 0 or above 1 lies beyond."""
+    x = (face - first) / step
+    low = min(max(int(np.floor(x)), 0), stations - 2)
+    return low, x - low
+
+
+@njit(cache=True, error_model="numpy")
+def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
+    rolls, slices = near.shape
+    step = faces[1] - faces[0]
+    for k in range(rolls):
+        for i in range(slices):
+            if not near[k, i]:
+                continue
+            low, weight = station_of(partner_face[k, i], faces[0], step, faces.shape[0])
+            weight = min(max(weight, 0.0), 1.0)
+            for p in range(nodes.shape[1]):
+                place = partner_profile[k, i] + partner_slope[k, i] * (nodes[i, p] - profile[k, i])
+                cell, x = locate(own, split, place)
+                value = (1.0 - weight) * smooth_value(depth[low], cell, x)
+                value += weight * smooth_value(depth[low + 1], cell, x)
+                out[k, i, p] = max(value, 0.0)
+
+
+@dataclass(frozen=True)
+class PartnerFlank:
+    """The driving flank: nodes of its own, and where the slices of all roll positions meet them.
+
+    Attributes
+    ----------
+    grid : FlankGrid
+        Nodes of the driving flank; the same in every slice.
+    nodes : (face, profile) array [mm]
+        Nodes of the driven flank.
+    lines : ContactLines
+    near : (roll, face) bool array
+        Slices that can touch.
+    """
+
+    grid: FlankGrid
+    nodes: FloatArray
+    lines: ContactLines
+    near: BoolArray
+
+    def met(self, depth: FloatArray, slices: IntArray | None = None) -> FloatArray:
+        """A depth on the driving flank where the driven flank's nodes meet it, (roll, face, profile) [mm].
+
+        Parameters
+        ----------
+        depth : (face, profile) array [mm]
+            On `grid`.
+        slices : int array, optional
+            Slices to do; the others are zero, as are those that cannot touch.
+        """
+        lines, near = self.lines, self.near
+        if slices is not None:
+            chosen = np.zeros(near.shape[1], dtype=bool)
+            chosen[slices] = True
+            near = near & chosen
+        out = np.zeros((*lines.profile.shape, self.nodes.shape[1]))
+        _meet(
+            near, lines.profile, lines.partner_profile, lines.partner_slope, lines.partner_face, self.nodes,
+            self.grid.face, self.grid.profile[0], self.grid.split[0], depth, out,
+        )  # fmt: skip
+        return out
