@@ -256,8 +256,8 @@ def footprints(
     edge = np.empty(shape, dtype=np.bool_)
     _find(
         near, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile, grid.split, half_width,
-        profile, gap, curvature, width, edge, least,
+        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
+        grid.split, half_width, profile, gap, curvature, width, edge, least,
     )  # fmt: skip
     return Footprints(removed, profile, gap, curvature, width, edge, least)
 

@@ -377,6 +377,7 @@ class LineContact:
         starts = np.searchsorted(chosen, system.starts)
         static = system.compliance(system.static, chosen, worn, wear_compliance)
 
+        torque = float(self.torque[position])
         force, slack = loads.force.ravel()[index], np.empty(index.size)
         floor = np.full(index.size, _LEAST_WIDTH * system.usual)
         active = force > 0.0
@@ -385,8 +386,8 @@ class LineContact:
         else:
             active, width = gap <= np.quantile(gap, 0.25), np.full(index.size, system.usual)
         status, rotation, iterations, change_of_width = solve_line_loads(
-            static, gap, lever, float(self.torque[position]), curvature, starts, arc, length, _NEAR_FIELD * system.usual,
-            self.modulus, floor, 2.0 * system.usual, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations,
+            static, gap, lever, torque, curvature, starts, arc, length, _NEAR_FIELD * system.usual, self.modulus,
+            floor, 2.0 * system.usual, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations,
             active, width, force, slack,
         )  # fmt: skip
         if status != SolveStatus.CONVERGED:
@@ -397,7 +398,7 @@ class LineContact:
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
         loads.rotation[position] = rotation
         loads.iterations[position] = iterations
-        loads.balance[position] = abs(float(lever @ force) / float(self.torque[position]) - 1.0)
+        loads.balance[position] = abs(float(lever @ force) / torque - 1.0)
         # the Hertz pressure goes with the root of line load times curvature
         pressure = np.sqrt(force / length * curvature)
         worst = max(float((pressure * np.abs(slack)).max() / pressure.max()), float(-slack.min()))

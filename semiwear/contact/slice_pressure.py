@@ -98,8 +98,8 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
 
 @njit(cache=True, error_model="numpy")
 def _solve(  # type: ignore[no-untyped-def]
-    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split,
-    modulus, margin, influence, out_inner, out_place, out_border, out_gap,
+    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes,
+    split, modulus, margin, influence, out_inner, out_place, out_border, out_gap,
 ):  # fmt: skip
     cells = influence.shape[0]
     gap, pressure = np.empty(cells), np.empty(cells)

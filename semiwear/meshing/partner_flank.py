@@ -29,11 +29,10 @@ def partner_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
     height, _ = pair.flank_place(DRIVING, np.full(_SAMPLES, face.mean()), samples)
     pitch = float(np.interp(0.0, height, samples))
     split = round((pitch - root) / (tip - root) * (points - 1))
-    if not 2 <= split <= points - 3:
-        split, pitch = points - 1, tip
-    nodes = np.concatenate(
-        [np.linspace(root, pitch, split + 1), np.linspace(pitch, tip, points - split)[1:] if split < points - 1 else []]
-    )
+    if 2 <= split <= points - 3:
+        nodes = np.append(np.linspace(root, pitch, split, endpoint=False), np.linspace(pitch, tip, points - split))
+    else:
+        split, nodes = points - 1, np.linspace(root, tip, points)
     shape = (face.size, points)
     return FlankGrid(face, np.ascontiguousarray(np.broadcast_to(nodes, shape)), np.full(face.size, split))
 

@@ -121,9 +121,7 @@ class InterpolatedWear:
     ) -> FloatArray:
         """As in `WearMapping`."""
         removed = teeth.removed(*worn, slices)
-        return wear_of_mesh(
-            teeth.fine, teeth.grid, removed, motion, _line_load(passages), teeth.half_width, slices
-        )
+        return wear_of_mesh(teeth.fine, teeth.grid, removed, motion, _line_load(passages), teeth.half_width, slices)
 
     def worn(
         self,
@@ -198,13 +196,12 @@ def _patch(passage: Passage) -> PatchContact:
 
 
 def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
-    parts = [marched_wear(one.teeth, _patch(one), one.loads, chosen, one.weight) for one in passages]
-    return np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+    return np.sum([marched_wear(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages], axis=0)
 
 
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
-    parts = [sliding_distance_under_contact(one.teeth, _patch(one), one.loads, chosen, one.weight) for one in passages]
-    return np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+    slid = [sliding_distance_under_contact(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
+    return np.sum(slid, axis=0)
 
 
 def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:

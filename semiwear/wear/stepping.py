@@ -237,7 +237,7 @@ class _CaseStep:
         return solver.solve(self.state.coarse, start or self.state.loads, meshes * self.rate, positions)
 
     def passage(self, loads: Any) -> Passage:
-        """This case's part in the wear."""
+        """Part of the case in the wear."""
         weight: float | FloatArray = self.case.share
         if self.stepper.factor is not None:
             weight = weight * self.stepper.factor(self.case.teeth, loads, self.state.coarse)

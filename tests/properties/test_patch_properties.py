@@ -85,7 +85,7 @@ def test_cells_press_where_the_gap_is_closed(depth, torque):
     rolls = solver.line.rolls_of(position)
     everything = []
     for roll in rolls:
-        gap, _ = solver.cells.gap(np.full(faces.size, roll), faces, approach, columns, state.wear)
+        gap, _ = solver.cells.gap(np.full(faces.size, roll), faces, approach, columns, state.coarse.removed)
         force = loads.cells[roll]
         rows, places = np.nonzero(force)
         reached = love(solver, (faces.size, columns))

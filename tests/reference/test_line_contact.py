@@ -22,6 +22,7 @@ from semiwear.contact.hertz import (
 )
 from semiwear.contact.line_contact import LineLoads
 from semiwear.contact.stripe import add_near_stripe, stripe_kernel, stripe_table, subtract_mid_surface
+from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 
 STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
@@ -208,7 +209,9 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     )
     solver = dataclasses.replace(teeth.solver, lines=lines, _systems={})
     fresh = np.zeros((slices, 2))
-    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0])
+    worn = Footprints(
+        Removed.alike(fresh, 2), 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0]
+    )
     loads = solver.solve(worn, LineLoads.none(2, slices, 2))
     hertz = elliptic_contact(TOOTH_LOAD, along, across, solver.modulus)
     assert 0.5 * step * np.sum(loads.force[0] > 0.0) == pytest.approx(hertz.major_half_axis, abs=step)

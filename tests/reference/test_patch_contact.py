@@ -13,6 +13,7 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import effective_modulus, elliptic_contact
 from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
+from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.wear.swept_line import fresh_sweep
 from tests.strategies.flanks import away_from_borders
@@ -50,7 +51,7 @@ class Ellipse:
         solver = PatchContact(line, PatchCells(lines, grid, cell))
         one = np.ones((2, slices))
         worn = Footprints(
-            np.zeros(grid.profile.shape), 0.0 * one, lines.separation[0], across * one,
+            Removed.alike(np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
             self.hertz.minor_half_axis * one, one < 0.0, lines.separation[0],
         )  # fmt: skip
         self.loads = solver.solve(worn, solver.no_loads())
@@ -252,7 +253,8 @@ class Ridge:
         self.pair = int(np.flatnonzero(self.rolls == at)[0])
         aside = (teeth.grid.profile - teeth.lines.profile[at][:, None]) * teeth.lines.spacing[at][:, None] - 2.0
         self.wear = 0.15 * (1.0 - np.exp(-0.5 * (aside / 0.5) ** 2))
-        coarse = teeth.touch(self.wear)[1]
+        self.removed = teeth.removed(self.wear)
+        coarse = teeth.touch(self.removed)[1]
         self.loads = teeth.solver.solve(coarse, teeth.solver.no_loads(), None, [self.position])
         self.approach = self.loads.rotation[self.position] * teeth.lines.lever_arm[self.rolls]
 
@@ -295,7 +297,7 @@ def test_gap_of_the_cells_is_cubic_and_wear(ridge):
     cells, approach, columns = ridge.teeth.solver.cells, float(ridge.approach.max()), 400
     faces = np.arange(10, 50, 8)
     at = ridge.rolls[ridge.pair]
-    found, reach = cells.gap(np.full(faces.size, at), faces, approach, columns, ridge.wear)
+    found, reach = cells.gap(np.full(faces.size, at), faces, approach, columns, ridge.removed)
     expected = on_cells(ridge.teeth, ridge.rolls, ridge.wear, columns)[ridge.pair, faces]
     known, flank = np.isfinite(found), np.isfinite(expected)
     assert (known & flank).sum() > 100
@@ -311,7 +313,7 @@ def test_no_cell_is_nearer_than_its_line(shipped, approach):
     teeth = plan(shipped.replace(PATCH)).loaded_teeth()
     least = teeth.lines.separation[0]
     rolls, faces = np.nonzero(least < approach)
-    gap, _ = teeth.solver.cells.gap(rolls, faces, approach, 900, np.zeros(teeth.grid.profile.shape))
+    gap, _ = teeth.solver.cells.gap(rolls, faces, approach, 900, teeth.removed(np.zeros(teeth.grid.profile.shape)))
     # lines are traced in two steps: where flanks are far apart, to some micrometres
     assert (gap.min(axis=1) - least[rolls, faces]).min() > -5e-3
 
