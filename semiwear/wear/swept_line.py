@@ -25,11 +25,12 @@ from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, Spread, spread_over_flank
 from semiwear.contact.partner_footprint import spread_over_partner
-from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
+from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.partner_flank import PartnerFlank
 from semiwear.meshing.removed import Removed
+from semiwear.meshing.surface_speed import line_speed
 
 __all__ = ["Sweep", "fresh_sweep", "own_wear", "partner_wear_of_mesh", "sweep", "wear_of_mesh", "wear_per_mesh"]
 
@@ -38,7 +39,6 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _FARTHEST = 1.0  # mm from contact beyond which no step brings a slice to it
-_SHIFT = 0.01  # roll positions before and after, between which a speed is measured
 _STANDSTILL = 1e-6  # mm per roll; far from any contact a line may stand still at a border
 
 
@@ -118,16 +118,15 @@ def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
 
 
 def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
-    """Motion of fresh contact lines at any roll positions, from lines traced a little before and after each."""
-    before, after = (trace_contact_lines(pair, lines.roll + shift, lines.face) for shift in (-_SHIFT, _SHIFT))
-    moved = np.abs(lines.profile - before.profile) + np.abs(after.profile - lines.profile)
+    """Motion of fresh contact lines at any roll positions."""
+    speed, direction = line_speed(pair, lines)
     return Sweep(
         place=lines.profile,
-        speed=np.maximum(0.5 * moved / _SHIFT, _STANDSTILL) * lines.spacing * pair.roll_per_time,
-        direction=np.sign(after.profile - before.profile),
+        speed=np.maximum(speed, _STANDSTILL * lines.spacing) * pair.roll_per_time,
+        direction=direction,
         sliding=lines.sliding,
         sliding_slope=lines.sliding_slope,
-        time=np.full(lines.roll.shape, 2.0 * _SHIFT / pair.roll_per_time),
+        time=np.gradient(lines.roll) / pair.roll_per_time if lines.roll.size > 1 else np.ones(1),
     )
 
 

@@ -1,0 +1,70 @@
+"""How the surfaces of two flanks move through their fresh contact lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
+from semiwear.meshing.flank_pair import FlankPair
+
+__all__ = ["SurfaceSpeeds", "line_speed"]
+
+FloatArray = NDArray[np.float64]
+
+_SHIFT = 0.01  # roll positions before and after, between which a speed is measured
+
+
+def line_speed(pair: FlankPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
+    """Speed of fresh lines over the driven flank, and whether they move towards its tip (+1) or root (-1).
+
+    Measured between lines traced a little before and after each roll position. Where a line turns in between, the
+    speed is that of its whole way.
+
+    Returns
+    -------
+    speed, direction : (roll, face) arrays [mm per roll], [1]
+    """
+    before, after = (trace_contact_lines(pair, lines.roll + shift, lines.face) for shift in (-_SHIFT, _SHIFT))
+    moved = np.abs(lines.profile - before.profile) + np.abs(after.profile - lines.profile)
+    return 0.5 * moved / _SHIFT * lines.spacing, np.sign(after.profile - before.profile)
+
+
+@dataclass(frozen=True)
+class SurfaceSpeeds:
+    """Velocities in fresh contact lines.
+
+    Attributes
+    ----------
+    surface : (2, roll, face) array [mm/s]
+        Of the driving and the driven surface, across the line and relative to it; towards the driven tip positive.
+    sliding : (roll, face) array [mm/s]
+        Magnitude of the sliding velocity.
+    friction_lever : (roll, face) array [mm]
+        Moment about the driving axis of a unit friction force, positive where it has to be driven.
+    power_per_torque : float [1/s]
+        Angular velocity of the driving body.
+    """
+
+    surface: FloatArray
+    sliding: FloatArray
+    friction_lever: FloatArray
+    power_per_torque: float
+
+    @classmethod
+    def of(cls, pair: FlankPair, lines: ContactLines, angular_velocity: float) -> SurfaceSpeeds:
+        """Speeds at an angular velocity of the driving body [rad/s]."""
+        speed, direction = line_speed(pair, lines)
+        over_driven = direction * speed * pair.roll_per_time
+        surface = np.stack([lines.sliding[..., 0] - over_driven, -over_driven])
+        face = np.broadcast_to(lines.face, lines.profile.shape)
+        position = pair.meeting(face, lines.profile, lines.roll[:, None]).position
+        slip = pair.sliding(position)
+        size = np.linalg.norm(slip, axis=-1)
+        driving = slip + pair.driven_velocity(position)
+        # power of a unit friction force on the driving body, per angular velocity
+        lever = np.sum(slip * driving, axis=-1) / np.where(size > 0.0, size, 1.0)
+        sliding = np.hypot(lines.sliding[..., 0], lines.sliding[..., 1])
+        return cls(angular_velocity * surface, angular_velocity * sliding, lever, angular_velocity)
