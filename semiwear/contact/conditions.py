@@ -1,0 +1,67 @@
+"""Conditions in the loaded contact lines: what friction, films, flash temperatures and wear laws stand on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ContactConditions"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactConditions:
+    """Load and motion of every slice of the contact lines; arrays are (roll, face) where nothing else is said.
+
+    A slice without load has `line_load` 0. What else it carries must be finite and is not read.
+
+    Attributes
+    ----------
+    line_load : array [N/mm]
+    half_width : array [mm]
+        Hertz half-width across the line.
+    curvature : array [1/mm]
+        Relative curvature across the line.
+    pressure : array [MPa]
+        Greatest Hertz pressure.
+    surface_speed : (2, roll, face) array [mm/s]
+        Signed velocities of the driving and the driven surface through the contact, across the line and relative
+        to the contact: both have one sign where the surfaces roll.
+    sliding_speed : array [mm/s]
+        Magnitude of the sliding velocity, its component along the line included.
+    """
+
+    line_load: FloatArray
+    half_width: FloatArray
+    curvature: FloatArray
+    pressure: FloatArray
+    surface_speed: FloatArray
+    sliding_speed: FloatArray
+
+    @property
+    def loaded(self) -> BoolArray:
+        """Slices that carry load."""
+        return self.line_load > 0.0
+
+    @property
+    def sum_speed(self) -> FloatArray:
+        """Magnitude of the sum velocity |v1 + v2| across the line [mm/s]."""
+        return np.abs(self.surface_speed[0] + self.surface_speed[1])
+
+    @property
+    def entraining_speed(self) -> FloatArray:
+        """Magnitude of the entraining velocity |v1 + v2|/2 across the line [mm/s]."""
+        return 0.5 * self.sum_speed
+
+    @property
+    def sliding_direction(self) -> FloatArray:
+        """Sign of v1 - v2 across the line: +1 where the driving surface is the faster one."""
+        return np.sign(self.surface_speed[0] - self.surface_speed[1])
+
+    def where_loaded(self, values: FloatArray) -> FloatArray:
+        """Values of the loaded slices and 1 elsewhere, so that any power of them is finite."""
+        return np.where(self.loaded, values, 1.0)
