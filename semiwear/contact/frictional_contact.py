@@ -1,7 +1,7 @@
 """Loaded contact of rubbing teeth: friction takes part of the torque, or adds to it.
 
 The torque balance of the driving body is sum F (a + mu t) = T, with a the lever of the normal force and t that of the
-friction force; the separation knows nothing of it. Friction is a small part of the torque, so that its moment is found
+friction force; the separation knows nothing of it. Friction is a small part of the torque, so its moment is found
 by repeating the frictionless solution with T - sum F mu t.
 """
 

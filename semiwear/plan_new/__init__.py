@@ -1,0 +1,279 @@
+"""From a scene's tables to the physics that will run, and why; nothing else decides it.
+
+What is not chosen is not constructed. `choices` says what was chosen, `teeth` and `effects` build it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.contact.hertz import effective_modulus, elliptic_contact, line_contact_half_width
+from semiwear.contact.line_contact import LineContact, usual_approach
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact.patch_gap import PatchCells
+from semiwear.contact.teeth_solver import TeethSolver
+from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
+from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_grid import FlankGrid, flank_grid
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.partner_flank import PartnerFlank, partner_grid
+from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
+from semiwear.meshing.tooth_contact import contact_points
+from semiwear.plan import effects
+from semiwear.plan.choices import Choice, effects_table, physics_choices, table
+from semiwear.plan.effect_clock import EffectClock
+from semiwear.plan.teeth import elastic, prisms, tooth_compliance
+from semiwear.scene import Placement, Scene
+from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
+from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
+
+if TYPE_CHECKING:
+    from semiwear.observers import Observer
+
+__all__ = ["Choice", "Plan", "plan", "prisms"]
+
+FloatArray = NDArray[np.float64]
+
+_FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
+_REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
+_WEAR_TO_COME = 0.15  # mm
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The physics of a scene: printed as a table, built on demand.
+
+    Attributes
+    ----------
+    scene : Scene
+    choices : tuple of Choice
+    last : mapping
+        Seconds that effects took in an earlier run, and `""`: those of the whole run; empty without one.
+    clock : EffectClock
+        What the effects of this plan take.
+    """
+
+    scene: Scene
+    choices: tuple[Choice, ...]
+    last: Mapping[str, float] = field(default_factory=dict)
+    clock: EffectClock = field(default_factory=EffectClock, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
+        physics = table(("physics", "runs", "chosen", "why"), rows)
+        return f"{physics}\n\n{effects_table(self.scene, self.last)}"
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """Published sources of the physics that runs."""
+        found = [source for choice in self.choices if choice.runs for source in choice.references]
+        found += [source for _, table in self.scene.effects.present() for source in table.references]
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def modulus(self) -> float:
+        """Effective modulus E* of the two materials [MPa]."""
+        material = self.scene.material
+        return effective_modulus(*elastic(material.pinion), *elastic(material.gear))
+
+    def flank_pair(self, placement: Placement | None = None) -> FlankPair:
+        """The two flanks in mesh; a placement stands in place of the scene's `[effects.misalignment]`."""
+        misaligned = self.scene.effects.misalignment
+        if placement is None and misaligned is not None:
+            placement = misaligned.placement
+        return FaceGearMesh(self.scene.gear_pair, _on_loaded_flank(self.scene, placement))
+
+    @one_blas_thread()
+    def loaded_teeth(
+        self, placement: Placement | None = None, roll_positions: FloatArray | None = None
+    ) -> LoadedTeeth:
+        """The loaded contact of all tooth pairs."""
+        scene, numerics, modulus = self.scene, self.scene.numerics, self.modulus
+        pair = self.flank_pair(placement)
+        torque = 1e3 * scene.operation.pinion_torque_Nm
+        low, high = pair.face_limits
+        middle = contact_points(FaceGearMesh(scene.gear_pair, Placement()), np.zeros(1))
+        lever = float(pair.lever_arm(middle.position)[0])
+        along, across = np.maximum(middle.curvature[0], 1e-9)
+        usual = torque / lever / (0.5 * (high - low))
+        reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME + effects.tallest_modification(scene)
+        rolls = _roll_grid(scene, pair, reach, roll_positions)
+        shape = self._shape(pair, rolls)
+        lines = shape.fine.every(rolls.substeps)
+        bodies = tooth_compliance(scene, pair, lines)
+        half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
+        line = LineContact(
+            lines=lines,
+            per_cycle=rolls.phase.size,
+            bodies=bodies,
+            grid=shape.grid,
+            torque=np.full(rolls.phase.size, torque),
+            reach=reach,
+            modulus=modulus,
+            usual_load=usual,
+            usual_half_width=half_width,
+            max_iterations=numerics.max_iterations,
+            more=self._further_compliance(pair, lines, bodies, half_width),
+        )
+        whole = elliptic_contact(torque / lever, float(along), float(across), modulus).minor_half_axis
+        near = line.is_near(shape.fine)
+        teeth = LoadedTeeth(
+            pair=pair,
+            rolls=rolls,
+            fine=shape.fine,
+            lines=lines,
+            grid=shape.grid,
+            solver=self._solver(line, pair, whole),
+            half_width=whole,
+            zero=0.0,
+            modification=shape.modification,
+            partner=self._partner(pair, shape, near),
+        )
+        return replace(teeth, zero=self._unworn_zero(teeth, line))
+
+    def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
+        """The wear of the flanks; the scene must have a table [wear]."""
+        wear, numerics = self.scene.wear, self.scene.numerics
+        assert wear is not None
+        # every driven tooth meets once while the driving body makes as many meshes as it has teeth, and the other way
+        ratio = teeth.pair.meshes_of_driving_tooth
+        k = [wear.coefficient(body) if body in wear.worn_bodies else 0.0 for body in BODIES]
+        hardness = effects.hardness_laws(self.scene, teeth)
+        swept = InterpolatedWear()
+        if hardness is not None:
+            swept = InterpolatedWear(hardness[DRIVEN].advance, hardness[DRIVING].advance)
+        mapping: WearMapping = MarchedWear(swept) if numerics.wear_mapping == "marched" else swept
+        return WearStepper(
+            teeth,
+            Doses(k[DRIVEN], k[DRIVING] * ratio),
+            numerics.wear_scheme == "implicit",
+            mapping,
+            cases=self._load_cases(teeth),
+            factor=self._coefficient_factor(teeth),
+            depth_factor=hardness[DRIVEN].factor if hardness is not None else None,
+        )
+
+    def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
+        """The control point on the driven flank, if the scene names one."""
+        point = self.scene.wear.control_point if self.scene.wear else None
+        if point is None:
+            return None
+        face = teeth.grid.face
+        profile = teeth.pair.profile_at(face, np.full(face.size, point.height_mm))
+        return ControlPoint(point.radius_mm, profile)
+
+    def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
+        """What effects tell of a loaded state."""
+        scene, found = self.scene, []
+        rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.solver.modulus)
+        flash = effects.flash_temperature(scene)
+        if rubbing is None and film is None and flash is None:
+            return ()
+        from semiwear import observers
+
+        speeds = effects.speeds_of(scene, teeth.pair, teeth.lines)
+        if rubbing is not None:
+            power = 1e3 * scene.operation.pinion_torque_Nm * speeds.power_per_torque
+            told = scene.operation.pinion_speed_rpm is not None
+            found.append(observers.FrictionLoss(speeds, rubbing, power, told))
+        if flash is not None:
+            found.append(observers.Heat(speeds, effects.friction_of_heat(scene), flash))
+        if film is not None:
+            found.append(observers.Film(speeds, film))
+        return tuple(found)
+
+    # ---- parts
+
+    def _shape(self, pair: FlankPair, rolls: RollGrid) -> _Shape:
+        scene, numerics = self.scene, self.scene.numerics
+        fine = trace_contact_lines(pair, rolls.fine_roll, face_stations(pair, numerics.face_slices))
+        grid = flank_grid(pair, fine.face, numerics.profile_points)
+        offsets = effects.pitch_offsets(scene, rolls.pairs)
+        if offsets:
+            fine = _pushed_back(fine, offsets[0])
+        modification = None
+        if any(name.startswith("modification") for name, _ in scene.effects.present()):
+            with self.clock.measure("modification"):
+                modification = effects.modification_depth(scene, pair, fine, grid)
+        return _Shape(fine, grid, modification)
+
+    def _further_compliance(
+        self, pair: FlankPair, lines: ContactLines, bodies: tuple[Any, ...], half_width: float
+    ) -> tuple[Any, ...]:
+        return effects.further_compliance(self.scene, pair, lines, bodies, half_width, self.clock)
+
+    def _solver(self, line: LineContact, pair: FlankPair, half_width: float) -> TeethSolver:
+        numerics = self.scene.numerics
+        plain: TeethSolver = line
+        if numerics.fidelity == "patch":
+            plain = PatchContact(line, PatchCells(line.lines, line.grid, half_width / numerics.cells_per_half_width))
+        rubbing = effects.friction(self.scene)
+        if rubbing is None:
+            return plain
+        from semiwear.contact.frictional_contact import FrictionalContact
+
+        speeds = effects.speeds_of(self.scene, pair, line.lines)
+        return FrictionalContact(partial(_under_torque, plain), line.torque, rubbing, speeds)
+
+    def _partner(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> PartnerFlank | None:
+        wear = self.scene.wear
+        if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
+            return None
+        own = partner_grid(pair, shape.grid.face, shape.grid.profile.shape[1])
+        return PartnerFlank(own, shape.grid.profile, shape.fine, near)
+
+    def _unworn_zero(self, teeth: LoadedTeeth, line: LineContact) -> float:
+        """Mean of the least separation over an even mesh cycle [mm]."""
+        rolls, numerics = teeth.rolls, self.scene.numerics
+        even = even_roll_grid(rolls.start, rolls.pairs, numerics.roll_positions, 1)
+        if rolls.phase.size != even.phase.size or np.any(rolls.phase != even.phase):
+            shape = self._shape(teeth.pair, even)
+        elif teeth.modification is None:
+            shape = _Shape(teeth.lines, teeth.grid, None)
+        else:
+            shape = self._shape(teeth.pair, even)
+        least = shape.fine.separation[0]
+        if shape.modification is not None:
+            near = line.is_near(shape.fine)
+            trial = replace(teeth, rolls=even, fine=shape.fine, modification=shape.modification)
+            least = trial.touch(trial.removed(np.zeros(teeth.grid.profile.shape)), near)[1].least
+        return float(least.min(axis=1).reshape(even.pairs, -1).min(axis=0).mean())
+
+    def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
+        """What the teeth wear under: every torque of a spectrum with every way in which teeth follow."""
+        spectrum = self.scene.effects.load_spectrum
+        offsets = effects.pitch_offsets(self.scene, teeth.rolls.pairs)
+        if spectrum is None and not offsets:
+            return ()
+        torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
+        shares = (1.0,) if spectrum is None else spectrum.shares
+        mean = float(np.dot(torques, shares))
+        ways = [teeth]
+        if offsets:
+            moved = [offset - offsets[0] for offset in offsets[1:]]
+            ways += [_with_pitch(teeth, offset) for offset in moved]
+        return tuple(
+            LoadCase(
+                share / len(ways),
+                replace(way, solver=_under_torque(way.solver, np.full(teeth.rolls.phase.size, 1e3 * torque))),
+                mean / torque,
+            )
+            for way in ways
+            for torque, share in zip(torques, shares, strict=True)
+        )
+
+    def _coefficient_factor(self, teeth: LoadedTeeth) -> Any:
+        laws = effects.contact_laws(self.scene, teeth.solver.modulus)
+        if not laws:
+            return None
+        from semiwear.wear.contact_factor import ContactFactor
+
+        return ContactFactor(laws, effects.speeds_of(self.scene, teeth.pair, teeth.lines), self.clock)

@@ -1,0 +1,186 @@
+"""What was chosen for each slot of the physics, and why: the rows of a plan's table."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from semiwear.scene import Scene
+
+__all__ = ["Choice", "physics_choices", "table"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was decided for one slot.
+
+    Attributes
+    ----------
+    slot, chosen : str
+    runs : bool
+    why : str
+    references : tuple of str
+    """
+
+    slot: str
+    chosen: str
+    runs: bool
+    why: str
+    references: tuple[str, ...] = ()
+
+
+def physics_choices(scene: Scene) -> tuple[Choice, ...]:
+    """Every slot that any scene fills, in the order of the data flow."""
+    slots = (
+        _geometry_choice,
+        _contact_choice,
+        _compliance_choice,
+        _root_stress_choice,
+        _pairs_choice,
+        _wear_choice,
+        _mapping_choice,
+        _scheme_choice,
+        _end_choice,
+    )
+    return tuple(slot(scene) for slot in slots)
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """A table as text, its last column folded."""
+    wide = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head) - 1)]
+    rule = (*("-" * width for width in wide), "-" * len(head[-1]))
+    return "\n".join(_wrapped((head, rule, *rows), wide))
+
+
+def _geometry_choice(scene: Scene) -> Choice:
+    pair = scene.gear_pair
+    return Choice(
+        "geometry",
+        f"face gear {pair.pinion_teeth}/{pair.gear_teeth}, shaper {pair.shaper_teeth}",
+        True,
+        'gear_pair.type = "face_gear"',
+        ("Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18",),
+    )
+
+
+def _contact_choice(scene: Scene) -> Choice:
+    numerics = scene.numerics
+    if numerics.fidelity == "patch":
+        return Choice(
+            "contact",
+            "pressure patches on the half-space",
+            True,
+            f'numerics.fidelity = "patch", {numerics.face_slices} slices, '
+            f"{numerics.cells_per_half_width} cells to a half-width",
+            (
+                "Love 1929, Phil. Trans. R. Soc. A 228",
+                "Liu, Wang, Liu 2000, Wear 243",
+                "Hintermueller, Ito, Kunisch 2002, SIAM J. Optim. 13",
+                "Park, Kolivand, Kahraman 2012, Mech. Mach. Theory 52",
+            ),
+        )
+    return Choice(
+        "contact",
+        "line loads, Hertz across them",
+        True,
+        f'numerics.fidelity = "line", {numerics.face_slices} slices',
+        ("Johnson 1985, Contact Mechanics, ch. 4", "Park, Kolivand, Kahraman 2014, Mech. Mach. Theory"),
+    )
+
+
+def _compliance_choice(scene: Scene) -> Choice:
+    if scene.numerics.tooth_compliance == "rigid":
+        return Choice("tooth compliance", "rigid", False, 'numerics.tooth_compliance = "rigid"')
+    if scene.numerics.tooth_compliance != "prism":
+        why = f'numerics.tooth_compliance = "{scene.numerics.tooth_compliance}"'
+        return Choice("tooth compliance", "influence data", True, why)
+    return Choice(
+        "tooth compliance",
+        f"finite prisms, {scene.numerics.harmonics} harmonics",
+        True,
+        'numerics.tooth_compliance = "prism": teeth, neighbours and rims of both bodies',
+        ("Cheung 1976, Finite Strip Method in Structural Analysis", "Weber and Banaschek 1953"),
+    )
+
+
+def _root_stress_choice(scene: Scene) -> Choice:
+    runs = scene.numerics.tooth_compliance != "rigid"
+    why = "comes with the tooth compliance" if runs else "needs numerics.tooth_compliance other than rigid"
+    return Choice("root stress", "tangential, greatest along the root" if runs else "none", runs, why)
+
+
+def _pairs_choice(scene: Scene) -> Choice:
+    pairs = scene.numerics.tooth_pairs
+    if pairs == "auto":
+        return Choice("load sharing", "all tooth pairs", True, 'numerics.tooth_pairs = "auto": whatever can touch')
+    return Choice("load sharing", f"{pairs} tooth pair(s)", pairs != 1, f"numerics.tooth_pairs = {pairs}")
+
+
+def _wear_choice(scene: Scene) -> Choice:
+    if scene.wear is None:
+        return Choice("wear", "none", False, "the scene has no table [wear]")
+    bodies = ", ".join(scene.wear.worn_bodies)
+    return Choice(
+        "wear",
+        f"Archard, k = {scene.wear.coefficient_mm2_per_N:g} mm^2/N",
+        True,
+        f"[wear], worn_bodies = {bodies}",
+        ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),
+    )
+
+
+def _mapping_choice(scene: Scene) -> Choice:
+    numerics = scene.numerics
+    if scene.wear is None:
+        return Choice("wear mapping", "none", False, "no wear")
+    marched = numerics.wear_mapping == "marched"
+    return Choice(
+        "wear mapping",
+        "marched: summed where it happens" if marched else "interpolated between roll positions, cusp kept",
+        True,
+        f'numerics.wear_mapping = "{numerics.wear_mapping}", {numerics.roll_positions} roll positions',
+    )
+
+
+def _scheme_choice(scene: Scene) -> Choice:
+    if scene.wear is None:
+        return Choice("wear steps", "none", False, "no wear")
+    implicit = scene.numerics.wear_scheme == "implicit"
+    return Choice(
+        "wear steps",
+        "implicit: stable at any step" if implicit else "explicit: loads of the start hold",
+        True,
+        f'numerics.wear_scheme = "{scene.numerics.wear_scheme}"',
+    )
+
+
+def _end_choice(scene: Scene) -> Choice:
+    if scene.wear is None:
+        return Choice("end of the run", "none", False, "no wear")
+    until = scene.wear.until
+    if until.control_depths_um is not None:
+        depths = until.control_depths_um
+        return Choice(
+            "end of the run",
+            f"{len(depths)} control depths to {depths[-1]:g} um",
+            True,
+            "wear.until.control_depths_um: meshes found for each",
+        )
+    return Choice(
+        "end of the run",
+        f"{until.meshes:g} meshes, steps: {scene.numerics.wear_steps}",
+        True,
+        "wear.until.meshes",
+    )
+
+
+def _wrapped(rows: Iterable[tuple[str, ...]], wide: list[int], columns: int = 118) -> Iterable[str]:
+    """Rows of a table whose last column is folded."""
+    indent = sum(wide) + 2 * len(wide)
+    for row in rows:
+        left = "  ".join(text.ljust(width) for text, width in zip(row[:-1], wide, strict=True))
+        lines = textwrap.wrap(row[-1], max(columns - indent, 24)) or [""]
+        yield f"{left}  {lines[0]}"
+        for line in lines[1:]:
+            yield " " * indent + line

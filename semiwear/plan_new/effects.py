@@ -1,0 +1,286 @@
+"""Physics that a scene's tables under `[effects]` ask for, built on demand.
+
+Each module is imported only when its table is there: what is absent is neither constructed nor loaded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, radians
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.compliance.slice_compliance import SliceCompliance
+from semiwear.compliance.tooth import CompliantBody
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.surface_speed import SurfaceSpeeds
+from semiwear.scene import Scene
+
+if TYPE_CHECKING:
+    from semiwear.contact.film_thickness import FilmThickness
+    from semiwear.contact.flash_temperature import FlashTemperature
+    from semiwear.contact.friction import Friction
+    from semiwear.meshing.flank_modification import FlankModification
+    from semiwear.wear.laws import ContactLaw, HardnessLaw
+
+__all__ = [
+    "angular_velocity",
+    "contact_laws",
+    "film_thickness",
+    "flash_temperature",
+    "friction",
+    "friction_of_heat",
+    "further_compliance",
+    "hardness_laws",
+    "modification_depth",
+    "pitch_offsets",
+    "speeds_of",
+]
+
+FloatArray = NDArray[np.float64]
+
+_UM = 1e-3  # mm
+
+
+# ---------------------------------------------------------------- shape of the flanks
+
+
+def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
+    """What the unworn flanks lack where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
+    tables = scene.effects.modification
+    depth: FloatArray | None = None
+    if tables.gear is not None:
+        borders = pair.borders(grid.face)
+        own = _modification(scene, "gear")
+        ends = (borders.root[:, None], borders.tip[:, None])
+        depth = own.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
+    if tables.pinion is not None:
+        borders = pair.borders(grid.face)
+        other = _modification(scene, "pinion")
+        near = lines.separation[0] < np.inf
+        away = grid.profile - lines.profile[..., None]
+        profile = lines.partner_profile[..., None] + lines.partner_slope[..., None] * away
+        face = np.broadcast_to(lines.partner_face[..., None], profile.shape)
+        met = other.depth(profile, face, borders.partner_root, borders.partner_tip, borders.partner_face)
+        met = np.where(near[..., None], met, 0.0)
+        depth = met if depth is None else met + depth
+    return depth
+
+
+def _modification(scene: Scene, body: str) -> FlankModification:
+    from semiwear.meshing.flank_modification import FlankModification, Relief
+
+    table = getattr(scene.effects.modification, body)
+    deviations = None
+    if table.file is not None:
+        from semiwear.meshing.deviation_grid import read_deviation_grid
+
+        deviations = read_deviation_grid(table.file, f"effects.modification.{body}.file")
+    return FlankModification(
+        tip_relief=Relief(_UM * table.tip_relief_um, table.tip_relief_length_mm, table.relief_shape),
+        root_relief=Relief(_UM * table.root_relief_um, table.root_relief_length_mm, table.relief_shape),
+        crowning=_UM * table.crowning_um,
+        lead_slope=_UM * table.lead_slope_um,
+        bias=_UM * table.bias_um,
+        deviations=deviations,
+    )
+
+
+def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
+    """Gap that pitch errors open at each of the tooth pairs in mesh, for every way in which teeth follow [mm].
+
+    The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
+    farther on entered one tooth earlier.
+    """
+    table = scene.effects.pitch_error
+    if table is None:
+        return []
+    out = _UM * np.asarray(table.pinion_um) * cos(radians(scene.gear_pair.pressure_angle_deg))
+    behind = out.max() - out
+    most = int(np.argmax(out))
+    teeth = np.arange(pairs) - pairs // 2
+    return [behind[(most + shift - teeth) % out.size] for shift in range(out.size)]
+
+
+# ---------------------------------------------------------------- compliance
+
+
+def further_compliance(
+    scene: Scene, pair: FlankPair, lines: ContactLines, bodies: tuple[CompliantBody, ...], half_width: float
+) -> tuple[SliceCompliance, ...]:
+    """What effects add to the compliance between slices."""
+    further: list[SliceCompliance] = []
+    edges, shafts = scene.effects.free_edges, scene.effects.shaft_compliance
+    if edges is not None:
+        from semiwear.compliance.free_edges import FreeEdges
+
+        borders = pair.borders(lines.face, sharp=True)
+        further.append(
+            FreeEdges.of(
+                lines,
+                borders,
+                (_Elastic.of(scene, "pinion"), _Elastic.of(scene, "gear")),
+                (bodies[DRIVING].depth, bodies[DRIVEN].depth) if bodies else None,
+                half_width,
+                tip_turns=(borders.partner_tip_turn, borders.tip_turn),
+                strength=edges.strength,
+            )
+        )
+    if shafts is not None:
+        from semiwear.compliance.mounting import Mounting, MountingSprings
+
+        springs = MountingSprings(
+            offset=1e-6 * shafts.offset_um_per_kN,
+            axial_pinion=1e-6 * shafts.axial_pinion_um_per_kN,
+            axial_gear=1e-6 * shafts.axial_gear_um_per_kN,
+            shaft_angle=1e-9 * shafts.shaft_angle_mrad_per_kNm,
+            pinion_slope=1e-9 * shafts.pinion_slope_mrad_per_kNm,
+        )
+        face = np.broadcast_to(lines.face, lines.profile.shape)
+        met = pair.meeting(face, lines.profile, lines.roll[:, None])
+        further.append(Mounting(springs, met.position, met.normal, pair.pitch_point))
+    return tuple(further)
+
+
+class _Elastic:
+    """Young's modulus [MPa] and Poisson's ratio of a body."""
+
+    def __init__(self, youngs_modulus: float, poissons_ratio: float) -> None:
+        self.youngs_modulus, self.poissons_ratio = youngs_modulus, poissons_ratio
+
+    @classmethod
+    def of(cls, scene: Scene, body: str) -> _Elastic:
+        material = getattr(scene.material, body)
+        return cls(material.youngs_modulus_MPa, material.poissons_ratio)
+
+
+# ---------------------------------------------------------------- rubbing and oil
+
+
+def angular_velocity(scene: Scene) -> float:
+    """Of the pinion [rad/s]; 1 where the scene gives no speed and nothing that runs depends on it."""
+    speed = scene.operation.pinion_speed_rpm
+    return 1.0 if speed is None else speed * pi / 30.0
+
+
+def speeds_of(scene: Scene, pair: FlankPair, lines: ContactLines) -> SurfaceSpeeds:
+    """Velocities in the contact lines at the speed of the scene."""
+    return SurfaceSpeeds.of(pair, lines, angular_velocity(scene))
+
+
+def friction(scene: Scene) -> Friction | None:
+    """The law of friction, or None."""
+    table = scene.effects.friction
+    if table is None:
+        return None
+    from semiwear.contact.friction import Friction
+
+    law = "constant" if table.law == "constant" else "iso_14179"
+    return Friction(law, table.coefficient, table.viscosity_mPas, table.roughness_um)  # type: ignore[arg-type]
+
+
+def friction_of_heat(scene: Scene) -> Friction:
+    """The friction that heats the flanks: that of the scene, or the coefficient of the flash temperature's table."""
+    own = friction(scene)
+    if own is not None:
+        return own
+    from semiwear.contact.friction import Friction
+
+    table = scene.effects.flash_temperature
+    assert table is not None
+    return Friction("constant", table.friction_coefficient)
+
+
+def flash_temperature(scene: Scene) -> FlashTemperature | None:
+    """The model of the flash temperature, or None."""
+    table = scene.effects.flash_temperature
+    if table is None:
+        return None
+    from semiwear.contact.flash_temperature import FlashTemperature
+
+    return FlashTemperature(
+        model=table.model,  # type: ignore[arg-type]
+        bulk_temperature_C=table.bulk_temperature_C,
+        conductivity_W_per_mK=table.conductivity_W_per_mK,
+        density_kg_per_m3=table.density_kg_per_m3,
+        specific_heat_J_per_kgK=table.specific_heat_J_per_kgK,
+    )
+
+
+def film_thickness(scene: Scene, modulus: float) -> FilmThickness | None:
+    """The model of the oil film, or None; `modulus` is E* [MPa]."""
+    table = scene.effects.lubrication
+    if table is None:
+        return None
+    from semiwear.contact.film_thickness import FilmThickness
+
+    return FilmThickness(
+        model=table.model,  # type: ignore[arg-type]
+        viscosity_mPas=table.viscosity_mPas,
+        pressure_viscosity_per_GPa=table.pressure_viscosity_per_GPa,
+        roughness_um=table.roughness_um,
+        effective_modulus=modulus,
+    )
+
+
+# ---------------------------------------------------------------- the wear coefficient
+
+
+def contact_laws(scene: Scene, modulus: float) -> tuple[ContactLaw, ...]:
+    """Factors of the wear coefficient that depend on the contact."""
+    tables = scene.effects.wear_law
+    laws: list[ContactLaw] = []
+    if tables.lubrication is not None:
+        from semiwear.wear.laws import LubricationLaw
+
+        film = film_thickness(scene, modulus)
+        assert film is not None  # a rule of the scene
+        table = tables.lubrication
+        laws.append(LubricationLaw(film, table.boundary_lambda, table.full_film_lambda, table.strength))
+    if tables.temperature is not None:
+        from semiwear.wear.laws import TemperatureLaw
+
+        flash = flash_temperature(scene)
+        assert flash is not None  # a rule of the scene
+        heat = tables.temperature
+        laws.append(
+            TemperatureLaw(
+                flash, friction_of_heat(scene), heat.activation_energy_kJ_per_mol, heat.reference_temperature_C
+            )
+        )
+    if tables.load is not None:
+        from semiwear.wear.laws import LoadLaw
+
+        laws.append(LoadLaw(tables.load.exponent, tables.load.reference_pressure_MPa))
+    return tuple(laws)
+
+
+def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, HardnessLaw] | None:
+    """How wear acts on the hardness of the driving and the driven flank, or None."""
+    table = scene.effects.wear_law.hardness
+    if table is None:
+        return None
+    from semiwear.wear.laws import HardnessLaw
+
+    law = HardnessLaw(
+        surface_hardness=table.surface_hardness_HV,
+        core_hardness=table.core_hardness_HV,
+        case_depth=_UM * table.case_depth_um,
+        transition=_UM * table.transition_um,
+    )
+    if table.pitch_hardness_HV is None:
+        return law, law
+    ratio = table.pitch_hardness_HV / table.surface_hardness_HV
+    grid = teeth.grid
+    away = np.abs(grid.profile - teeth.pair.pitch_profile(grid.face)[:, None])
+    driven = replace(law, surface=np.where(away <= table.pitch_band_mm, ratio, 1.0))
+    if teeth.partner is None:
+        return law, driven
+    own = teeth.partner.grid
+    height, _ = teeth.pair.flank_place(DRIVING, own.face[:, None], own.profile)
+    return replace(law, surface=np.where(np.abs(height) <= table.pitch_band_mm, ratio, 1.0)), driven

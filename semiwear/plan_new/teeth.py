@@ -1,0 +1,84 @@
+"""Tooth compliance of both bodies of a scene, as `numerics.tooth_compliance` asks for it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
+from semiwear.compliance.prism import PrismSection, prism_section
+from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
+from semiwear.scene import FaceGearPair, Material, Placement, Scene
+
+__all__ = ["elastic", "prisms", "tooth_compliance"]
+
+
+def elastic(material: Material) -> tuple[float, float]:
+    """Young's modulus [MPa] and Poisson's ratio."""
+    return material.youngs_modulus_MPa, material.poissons_ratio
+
+
+def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
+    """Bodies on contact lines, driving one first; none for rigid teeth."""
+    if scene.numerics.tooth_compliance == "rigid":
+        return ()
+    if scene.numerics.tooth_compliance != "prism":
+        return _influence(scene, pair, lines)
+    bodies = []
+    for index, material in enumerate((scene.material.pinion, scene.material.gear)):
+        matrices = prisms(scene.gear_pair, index, material, scene.numerics.harmonics)
+        shape = pair.prism_body(index)
+        body = ToothBody(
+            start=shape.start,
+            width=shape.width,
+            faces=np.array(shape.faces),
+            sections=matrices,
+            ahead=1 if index == DRIVING else -1,
+            youngs_modulus=material.youngs_modulus_MPa,
+            poissons_ratio=material.poissons_ratio,
+        )
+        bodies.append(BodyOnLines.of(body, _places(lines, index)))
+    return tuple(bodies)
+
+
+def _influence(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
+    data = read_influence(scene.numerics.tooth_compliance)
+    borders = pair.borders(lines.face, sharp=True)
+    ends = ((borders.partner_root, borders.partner_tip), (borders.root, borders.tip))
+    bodies = []
+    for index, material in enumerate((scene.material.pinion, scene.material.gear)):
+        shape = pair.prism_body(index)
+        body = body_influence(
+            data, index, (shape.start, shape.start + shape.width), 1 if index == DRIVING else -1, *elastic(material)
+        )
+        root, tip = (np.broadcast_to(end, lines.profile.shape) for end in ends[index])
+        bodies.append(InfluenceOnLines.of(body, _places(lines, index), root, tip))
+    return tuple(bodies)
+
+
+def _places(lines: ContactLines, body: int) -> LinePlaces:
+    if body == DRIVING:
+        return LinePlaces(lines.partner_profile, lines.partner_slope, lines.partner_face)
+    shape = lines.profile.shape
+    return LinePlaces(lines.profile, np.ones(shape), np.broadcast_to(lines.face, shape))
+
+
+@lru_cache(maxsize=16)
+def prisms(table: FaceGearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
+    """Prism matrices of a body; they depend on geometry and material alone and are kept between runs."""
+    shape = FaceGearMesh(table, Placement()).prism_body(body)
+    return tuple(
+        prism_section(
+            section,
+            width=shape.width,
+            youngs_modulus=material.youngs_modulus_MPa,
+            poissons_ratio=material.poissons_ratio,
+            harmonics=harmonics,
+            name=f"{BODIES[body]} section at {face:.4g} mm",
+        )
+        for face, section in zip(shape.faces, shape.sections, strict=True)
+    )
