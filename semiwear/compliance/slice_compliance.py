@@ -1,0 +1,32 @@
+"""The interface of an addition to the compliance between the slices of contact lines."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SliceCompliance"]
+
+
+class SliceCompliance(Protocol):
+    """Something that yields under the contact forces besides the half-space and the teeth."""
+
+    def matrix(
+        self, at: tuple[NDArray[np.int64], NDArray[np.int64]], starts: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Compliance between slices.
+
+        Parameters
+        ----------
+        at : (rolls, faces) of (n,) int arrays
+            The slices: indices into the (roll, face) arrays of the contact lines.
+        starts : (lines + 1,) int array
+            First slice of each contact line.
+
+        Returns
+        -------
+        (n, n) array [mm/N]
+            Approach of the bodies at slice i per force on slice j; symmetric.
+        """
