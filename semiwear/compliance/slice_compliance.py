@@ -1,4 +1,4 @@
-"""Compliance between slices of contact lines that comes on top of teeth and half-space."""
+"""The interface of an addition to the compliance between the slices of contact lines."""
 
 from __future__ import annotations
 
@@ -9,20 +9,24 @@ from numpy.typing import NDArray
 
 __all__ = ["SliceCompliance"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
 
 class SliceCompliance(Protocol):
-    """What forces on slices add to the separation of slices."""
+    """Something that yields under the contact forces besides the half-space and the teeth."""
 
-    def matrix(self, at: tuple[IntArray, IntArray], starts: IntArray) -> FloatArray:
-        """Separation per force [mm/N], symmetric and positive semidefinite with the rest: (n, n) array.
+    def matrix(
+        self, at: tuple[NDArray[np.int64], NDArray[np.int64]], starts: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Compliance between slices.
 
         Parameters
         ----------
-        at : two (n,) int arrays
-            Roll and face index of the slices.
+        at : (rolls, faces) of (n,) int arrays
+            The slices: indices into the (roll, face) arrays of the contact lines.
         starts : (lines + 1,) int array
             First slice of each contact line.
+
+        Returns
+        -------
+        (n, n) array [mm/N]
+            Approach of the bodies at slice i per force on slice j; symmetric.
         """

@@ -4,8 +4,10 @@ A problem in a scene is never raised alone: `SceneError.problems` lists all of t
 """
 
 from semiwear.scene.assemble import scene_from_dict
+from semiwear.scene.effects import EFFECTS, Effects, EffectTable
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
 from semiwear.scene.model import (
+    BodyCoefficients,
     Check,
     ControlPoint,
     FaceGearPair,
@@ -20,8 +22,12 @@ from semiwear.scene.model import (
 from semiwear.scene.placement import Placement
 
 __all__ = [
+    "EFFECTS",
+    "BodyCoefficients",
     "Check",
     "ControlPoint",
+    "EffectTable",
+    "Effects",
     "FaceGearPair",
     "Material",
     "Materials",

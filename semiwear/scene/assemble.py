@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from semiwear.errors import Problem, SceneError
-from semiwear.scene.cross_rules import find_conflicts
+from semiwear.scene.across import find_conflicts
+from semiwear.scene.cross_rules import CROSS_RULES
 from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_needs
 from semiwear.scene.model import Check, Scene
 from semiwear.scene.reading import Reading, read_fields
 from semiwear.scene.schema import DEFAULTS, REQUIRED, build, fields_of
@@ -41,10 +43,11 @@ def scene_from_dict(
         With every problem found.
     """
     reading = read_fields(data)
-    found = [*problems, *reading.problems, *find_conflicts(_with_defaults(reading))]
+    conflicts = find_conflicts(_with_defaults(reading), [*CROSS_RULES, *EFFECT_CROSS_RULES])
+    found = [*problems, *reading.problems, *find_missing_needs(reading), *conflicts]
     if reading.refused or any(reading.lacks(key) for key in REQUIRED):
         raise SceneError(found, name)
-    scene = build(reading.given, check)
+    scene = build(reading.given, reading.tables, check)
     if check is not None:
         found += _further_problems(scene, check, found)
     if found:

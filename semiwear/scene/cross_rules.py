@@ -3,53 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
+from functools import partial
 
 from semiwear.errors import Problem
+from semiwear.scene.across import RuleBook, across
+from semiwear.scene.tables import BODIES, BodyCoefficients
 from semiwear.scene.values import shown
 
-__all__ = ["find_conflicts"]
+__all__ = ["CROSS_RULES"]
 
-CrossRule = Callable[..., Iterator[Problem]]
-
-_RULES: list[tuple[tuple[str, ...], CrossRule]] = []
-
-
-def _across(table: str, *names: str) -> Callable[[CrossRule], CrossRule]:
-    """Register a rule; the fields are passed to it in this order (dotted names stand by themselves)."""
-    needs = tuple(name if "." in name else f"{table}.{name}" for name in names)
-
-    def register(rule: CrossRule) -> CrossRule:
-        _RULES.append((needs, rule))
-        return rule
-
-    return register
-
-
-def find_conflicts(values: Mapping[str, Any]) -> list[Problem]:
-    """Apply every rule whose fields are all known.
-
-    Parameters
-    ----------
-    values : mapping
-        Dotted key to value, defaults included; fields that are missing or out of their own range left out.
-
-    Returns
-    -------
-    list of Problem
-        The conflicts. A field found wrong is not believed by later rules, which spares follow-on problems.
-    """
-    believed = dict(values)
-    problems: list[Problem] = []
-    for needs, rule in _RULES:
-        if not all(key in believed for key in needs):
-            continue
-        found = list(rule(*(believed[key] for key in needs)))
-        problems += found
-        for problem in found:
-            believed.pop(problem.field, None)
-    return problems
+CROSS_RULES: RuleBook = []
+_across = partial(across, CROSS_RULES)
 
 
 def _mm(length: float) -> str:
@@ -212,6 +177,38 @@ def _control_point_is_there(depths: tuple[float, ...] | None, radius: float | No
         allowed = "a table with radius_mm and height_mm"
         fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"
         yield Problem("wear.control_point", None, allowed, fix)
+
+
+@_across("wear", "worn_bodies", "wear.until.control_depths_um", "wear.control_point.radius_mm")
+def _watched_flank_wears(
+    bodies: tuple[str, ...], depths: tuple[float, ...] | None, radius: float | None
+) -> Iterator[Problem]:
+    if "gear" in bodies or (depths is None and radius is None):
+        return
+    watching = "wear.until.control_depths_um" if depths is not None else "wear.control_point"
+    fix = f'{watching} is of the gear: add "gear", or give wear.until.meshes and remove [wear.control_point]'
+    yield Problem("wear.worn_bodies", list(bodies), f'with "gear", as needed by {watching}', fix)
+
+
+@_across("wear", "worn_bodies", "coefficient_mm2_per_N")
+def _every_worn_body_has_a_coefficient(
+    bodies: tuple[str, ...], coefficient: float | BodyCoefficients
+) -> Iterator[Problem]:
+    if not isinstance(coefficient, BodyCoefficients):
+        return
+    given = {body: value for body in BODIES if (value := getattr(coefficient, body)) is not None}
+    missing = [body for body in bodies if body not in given]
+    if missing:
+        allowed = f"with {' and '.join(missing)}, as needed by wear.worn_bodies"
+        fix = f"add {', '.join(f'{body} = 1e-13' for body in missing)}, or give one number for both bodies"
+        yield Problem("wear.coefficient_mm2_per_N", given, allowed, fix)
+
+
+@_across("wear", "worn_bodies", "numerics.wear_mapping")
+def _marched_wear_is_of_the_gear(bodies: tuple[str, ...], mapping: str) -> Iterator[Problem]:
+    if mapping == "marched" and "pinion" in bodies:
+        fix = 'leave numerics.wear_mapping out, or wear the gear alone: wear.worn_bodies = ["gear"]'
+        yield Problem("numerics.wear_mapping", mapping, '"interpolated" where "pinion" is in wear.worn_bodies', fix)
 
 
 @_across(

@@ -10,7 +10,7 @@ from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.model import Scene
 from semiwear.scene.reading import unknown_key
 from semiwear.scene.rules import RULES
-from semiwear.scene.schema import TABLES, parent, to_dict
+from semiwear.scene.schema import NEVER_EMPTY, TABLES, parent, to_dict
 
 __all__ = ["replace_fields"]
 
@@ -42,13 +42,18 @@ def _set(data: dict[str, Any], key: str, value: Any) -> None:
     table = data
     for step in path:
         inner = table.get(step)
+        # To remove a field must not bring the table in which it might stand: its mere presence says something.
+        if inner is None and value is None:
+            return
         # Copied, since a table may be the caller's own; anything else gives way to a table.
         table[step] = dict(inner) if isinstance(inner, Mapping) else {}
         table = table[step]
-    if value is None:
-        table.pop(name, None)
-    else:
+    if value is not None:
         table[name] = value
+        return
+    table.pop(name, None)
+    if not table and parent(key) in NEVER_EMPTY:
+        _set(data, parent(key), None)
 
 
 def _unknown(key: str, value: Any) -> Problem:

@@ -10,13 +10,16 @@ from typing import Any
 from semiwear.errors import Problem
 from semiwear.scene.closest import closeness
 from semiwear.scene.rules import RULES
-from semiwear.scene.schema import OPTIONAL_TABLES, REQUIRED, TABLES, children, parent
+from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, REQUIRED, TABLES, children, parent
 from semiwear.scene.values import shown
 
 __all__ = ["Reading", "read_fields", "unknown_key"]
 
 # A name from the same table is a likelier meaning than an equally close one from elsewhere.
 _SAME_TABLE_BONUS = 0.1
+# Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
+_EFFECT_MALUS = 0.2
+_MOST_MEANINGS = 3
 
 
 @dataclass
@@ -71,10 +74,13 @@ def read_fields(data: Mapping[str, Any]) -> Reading:
 def _read_table(table: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
     if not isinstance(raw, Mapping):
         reading.refused.add(table)
-        fix = f"write the header [{table}] above its fields"
-        reading.problems.append(Problem(table, shown(raw), "a table", fix))
+        reading.problems.append(Problem(table, shown(raw), "a table", _table_fix(table)))
         return
     reading.tables.add(table)
+    if table in NEVER_EMPTY and all(value is None for value in raw.values()):
+        reading.refused.add(table)
+        allowed = f"a table with one or more of {', '.join(_last(child) for child in children(table))}"
+        reading.problems.append(Problem(table, shown(dict(raw)), allowed, _table_fix(table)))
     for name, value in raw.items():
         if value is None:  # TOML has no null: a caller's None stands for a field left out
             continue
@@ -89,6 +95,19 @@ def _read_table(table: str, raw: Any, reading: Reading, unknown: deque[tuple[str
             unknown.append((table, str(name), value))
 
 
+def _table_fix(table: str) -> str:
+    if table in NEVER_EMPTY or table == "effects":
+        examples = [child for child in TABLES if child.startswith(f"{table}.") and child not in NEVER_EMPTY]
+        return f"write the header of an effect, e.g. [{examples[0]}], or leave it out"
+    if table.startswith("effects."):
+        return f"write the header [{table}]; an effect runs if its table is there, even an empty one"
+    return f"write the header [{table}] above its fields"
+
+
+def _last(key: str) -> str:
+    return key.rpartition(".")[2]
+
+
 def _read_value(key: str, raw: Any, reading: Reading) -> None:
     value, problem = RULES[key].apply(key, raw)
     if problem is None:
@@ -99,10 +118,11 @@ def _read_value(key: str, raw: Any, reading: Reading) -> None:
 
 
 def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
-    meant = _meaning(table, name)
-    problem = unknown_key(table, name, raw, meant)
+    meanings = _meanings(table, name)
+    meant = meanings[0] if len(meanings) == 1 else None
+    problem = unknown_key(table, name, raw)
     if meant is not None and not reading.has(meant):
-        if meant in REQUIRED:
+        if meant in REQUIRED and reading.lacks(meant):
             problem = Problem(problem.field, problem.value, problem.allowed, f"{problem.fix} It is missing.")
         # Read on under the name that was meant, so that its value is tested in the same go.
         if meant in TABLES and isinstance(raw, Mapping):
@@ -112,33 +132,37 @@ def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: de
     reading.problems.append(problem)
 
 
-def unknown_key(table: str, name: str, raw: Any, meant: str | None = None) -> Problem:
+def unknown_key(table: str, name: str, raw: Any) -> Problem:
     """The problem of a name that no table of a scene has."""
     key = f"{table}.{name}" if table else name or '""'
-    meant = meant or _meaning(table, name)
+    meanings = _meanings(table, name)
     where = f"[{table}]" if table else "the top level"
     allowed = f"a name of {where}"
-    if meant is None:
-        allowed += f": {', '.join(child.rpartition('.')[2] for child in children(table))}"
-    if key.split(".")[0] == "effects":
-        fix = "no effects are available yet: remove the table"
-    elif meant is None:
-        fix = "remove it"
-    elif parent(meant) == table:
-        fix = f"did you mean {meant.rpartition('.')[2]}?"
+    if len(meanings) != 1:
+        allowed += f": {', '.join(_last(child) for child in children(table))}"
+    if meanings:
+        near = (_last(meant) if parent(meant) == table else meant for meant in meanings)
+        fix = f"did you mean {' or '.join(near)}?"
     else:
-        fix = f"did you mean {meant}?"
+        fix = "remove it"
     return Problem(key, shown(raw), allowed, fix)
 
 
-def _meaning(table: str, name: str) -> str | None:
-    """Dotted key of the field or table that a misspelled or misplaced name stands for, if that is clear."""
-    if (table, name) == ("", "effects"):
-        return None
-    near, far = children(table), [*RULES, *TABLES]
-    scores = {key: closeness(name, key.rpartition(".")[2]) for key in far if key}
-    for key in near:
-        scores[key] += _SAME_TABLE_BONUS if scores[key] > 0.0 else 0.0
+def _meanings(table: str, name: str) -> list[str]:
+    """Dotted keys of the fields and tables that a misspelled or misplaced name may stand for; few, or none."""
+    scores = {key: _likelihood(table, name, key) for key in (*RULES, *TABLES) if key}
     best = max(scores.values())
     likeliest = [key for key, score in scores.items() if score == best]
-    return likeliest[0] if best > 0.0 and len(likeliest) == 1 else None
+    return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []
+
+
+def _likelihood(table: str, name: str, key: str) -> float:
+    if "." in name:  # a path, of which any step may be misspelled
+        return closeness(f"{table}.{name}".lstrip("."), key)
+    score = closeness(name, _last(key))
+    if score == 0.0:
+        return 0.0
+    if parent(key) == table:
+        return score + _SAME_TABLE_BONUS
+    foreign_effect = key.startswith("effects.") and not table.startswith("effects")
+    return score - _EFFECT_MALUS if foreign_effect and score < 1.0 else score

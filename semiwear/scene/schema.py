@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.model import (
+    BodyCoefficients,
     Check,
     ControlPoint,
     Material,
@@ -24,6 +26,8 @@ from semiwear.scene.rules import RULES
 __all__ = [
     "DEFAULTS",
     "DERIVED_KEYS",
+    "INLINE_TABLES",
+    "NEVER_EMPTY",
     "OPTIONAL_TABLES",
     "REQUIRED",
     "TABLES",
@@ -45,8 +49,14 @@ TABLES: dict[str, type] = {
     "wear.until": WearUntil,
     "wear.control_point": ControlPoint,
     "numerics": Numerics,
-}
-OPTIONAL_TABLES = ("wear", "wear.control_point")
+    "effects": Effects,
+    "effects.modification": Modifications,
+    "effects.wear_law": WearLaws,
+} | {f"effects.{name}": table for name, table in EFFECTS.items()}
+OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
+# These only hold effects: written without any, they would do nothing and look as if they did.
+NEVER_EMPTY = ("effects.modification", "effects.wear_law")
+INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
 DERIVED_KEYS = frozenset(f"gear_pair.{name}" for name in DERIVED_DEFAULTS)
 
 
@@ -77,14 +87,28 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
-def build(values: Mapping[str, Any], check: Check | None = None) -> Scene:
-    """The scene with these values under their dotted keys; what is left out takes its default."""
+def build(values: Mapping[str, Any], tables: Collection[str], check: Check | None = None) -> Scene:
+    """A scene.
+
+    Parameters
+    ----------
+    values : mapping
+        Values under their dotted keys; what is left out takes its default.
+    tables : collection of str
+        The tables that are there: an empty one is an effect too.
+    check : callable, optional
+        Kept with the scene, for `Scene.replace`.
+    """
 
     def arguments(table: str) -> dict[str, Any]:
         return {key.rpartition(".")[2]: values[key] for key in fields_of(table) if key in values}
 
+    def present(container: str) -> dict[str, Any]:
+        keys = [key for key in children(container) if key in tables and key in OPTIONAL_TABLES]
+        return {key.rpartition(".")[2]: TABLES[key](**arguments(key)) for key in keys}
+
     wear = None
-    if "wear.coefficient_mm2_per_N" in values:
+    if "wear" in tables:
         watched = arguments("wear.control_point")
         wear = Wear(
             until=WearUntil(**arguments("wear.until")),
@@ -99,6 +123,11 @@ def build(values: Mapping[str, Any], check: Check | None = None) -> Scene:
         operation=Operation(**arguments("operation")),
         wear=wear,
         numerics=Numerics(**arguments("numerics")),
+        effects=Effects(
+            modification=Modifications(**present("effects.modification")),
+            wear_law=WearLaws(**present("effects.wear_law")),
+            **present("effects"),
+        ),
         _check=check,
         **arguments(""),
     )
@@ -124,9 +153,16 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
         for step in path:
             table = table.setdefault(step, {})
         # Read once more: the constructors accept module_mm=6, and equal scenes must be written alike.
-        plain = RULES[key].read(value)
-        table[name] = list(plain) if isinstance(plain, tuple) else plain
+        table[name] = _plain(RULES[key].read(value))
     return nested
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(value)
+    if isinstance(value, BodyCoefficients):
+        return {body: one for body, one in asdict(value).items() if one is not None}
+    return value
 
 
 def _flat(scene: Scene) -> Iterator[tuple[str, Any]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from semiwear.errors import Problem, SceneError
@@ -40,24 +40,36 @@ def _syntax_problem(text: str, message: str) -> Problem:
     return Problem(f"line {number}", shown(lines[number - 1].strip()), "TOML syntax", message)
 
 
-def write_toml(data: Mapping[str, Any]) -> str:
-    """TOML text of nested mappings of text, numbers and flat lists; numbers come back exactly."""
-    return "\n".join(_table_lines(data, "")).lstrip("\n") + "\n"
+def write_toml(data: Mapping[str, Any], *, inline: Collection[str] = ()) -> str:
+    """TOML text of nested mappings of text, numbers and flat lists; numbers come back exactly.
+
+    Parameters
+    ----------
+    data : mapping
+        The tables; an empty one is written, since it may mean something to be there.
+    inline : collection of str
+        Dotted keys of the mappings that are written in braces, in one line.
+    """
+    return "\n".join(_table_lines(data, "", inline)).lstrip("\n") + "\n"
 
 
-def _table_lines(table: Mapping[str, Any], path: str) -> list[str]:
-    lines = [f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
-    if path and lines:
+def _table_lines(table: Mapping[str, Any], path: str, inline: Collection[str]) -> list[str]:
+    prefix = f"{path}." if path else ""
+    inner = {key for key, value in table.items() if isinstance(value, Mapping) and f"{prefix}{key}" not in inline}
+    lines = [f"{key} = {_value(value)}" for key, value in table.items() if key not in inner]
+    if path and (lines or not inner):
         lines = ["", f"[{path}]", *lines]
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            lines += _table_lines(value, f"{path}.{key}" if path else key)
+    for key in table:
+        if key in inner:
+            lines += _table_lines(table[key], f"{prefix}{key}", inline)
     return lines
 
 
 def _value(value: Any) -> str:
     if isinstance(value, str):
         return '"' + "".join(_escaped(character) for character in value) + '"'
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_value(item) for item in value) + "]"
     return repr(value)

@@ -16,9 +16,10 @@ from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
 from semiwear.scene.rules import RULES
 from semiwear.scene.schema import TABLES
 from tests.strategies import placements, scenes
+from tests.strategies.scenes import SHIPPED, effects
 
 TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
-NAMES = sorted({key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"effects", "modul_mm", "", "a.b"})
+NAMES = sorted({key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"modul_mm", "", "a.b"})
 
 numbers = st.one_of(
     st.floats(),
@@ -40,8 +41,10 @@ values = st.recursive(
 
 @st.composite
 def mutated_scenes(draw: st.DrawFn) -> dict[str, Any]:
-    """The shipped scene's tables with some entries changed, removed, added or renamed, at any depth."""
+    """The shipped scene's tables, and effects, with some entries changed, removed, added or renamed, at any depth."""
     data = copy.deepcopy(tomllib.loads(TEXT))
+    if draw(st.booleans()):
+        data = SHIPPED.replace(draw(effects())).to_dict()
     for _ in range(draw(st.integers(1, 5))):
         table = data
         while inner := [value for value in table.values() if isinstance(value, dict)]:
@@ -72,6 +75,23 @@ def test_writing_and_reading_gives_the_same_scene(scene: Scene) -> None:
     assert again.sha256 == scene.sha256
     assert scene_from_dict(scene.to_dict()) == scene
     assert scene.replace({}) == scene
+
+
+@given(st.data(), scenes())
+def test_effects_survive_writing_and_reading(data: st.DataObject, scene: Scene) -> None:
+    changes = data.draw(effects(scene))
+    changed = scene.replace(changes)
+    again = parse_scene(changed.to_toml())
+    assert again == changed
+    assert hash(again) == hash(changed)
+    assert again.to_toml() == changed.to_toml()
+    assert scene_from_dict(changed.to_dict()) == changed
+    assert {f"effects.{name}" for name, _ in again.effects.present()} == {
+        key for key in changes if key.startswith("effects.")
+    }
+    bare = changed.replace({"effects": None, "operation.pinion_speed_rpm": scene.operation.pinion_speed_rpm})
+    assert bare == scene
+    assert bare.sha256 == scene.sha256
 
 
 @given(mutated_scenes())

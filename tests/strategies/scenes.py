@@ -1,12 +1,13 @@
-"""Valid scenes near the shipped one, and placements."""
+"""Valid scenes near the shipped one, their effects, and placements."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from hypothesis import strategies as st
 
-from semiwear.scene import Placement, Scene, load_scene
+from semiwear.scene import EFFECTS, Placement, Scene, load_scene
 
 SHIPPED = load_scene("face_gear_25x160")
 
@@ -80,3 +81,119 @@ def placements() -> st.SearchStrategy[Placement]:
         shaft_angle_error_mrad=turn,
         pinion_slope_mrad=turn,
     )
+
+
+def _optional(**fields: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """A table with any of these fields."""
+    return st.fixed_dictionaries({}, optional=fields)
+
+
+def _modification() -> st.SearchStrategy[dict[str, Any]]:
+    relief, signed, length = _between(0.0, 50.0), _between(-20.0, 20.0), _between(1.0, 4.0)
+    return _optional(
+        tip_relief_um=relief,
+        tip_relief_length_mm=length,
+        root_relief_um=relief,
+        root_relief_length_mm=length,
+        relief_shape=st.sampled_from(["parabolic", "linear"]),
+        crowning_um=relief,
+        lead_slope_um=signed,
+        bias_um=signed,
+    )
+
+
+@st.composite
+def _load_spectra(draw: st.DrawFn, torque: float) -> dict[str, Any]:
+    parts = draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
+    factors = draw(st.lists(_between(0.5, 1.5), min_size=len(parts), max_size=len(parts)))
+    return {"torques_Nm": [factor * torque for factor in factors], "shares": [part / sum(parts) for part in parts]}
+
+
+def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[str, Any]]]:
+    """For every effect that this scene can have, its table with moderate values; named as in `EFFECTS`."""
+    shift, turn, compliance = _between(-0.2, 0.2), _between(-1.0, 1.0), _between(0.0, 5.0)
+    viscosity, roughness, hardness = _between(5.0, 100.0), _between(0.1, 2.0), _between(300.0, 800.0)
+    worn = () if scene.wear is None else scene.wear.worn_bodies
+    tables = {
+        "misalignment": _optional(
+            offset_mm=shift,
+            axial_pinion_mm=shift,
+            axial_gear_mm=shift,
+            shaft_angle_error_mrad=turn,
+            pinion_slope_mrad=turn,
+        ),
+        "modification.pinion": _modification(),
+        "modification.gear": _modification(),
+        "free_edges": _optional(strength=_between(0.0, 1.0)),
+        "friction": _optional(
+            law=st.sampled_from(["constant", "iso_14179"]),
+            coefficient=_between(0.0, 0.2),
+            viscosity_mPas=viscosity,
+            roughness_um=roughness,
+        ),
+        "flash_temperature": _optional(
+            model=st.sampled_from(["blok", "tian_kennedy"]),
+            bulk_temperature_C=_between(20.0, 150.0),
+            friction_coefficient=_between(0.0, 0.2),
+            conductivity_W_per_mK=_between(20.0, 60.0),
+            density_kg_per_m3=_between(7000.0, 8000.0),
+            specific_heat_J_per_kgK=_between(400.0, 600.0),
+        ),
+        "lubrication": _optional(
+            model=st.sampled_from(["dowson_higginson", "hamrock_dowson"]),
+            viscosity_mPas=viscosity,
+            pressure_viscosity_per_GPa=_between(10.0, 30.0),
+            roughness_um=roughness,
+        ),
+        "wear_law.hardness": _optional(
+            surface_hardness_HV=hardness,
+            core_hardness_HV=hardness,
+            case_depth_um=_between(20.0, 100.0),
+            transition_um=_between(0.0, 40.0),
+            pitch_hardness_HV=hardness,
+            pitch_band_mm=_between(0.5, 3.0),
+        ),
+        "wear_law.lubrication": _optional(
+            boundary_lambda=_between(0.1, 1.0),
+            full_film_lambda=_between(2.0, 5.0),
+            strength=_between(0.0, 1.0),
+        ),
+        "wear_law.temperature": _optional(
+            activation_energy_kJ_per_mol=_between(0.0, 50.0), reference_temperature_C=_between(40.0, 120.0)
+        ),
+        "wear_law.load": _optional(exponent=_between(-0.5, 1.5), reference_pressure_MPa=_between(500.0, 1500.0)),
+        "load_spectrum": _load_spectra(scene.operation.pinion_torque_Nm),
+        "pitch_error": st.fixed_dictionaries({"pinion_um": st.lists(_between(-20.0, 20.0), min_size=2, max_size=5)}),
+        "shaft_compliance": _optional(
+            offset_um_per_kN=compliance,
+            axial_pinion_um_per_kN=compliance,
+            axial_gear_um_per_kN=compliance,
+            shaft_angle_mrad_per_kNm=_between(0.0, 0.5),
+            pinion_slope_mrad_per_kNm=_between(0.0, 0.5),
+        ),
+        "run_life": st.fixed_dictionaries(
+            {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
+        ),
+    }
+    return {name: table for name, table in tables.items() if worn or "wear" not in EFFECTS[name].needs}
+
+
+@st.composite
+def effects(draw: st.DrawFn, scene: Scene = SHIPPED) -> dict[str, Any]:
+    """Changes for `Scene.replace` that add any effects that this scene can have, and what they need."""
+    tables = effect_tables(scene)
+    chosen = draw(st.lists(st.sampled_from(sorted(tables)), unique=True))
+    changes: dict[str, Any] = {}
+    while chosen:
+        name = chosen.pop()
+        table = draw(tables[name])
+        changes[f"effects.{name}"] = table
+        needs = [*EFFECTS[name].needs]
+        for (field, value), more in EFFECTS[name].needs_if.items():
+            needs += more if table.get(field) == value else ()
+        for need in needs:
+            if need == "operation.pinion_speed_rpm":
+                changes[need] = draw(_between(100.0, 6000.0))
+            elif need.startswith("effects.") and need not in changes:
+                chosen.append(need.removeprefix("effects."))
+    return changes

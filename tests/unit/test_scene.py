@@ -16,6 +16,7 @@ import pytest
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import (
+    BodyCoefficients,
     FaceGearPair,
     Material,
     Operation,
@@ -172,11 +173,18 @@ class TestDefaults:
             "width",
             "points",
             "harmonics",
+            "coefficient",
+            "lambda",
+            "strength",
+            "exponent",
+            "shares",
         }
+        units = {"mm", "um", "deg", "MPa", "Nm", "N", "C", "GPa", "HV", "kN", "kNm", "kgK", "m3", "mK", "mPas"}
+        units |= {"mol", "mrad", "rpm"}
         for key, rule in RULES.items():
             if rule.read.__name__ in ("number", "numbers", "whole"):
                 last = key.split("_")[-1].rpartition(".")[2]
-                assert last in bare | {"mm", "um", "deg", "MPa", "Nm", "N"}, key
+                assert last in bare | units, key
 
 
 OUT_OF_RANGE = [
@@ -213,7 +221,9 @@ OUT_OF_RANGE = [
     ("operation.pinion_torque_Nm", 0),
     ("operation.pinion_torque_Nm", -1600),
     ("operation.loaded_flank", "left"),
+    ("operation.pinion_speed_rpm", 0),
     ("wear.coefficient_mm2_per_N", 0),
+    ("wear.coefficient_mm2_per_N", {"pinion": 0, "gear": 1e-13}),
     ("wear.worn_bodies", []),
     ("wear.worn_bodies", ["gear", "gear"]),
     ("wear.until.control_depths_um", []),
@@ -247,6 +257,8 @@ WRONG_TYPE = [
     ("wear.until.control_depths_um", 60),
     ("wear.until.control_depths_um", [5, "10"]),
     ("wear.until.control_depths_um", [5, math.nan]),
+    ("wear.coefficient_mm2_per_N", {"gear": None}),
+    ("wear.coefficient_mm2_per_N", [1e-13, 1e-13]),
     ("wear.worn_bodies", "gear"),
     ("wear.worn_bodies", [1]),
     ("numerics.wear_steps", "many"),
@@ -304,8 +316,16 @@ class TestFieldRules:
             ("numerics.wear_mapping", "marched", 'numerics.fidelity = "patch"'),
             ("numerics.tooth_compliance", "tables/influence.h5", ".nc"),
             ("numerics.tooth_compliance", "prisms", 'did you mean "prism"'),
-            ("wear.worn_bodies", ["gear", "pinion"], "pinion wear is not available yet"),
-            ("wear.worn_bodies", ["pinion"], "pinion wear is not available yet"),
+            ("wear.worn_bodies", [], "remove [wear]"),
+            ("wear.worn_bodies", ["gear", "pinoin"], 'give ["pinion", "gear"]'),
+            ("wear.worn_bodies", ["gear", "gear"], 'give ["gear"]'),
+            ("wear.worn_bodies", ["pinion"], "is of the gear"),
+            ("wear.worn_bodies", ["wheel"], 'give ["gear"]'),
+            ("wear.coefficient_mm2_per_N", {}, "pinion = ..., gear = ..."),
+            ("wear.coefficient_mm2_per_N", {"geer": 1e-13}, "not geer"),
+            ("wear.coefficient_mm2_per_N", {"gear": "1e-13"}, "without quotes"),
+            ("wear.coefficient_mm2_per_N", {"pinion": 1e-13}, "add gear = 1e-13"),
+            ("operation.pinion_speed_rpm", -1500, "without a sign"),
             ("gear_pair.shaft_angle_deg", 80, "not available yet; only 90"),
             ("operation.loaded_flank", "drvie", 'did you mean "drive"'),
             ("operation.pinion_torque_Nm", -5, "coast"),
@@ -338,7 +358,7 @@ class TestAllAtOnce:
                 "material.gear.poissons_ratio": 0.7,
                 "wear.until.meshes": 1e9,
                 "numerics.harmnics": 12,
-                "effects.temperature": {},
+                "effects.frictoin": {},
             }
         )
         assert set(problems) == {
@@ -349,7 +369,7 @@ class TestAllAtOnce:
             "material.gear.poissons_ratio",
             "wear.until",
             "numerics.harmnics",
-            "effects",
+            "effects.frictoin",
         }
         assert problems["gear_pair.module_mm"].value is None
 
@@ -399,9 +419,6 @@ class TestNames:
     def test_unlike_name_lists_the_names_there(self) -> None:
         problem = problems_of({"operation.zzz": 1})["operation.zzz"]
         assert "pinion_torque_Nm, loaded_flank" in problem.allowed
-
-    def test_effects_are_not_available_yet(self) -> None:
-        assert "no effects are available yet" in problems_of({"effects": {"hub": {}}})["effects"].fix
 
     def test_quoted_dotted_name_is_no_path(self) -> None:
         start = data()
@@ -514,6 +531,65 @@ class TestAcrossFields:
 
     def test_wear_without_coefficient(self) -> None:
         assert list(problems_of({"wear.coefficient_mm2_per_N": None})) == ["wear.coefficient_mm2_per_N"]
+
+
+class TestWornBodies:
+    METHOD = {"wear.until.meshes": 1e9, "wear.control_point": None}  # noqa: RUF012
+
+    @pytest.mark.parametrize(
+        ("given", "kept"),
+        [(["gear", "pinion"], ("pinion", "gear")), (["pinion"], ("pinion",)), (["gear"], ("gear",))],
+    )
+    def test_any_of_both(self, shipped: Scene, given: list[str], kept: tuple[str, ...]) -> None:
+        scene = shipped.replace({**self.METHOD, "wear.worn_bodies": given})
+        assert scene.wear is not None
+        assert scene.wear.worn_bodies == kept
+        assert parse_scene(scene.to_toml()) == scene
+
+    def test_one_coefficient_serves_both(self, shipped: Scene) -> None:
+        assert shipped.wear is not None
+        assert shipped.wear.coefficient("pinion") == shipped.wear.coefficient("gear") == 1e-13
+        with pytest.raises(SceneError, match='"pinion" or "gear"'):
+            shipped.wear.coefficient("wheel")
+
+    def test_coefficients_of_bodies(self, shipped: Scene) -> None:
+        given = {"pinion": 2e-14, "gear": 1e-13}
+        scene = shipped.replace({"wear.coefficient_mm2_per_N": given, "wear.worn_bodies": ["pinion", "gear"]})
+        assert scene.wear is not None
+        assert scene.wear.coefficient_mm2_per_N == BodyCoefficients(pinion=2e-14, gear=1e-13)
+        assert (scene.wear.coefficient("pinion"), scene.wear.coefficient("gear")) == (2e-14, 1e-13)
+        assert "coefficient_mm2_per_N = {pinion = 2e-14, gear = 1e-13}\n" in scene.to_toml()
+        assert scene.to_dict()["wear"]["coefficient_mm2_per_N"] == given
+        assert parse_scene(scene.to_toml()) == scene_from_dict(scene.to_dict()) == scene
+        assert hash(parse_scene(scene.to_toml())) == hash(scene)
+        assert scene.replace({"wear.coefficient_mm2_per_N": BodyCoefficients(**given)}) == scene
+        assert scene.replace({"wear.coefficient_mm2_per_N": 1e-13, "wear.worn_bodies": None}) == shipped
+
+    def test_body_that_does_not_wear_needs_no_coefficient(self, shipped: Scene) -> None:
+        scene = shipped.replace({"wear.coefficient_mm2_per_N": {"gear": 1e-13}})
+        assert parse_scene(scene.to_toml()) == scene
+        assert scene.wear is not None
+        with pytest.raises(SceneError, match=r"wear\.coefficient_mm2_per_N\.pinion: missing"):
+            scene.wear.coefficient("pinion")
+
+    def test_a_header_does_as_well_as_braces(self, shipped: Scene) -> None:
+        text = TEXT.replace("coefficient_mm2_per_N = 1e-13", "").replace(
+            "[wear.until]", "[wear.coefficient_mm2_per_N]\ngear = 1e-13\n[wear.until]"
+        )
+        assert parse_scene(text) == shipped.replace({"wear.coefficient_mm2_per_N": {"gear": 1e-13}})
+
+    @pytest.mark.parametrize("change", [{}, {"wear.until.control_depths_um": None, "wear.until.meshes": 1e9}])
+    def test_control_point_is_of_the_gear(self, change: dict[str, Any]) -> None:
+        problems = problems_of({"wear.worn_bodies": ["pinion"], **change})
+        assert list(problems) == ["wear.worn_bodies"]
+        assert "as needed by wear." in problems["wear.worn_bodies"].allowed
+
+    def test_marched_wear_is_of_the_gear(self, shipped: Scene) -> None:
+        marched = {"numerics.fidelity": "patch", "numerics.wear_mapping": "marched"}
+        assert shipped.replace(marched).numerics.wear_mapping == "marched"
+        problems = problems_of({**marched, "wear.worn_bodies": ["pinion", "gear"]})
+        assert list(problems) == ["numerics.wear_mapping"]
+        assert "wear.worn_bodies" in problems["numerics.wear_mapping"].fix
 
 
 class TestChecker:
@@ -661,7 +737,8 @@ class TestReplace:
             ("operatoin.pinion_torque_Nm", "operation.pinion_torque_Nm"),
             ("gear_pair.modul_mm", "module_mm"),
             ("pinion_torque_Nm", "operation.pinion_torque_Nm"),
-            ("effects.hub", "no effects"),
+            ("effects.hub", "remove it"),
+            ("effects.frictoin.coefficient", "effects.friction"),
         ],
     )
     @pytest.mark.parametrize("value", [5.0, None])
@@ -690,6 +767,10 @@ class TestReplace:
     def test_meshes_and_depths_both_set_at_once(self, shipped: Scene) -> None:
         with pytest.raises(SceneError, match="exactly one"):
             shipped.replace({"wear.until.meshes": 1e9, "wear.until.control_depths_um": [5]})
+
+    def test_none_brings_no_table(self, shipped: Scene) -> None:
+        bare = shipped.replace({"wear": None})
+        assert bare.replace({"wear.control_point": None, "wear.until.meshes": None}) == bare
 
     def test_none_goes_back_to_the_default(self, shipped: Scene) -> None:
         changed = shipped.replace({"gear_pair.rack_tip_radius_mm": 1.5, "numerics.harmonics": 5})

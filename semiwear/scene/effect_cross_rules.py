@@ -1,0 +1,117 @@
+"""What effects need elsewhere in a scene, and rules that several fields of theirs must meet together."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+from semiwear.errors import Problem
+from semiwear.scene.across import RuleBook, across
+from semiwear.scene.effects import EFFECTS
+from semiwear.scene.reading import Reading
+from semiwear.scene.rules import RULES
+from semiwear.scene.schema import DEFAULTS
+from semiwear.scene.values import shown
+
+__all__ = ["EFFECT_CROSS_RULES", "find_missing_needs"]
+
+EFFECT_CROSS_RULES: RuleBook = []
+_across = partial(across, EFFECT_CROSS_RULES)
+
+# Rounding of shares written with a few digits.
+_SHARES_OFF = 1e-6
+
+
+def find_missing_needs(reading: Reading) -> list[Problem]:
+    """Fields and tables that the effects of a scene need and the scene lacks, each once with all that need it."""
+    effects = deque(table for name in EFFECTS if (table := f"effects.{name}") in reading.tables)
+    needed_by: dict[str, list[str]] = {}
+    while effects:
+        effect = effects.popleft()
+        for need in _needs(effect, reading):
+            if reading.has(need):
+                continue
+            # A missing effect has needs of its own: all that has to be added is said at once.
+            if need not in needed_by and need.removeprefix("effects.") in EFFECTS:
+                effects.append(need)
+            needed_by.setdefault(need, []).append(f"[{effect}]")
+    return [
+        Problem(need, None, _allowed(need), f"needed by {' and '.join(users)}: add it")
+        for need, users in needed_by.items()
+    ]
+
+
+def _needs(effect: str, reading: Reading) -> Iterator[str]:
+    table = EFFECTS[effect.removeprefix("effects.")]
+    yield from table.needs
+    for (field, value), needs in table.needs_if.items():
+        key = f"{effect}.{field}"
+        if reading.given.get(key, None if reading.has(key) else DEFAULTS[key]) == value:
+            yield from needs
+
+
+def _allowed(need: str) -> str:
+    if need in RULES:
+        return RULES[need].allowed
+    return "a table, empty for its defaults" if need.startswith("effects.") else "a table"
+
+
+@_across("effects.wear_law.hardness", "case_depth_um", "transition_um")
+def _transition_ends_below_the_surface(depth: float, transition: float) -> Iterator[Problem]:
+    if transition > 2.0 * depth:
+        allowed = f"0 to {2.0 * depth:g} um, twice case_depth_um: it must not reach the surface"
+        fix = "the transition is centred at the case depth: give less, or a deeper case"
+        yield Problem("effects.wear_law.hardness.transition_um", transition, allowed, fix)
+
+
+@_across("effects.wear_law.lubrication", "boundary_lambda", "full_film_lambda")
+def _full_film_is_thicker(boundary: float, full: float) -> Iterator[Problem]:
+    if full <= boundary:
+        fix = f"swap them: {full:g} and {boundary:g}" if full < boundary else "0.5 and 4 are usual"
+        allowed = f"greater than boundary_lambda ({boundary:g})"
+        yield Problem("effects.wear_law.lubrication.full_film_lambda", full, allowed, fix)
+
+
+@_across("effects.load_spectrum", "torques_Nm", "shares")
+def _a_share_for_every_torque(torques: tuple[float, ...], shares: tuple[float, ...]) -> Iterator[Problem]:
+    key = "effects.load_spectrum.shares"
+    if len(torques) != len(shares):
+        allowed = f"as many as torques_Nm ({len(torques)})"
+        yield Problem(key, shown(list(shares)), allowed, f"there are {len(shares)}: one share for each torque")
+        return
+    total = math.fsum(shares)
+    if abs(total - 1.0) > _SHARES_OFF:
+        fix = f"they sum to {total:.6g}: give {shown(_normalised(shares))}"
+        yield Problem(key, shown(list(shares)), "shares that sum to 1", fix)
+
+
+def _normalised(shares: tuple[float, ...]) -> list[float]:
+    """Shares with few digits that sum to 1: what rounding leaves goes to the greatest."""
+    total = math.fsum(shares)
+    rounded = [float(f"{share / total:.6g}") for share in shares]
+    greatest = rounded.index(max(rounded))
+    rest = math.fsum(rounded) - rounded[greatest]
+    rounded[greatest] = float(f"{1.0 - rest:.12g}")
+    return rounded
+
+
+@_across("gear_pair", "pinion_teeth", "effects.pitch_error.pinion_um")
+def _no_more_deviations_than_teeth(teeth: int, deviations: tuple[float, ...]) -> Iterator[Problem]:
+    if len(deviations) > teeth:
+        fix = f"there are {len(deviations)}: one for each tooth of the pinion, or a few that repeat around it"
+        yield Problem("effects.pitch_error.pinion_um", shown(list(deviations)), f"at most {teeth} deviations", fix)
+
+
+@_across("effects.run_life", "body", "wear.worn_bodies")
+def _life_is_of_a_worn_body(body: str, worn: tuple[str, ...]) -> Iterator[Problem]:
+    if body not in worn:
+        allowed = f"one of wear.worn_bodies: {_quoted(worn)}"
+        fix = f'give "{worn[0]}", or add "{body}" to wear.worn_bodies'
+        yield Problem("effects.run_life.body", body, allowed, fix)
+
+
+def _quoted(words: Any) -> str:
+    return ", ".join(f'"{word}"' for word in words)

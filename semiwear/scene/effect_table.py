@@ -1,0 +1,53 @@
+"""What every table of an effect says about itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar, Protocol
+
+__all__ = ["EffectTable", "ScreenedScene"]
+
+
+class ScreenedScene(Protocol):
+    """What a screening looks at: the operation and the wear of a `Scene`."""
+
+    @property
+    def operation(self) -> Any:
+        """Table ``[operation]``."""
+
+    @property
+    def wear(self) -> Any:
+        """Table ``[wear]``, or None."""
+
+
+class EffectTable:
+    """Base of the tables under ``[effects]``: an effect runs if and only if its table is there.
+
+    Attributes
+    ----------
+    title : str
+        A few words for a table printed to a user.
+    acts_in : str
+        The stage: ``"geometry"``, ``"meshing"``, ``"compliance"``, ``"contact"``, ``"wear"`` or ``"results"``.
+    needs : tuple of str
+        Dotted keys of the fields and tables that must be there.
+    needs_if : mapping
+        From (field of this table, value) to the dotted keys that are needed only with that value.
+    validity : str
+        Range of validity in words.
+    references : tuple of str
+        Author, year and what is taken from there.
+    """
+
+    title: ClassVar[str]
+    acts_in: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    needs_if: ClassVar[Mapping[tuple[str, Any], tuple[str, ...]]] = MappingProxyType({})
+    validity: ClassVar[str]
+    references: ClassVar[tuple[str, ...]]
+
+    @staticmethod
+    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+        """Fields with which a screening adds this effect; empty where the plain defaults serve."""
+        return {}

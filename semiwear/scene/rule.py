@@ -1,0 +1,93 @@
+"""The allowed values of one field, and the rules that many fields share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from semiwear.errors import Problem
+from semiwear.scene.closest import closest
+from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole, whole_or_auto
+
+__all__ = ["Rule", "advice", "anything", "at_least_zero", "auto_or", "between", "choice", "positive"]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """The allowed values of one field.
+
+    Attributes
+    ----------
+    read : callable
+        From the raw value to the value kept; raises `Unreadable` for a wrong type.
+    allowed : str
+        The allowed range in words.
+    holds : callable
+        Whether a value that could be read is in that range.
+    fix : callable
+        From a value out of range to the likely remedy.
+    """
+
+    read: Reader
+    allowed: str
+    holds: Callable[[Any], bool]
+    fix: Callable[[Any], str]
+
+    def apply(self, key: str, raw: Any) -> tuple[Any, Problem | None]:
+        """The value to keep (None if there is a problem), and the problem if there is one."""
+        try:
+            value = self.read(raw)
+        except Unreadable as reason:
+            return None, Problem(key, shown(raw), self.allowed, str(reason))
+        if self.holds(value):
+            return value, None
+        return None, Problem(key, shown(raw), self.allowed, self.fix(value))
+
+
+def advice(fix: str) -> Callable[[Any], str]:
+    """The same remedy whatever the value."""
+    return lambda value: fix
+
+
+def positive(fix: str, unit: str = "mm") -> Rule:
+    """A number above 0."""
+    return Rule(number, f"greater than 0 {unit}".rstrip(), lambda value: value > 0.0, advice(fix))
+
+
+def at_least_zero(fix: str, unit: str = "mm") -> Rule:
+    """A number that is not negative."""
+    return Rule(number, f"0 {unit} or more", lambda value: value >= 0.0, advice(fix))
+
+
+def between(read: Reader, low: float, high: float, fix: str, unit: str = "") -> Rule:
+    """A number in a closed range."""
+    allowed = f"{'whole number, ' if read is whole else ''}{low:g} to {high:g} {unit}".rstrip()
+    return Rule(read, allowed, lambda value: low <= value <= high, advice(fix))
+
+
+def auto_or(low: int, high: int, fix: str) -> Rule:
+    """The word ``auto`` or a whole number in a closed range."""
+
+    def holds(value: int | str) -> bool:
+        return value == "auto" or (isinstance(value, int) and low <= value <= high)
+
+    return Rule(whole_or_auto, f'"auto" or a whole number, {low} to {high}', holds, advice(fix))
+
+
+def choice(*options: str, otherwise: str = "") -> Rule:
+    """One of a few words."""
+    allowed = " or ".join(f'"{option}"' for option in options)
+
+    def fix(value: str) -> str:
+        meant = closest(value, options)
+        if meant is not None:
+            return f'did you mean "{meant}"?'
+        return otherwise or f'give "{options[0]}"'
+
+    return Rule(text, allowed, lambda value: value in options, fix)
+
+
+def anything() -> Rule:
+    """Any text."""
+    return Rule(text, "text", lambda value: True, advice(""))

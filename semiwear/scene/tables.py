@@ -1,0 +1,194 @@
+"""The plain tables of a scene: material, operation, wear and numerics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from semiwear.errors import SceneError
+
+__all__ = [
+    "BODIES",
+    "BodyCoefficients",
+    "ControlPoint",
+    "Material",
+    "Materials",
+    "Numerics",
+    "Operation",
+    "Wear",
+    "WearUntil",
+]
+
+BODIES = ("pinion", "gear")
+"""Both bodies, in the order in which a scene keeps them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic body. Default: steel."""
+
+    name: str = "steel"
+    youngs_modulus_MPa: float = 207000.0
+    poissons_ratio: float = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Materials:
+    """The materials of both bodies."""
+
+    pinion: Material = Material()
+    gear: Material = Material()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operation:
+    """Table ``[operation]``: how the pair runs.
+
+    Attributes
+    ----------
+    pinion_torque_Nm : float
+        Torque on the pinion (driving), required.
+    loaded_flank : str
+        ``"drive"`` (default) or ``"coast"``, its mirror image.
+    pinion_speed_rpm : float or None
+        Pinion speed in rev/min; needed by the effects that depend on velocity. Default None.
+    """
+
+    pinion_torque_Nm: float
+    loaded_flank: str = "drive"
+    pinion_speed_rpm: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class WearUntil:
+    """Table ``[wear.until]``: where a wear run ends; exactly one of the two fields is set.
+
+    Attributes
+    ----------
+    meshes : float or None
+        Engagements of one gear tooth.
+    control_depths_um : tuple of float or None
+        Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.
+    """
+
+    meshes: float | None = None
+    control_depths_um: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlPoint:
+    """Table ``[wear.control_point]``: the point of the gear flank whose wear depth is watched.
+
+    Attributes
+    ----------
+    radius_mm : float
+        Gear radius.
+    height_mm : float
+        Height above the pitch plane, negative on the dedendum.
+    """
+
+    radius_mm: float
+    height_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyCoefficients:
+    """Wear coefficients of bodies that wear differently; None for a body that does not wear.
+
+    Attributes
+    ----------
+    pinion, gear : float or None
+        Wear coefficient [mm2/N].
+    """
+
+    pinion: float | None = None
+    gear: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wear:
+    """Table ``[wear]``: Archard wear. A scene without it is loaded contact only.
+
+    Attributes
+    ----------
+    coefficient_mm2_per_N : float or BodyCoefficients
+        Wear coefficient k: worn depth = k * pressure * sliding distance; one for both bodies, or a table
+        ``{pinion = ..., gear = ...}``; required.
+    until : WearUntil
+        Where the run ends; required.
+    worn_bodies : tuple of str
+        Bodies that wear, the pinion first. Default ``("gear",)``.
+    control_point : ControlPoint or None
+        Needed by ``control_depths_um``. Default None.
+    """
+
+    coefficient_mm2_per_N: float | BodyCoefficients
+    until: WearUntil
+    worn_bodies: tuple[str, ...] = ("gear",)
+    control_point: ControlPoint | None = None
+
+    def coefficient(self, body: str) -> float:
+        """Wear coefficient of a body, ``"pinion"`` or ``"gear"`` [mm2/N].
+
+        Raises
+        ------
+        SceneError
+            Where the scene gives none, as it may for a body that does not wear.
+        """
+        if body not in BODIES:
+            raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+        given = self.coefficient_mm2_per_N
+        if not isinstance(given, BodyCoefficients):
+            return given
+        value: float | None = getattr(given, body)
+        if value is None:
+            key, fix = f"wear.coefficient_mm2_per_N.{body}", "give it, or one number for both bodies"
+            raise SceneError.of(key, None, "greater than 0 mm2/N", fix)
+        return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numerics:
+    """Table ``[numerics]``: models and resolution.
+
+    Attributes
+    ----------
+    fidelity : str
+        Contact model: ``"line"`` (default, line loads with Hertz across them) or ``"patch"`` (pressure resolved in
+        two dimensions).
+    wear_mapping : str
+        ``"interpolated"`` (default, few roll positions) or ``"marched"`` (many, summed where it happens; needs
+        fidelity ``"patch"``, and the gear alone to wear).
+    wear_scheme : str
+        ``"implicit"`` (default) or ``"explicit"`` (for comparison).
+    wear_steps : int or "auto"
+        Steps up to ``wear.until.meshes``. Default ``"auto"``.
+    roll_positions : int
+        Roll positions per mesh cycle. Default 24.
+    face_slices : int
+        Slices along the face width. Default 61.
+    cells_per_half_width : int
+        Cells of a patch across the Hertz half-width at the pitch point. Default 8.
+    profile_points : int
+        Points of the flank grid along the tooth height. Default 141.
+    tooth_pairs : int or "auto"
+        Tooth pairs that may share the load. Default ``"auto"``.
+    tooth_compliance : str
+        ``"prism"`` (default, finite prisms), ``"rigid"`` (local contact alone) or a netCDF file of influence data.
+    harmonics : int
+        Cosine terms of the prism series along the face width. Default 33.
+    max_iterations : int
+        Iterations of the load sharing at one roll position. Default 60.
+    """
+
+    fidelity: str = "line"
+    wear_mapping: str = "interpolated"
+    wear_scheme: str = "implicit"
+    wear_steps: int | str = "auto"
+    roll_positions: int = 24
+    face_slices: int = 61
+    cells_per_half_width: int = 8
+    profile_points: int = 141
+    tooth_pairs: int | str = "auto"
+    tooth_compliance: str = "prism"
+    harmonics: int = 33
+    max_iterations: int = 60
