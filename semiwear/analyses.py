@@ -87,8 +87,9 @@ def loaded_contact(
     teeth = physics.loaded_teeth(placement, given)
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     pressure = teeth.pressures(state)
+    told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
     groups = {
-        "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)),
+        "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)) | told,
         "mesh_cycle": collect.mesh_cycle(teeth, state),
         "diagnostics": collect.residuals(state),
     }

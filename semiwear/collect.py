@@ -7,16 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
-from semiwear.contact.patch_contact import PatchContact, PatchLoads
+from semiwear.contact.patch_contact import PatchLoads
 from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.results import Zone
 from semiwear.wear.swept_line import Sweep
+
+if TYPE_CHECKING:
+    from semiwear.observers import Observer
 
 __all__ = [
     "Arrays",
@@ -26,6 +31,7 @@ __all__ = [
     "flank",
     "history",
     "mesh_cycle",
+    "observed",
     "residuals",
     "stacked",
     "subsurface",
@@ -169,6 +175,8 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
         "transmission_error_mean": error.mean(),
         "transmission_error_amplitude": np.ptp(error),
     }
+    if state.partner_wear is not None:
+        arrays["wear_depth_max_pinion"] = _UM * state.partner_wear.max()
     if "root_stress" in parts["engagement"]:
         arrays["root_stress_max"] = parts["engagement"]["root_stress"].max(axis=0)
     return {name: np.asarray(value) for name, value in arrays.items()}
@@ -176,10 +184,11 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
 
 def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, poissons_ratio: float) -> Arrays:
     """Stress below the driven flank where the pressure is greatest away from the borders; fidelity `patch` only."""
-    if not isinstance(teeth.solver, PatchContact) or not isinstance(state.loads, PatchLoads):
+    solver = teeth.solver.resolved
+    if solver is None:
         return {}
     roll, face = np.unravel_index(int(np.argmax(pressure.inner)), pressure.inner.shape)
-    found = teeth.solver.subsurface(state.loads, int(roll), int(face), poissons_ratio)
+    found = solver.subsurface(state.loads, int(roll), int(face), poissons_ratio)
     return {
         "subsurface_stress_max": np.asarray(found.von_mises),
         "subsurface_stress_depth": np.asarray(found.von_mises_depth),
@@ -188,11 +197,29 @@ def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
 
 def contact_patterns(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> Arrays:
     """Greatest pressure at each point of the driven flank, (wear_step, profile, face); fidelity `patch` only."""
-    solver = teeth.solver
-    if not isinstance(solver, PatchContact):
+    solver = teeth.solver.resolved
+    if solver is None:
         return {}
     patches = [state.loads for state in states if isinstance(state.loads, PatchLoads)]
     return {"contact_pattern": np.stack([solver.contact_pattern(loads).T for loads in patches])}
+
+
+def observed(
+    teeth: LoadedTeeth,
+    state: LoadedState,
+    pressure: SlicePressures,
+    observers: Sequence[Observer],
+    clock: EffectClock,
+) -> tuple[Arrays, Arrays]:
+    """What effects tell at every roll position, and once for the state."""
+    engagement: Arrays = {}
+    history: Arrays = {}
+    for observer in observers:
+        with clock.measure(observer.effect):
+            told = observer.engagement(teeth, state, pressure)
+            engagement |= told
+            history |= observer.history(teeth, told)
+    return engagement, history
 
 
 def residuals(state: LoadedState) -> Arrays:
@@ -243,16 +270,21 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
 
 
 def _driving_profile(teeth: LoadedTeeth) -> FloatArray:
-    """Nodes of the driving flank, (face, profile): even from its root to its tip end."""
+    """Nodes of the driving flank, (face, profile): those of its wear, or even from its root to its tip end."""
+    if teeth.partner is not None:
+        return teeth.partner.grid.profile
     borders = teeth.pair.borders(teeth.grid.face)
     nodes = np.linspace(borders.partner_root, borders.partner_tip, teeth.grid.profile.shape[1])
     return np.broadcast_to(nodes, teeth.grid.profile.shape)
 
 
 def wear_maps(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> np.ndarray:
-    """Wear depth of both bodies [um], (wear_step, body, profile, face); the driving body does not wear."""
+    """Wear depth of both bodies [um], (wear_step, body, profile, face)."""
     driven = _UM * np.stack([state.wear.T for state in states])
-    return np.stack([np.zeros_like(driven), driven], axis=1)
+    if teeth.partner is None:
+        return np.stack([np.zeros_like(driven), driven], axis=1)
+    driving = _UM * np.stack([state.partner_wear.T for state in states if state.partner_wear is not None])
+    return np.stack([driving, driven], axis=1)
 
 
 def stacked(parts: Sequence[Arrays]) -> Arrays:

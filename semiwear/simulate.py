@@ -128,6 +128,7 @@ def _result(
     poissons_ratio = physics.scene.material.gear.poissons_ratio
     point = physics.control_point(teeth)
     fresh = fresh_sweep(teeth.pair, teeth.lines)
+    observers = physics.observers(teeth)
     parts: list[dict[str, collect.Arrays]] = []
     for contact in contacts:
         pressure = teeth.pressures(contact)
@@ -137,6 +138,9 @@ def _result(
         }
         part["history"] = collect.history(teeth, contact, pressure, part)
         part["history"] |= collect.subsurface(teeth, contact, pressure, poissons_ratio)
+        engagement, once = collect.observed(teeth, contact, pressure, observers, physics.clock)
+        part["engagement"] |= engagement
+        part["history"] |= once
         if point is not None:
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * stepper.depth_at(point, contact.wear))
         part["diagnostics"] = collect.residuals(contact)
@@ -146,10 +150,15 @@ def _result(
     groups["flank"] |= collect.contact_patterns(teeth, contacts)
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
+    spent = physics.clock.seconds
+    if spent:
+        groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
     coords = collect.coordinates(teeth) | {
         "meshes": np.array([state.meshes for state in states]),
         "stage": np.array(list(clock.seconds)),
     }
+    if spent:
+        coords["effect"] = np.array(list(spent))
     return build_tree(groups, coords, attributes(physics, "simulate"))
 
 

@@ -71,6 +71,11 @@ class FrictionalContact:
         """Effective modulus E* [MPa]."""
         return self.solver.modulus
 
+    @property
+    def resolved(self) -> Any:
+        """The `PatchContact` that resolves pressure in two dimensions, or None."""
+        return self.solver.resolved
+
     def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
         return self.solver.is_near(lines)

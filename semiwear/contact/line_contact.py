@@ -185,6 +185,11 @@ class LineContact:
     more: tuple[SliceCompliance, ...] = ()
     _systems: dict[int, MeshPosition] = field(default_factory=dict, repr=False)
 
+    @property
+    def resolved(self) -> None:
+        """Nothing: pressure is not resolved along the line."""
+        return None
+
     def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
         return lines.separation[0] < float(self.lines.separation[0].min()) + self.reach

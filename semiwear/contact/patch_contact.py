@@ -134,6 +134,11 @@ class PatchContact:
         """Separation beyond which no slice can touch, however loaded and worn [mm]."""
         return self.line.reach
 
+    @property
+    def resolved(self) -> PatchContact:
+        """This solver, which resolves pressure in two dimensions."""
+        return self
+
     def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
         return self.line.is_near(lines)

@@ -78,6 +78,10 @@ class TeethSolver(Protocol):
     def modulus(self) -> float:
         """Effective modulus E* [MPa]."""
 
+    @property
+    def resolved(self) -> Any:
+        """The `PatchContact` that resolves pressure in two dimensions, or None."""
+
     def is_near(self, lines: ContactLines) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
 

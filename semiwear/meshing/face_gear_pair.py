@@ -93,6 +93,16 @@ class FaceGearMesh:
         return self.table.pinion_teeth / self.table.gear_teeth
 
     @property
+    def driving_meshes(self) -> float:
+        """N2/N1: a pinion tooth meshes more often than a gear tooth."""
+        return self.table.gear_teeth / self.table.pinion_teeth
+
+    @property
+    def pitch_point(self) -> FloatArray:
+        """On the line between the axes, at the pitch radii [mm]."""
+        return np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius])
+
+    @property
     def arcsec_per_mm(self) -> float:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
         return self.transmission_ratio / self.pinion.base_radius * _ARCSEC
@@ -109,8 +119,7 @@ class FaceGearMesh:
         turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
         turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
         shift = np.array([p.offset_mm, p.axial_gear_mm, p.axial_pinion_mm])
-        pitch_point = np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius])
-        return turn_x @ turn_y, shift, pitch_point
+        return turn_x @ turn_y, shift, self.pitch_point
 
     def _nominal_rotation(self, roll: FloatArray) -> FloatArray:
         """Pinion rotation at which the pair nominally meets at a roll position [rad]."""
@@ -126,7 +135,8 @@ class FaceGearMesh:
         t, pinion = self.table, self.pinion
         face = np.asarray(face, float)
         keep = 0.0 if sharp else 1.0
-        tip_inset = keep * _edge_inset(t.gear_tip_edge_radius_mm, self._tip_turn_driven(face))
+        tip_turn = self._tip_turn_driven(face)
+        tip_inset = keep * _edge_inset(t.gear_tip_edge_radius_mm, tip_turn)
         # the pinion's flank leaves its tip circle under 90 degrees less the pressure angle there
         partner_turn = 0.5 * pi - np.arctan(pinion.tip_roll_angle)
         partner_inset = keep * float(_edge_inset(t.pinion_tip_edge_radius_mm, partner_turn))
@@ -138,6 +148,8 @@ class FaceGearMesh:
             partner_tip=float(pinion.profile_from_roll(np.array(pinion.tip_roll_angle))) - partner_inset,
             face=self.face_limits,
             partner_face=(t.pinion_centre_mm - half_width, t.pinion_centre_mm + half_width),
+            tip_turn=tip_turn,
+            partner_tip_turn=float(partner_turn),
             tip_edge_radius=t.gear_tip_edge_radius_mm,
             end_edge_radius=t.gear_end_edge_radius_mm,
             partner_tip_edge_radius=t.pinion_tip_edge_radius_mm,

@@ -69,6 +69,9 @@ class Borders:
         Ends of the driven flank.
     partner_face : (float, float) [mm]
         Ends of the driving flank.
+    tip_turn : (S,) array [rad]
+    partner_tip_turn : float [rad]
+        By which the outlines of both bodies turn at their tip edges.
     tip_edge_radius, end_edge_radius, partner_tip_edge_radius, partner_end_edge_radius : float [mm]
     """
 
@@ -78,6 +81,8 @@ class Borders:
     partner_tip: float
     face: tuple[float, float]
     partner_face: tuple[float, float]
+    tip_turn: FloatArray
+    partner_tip_turn: float
     tip_edge_radius: float
     end_edge_radius: float
     partner_tip_edge_radius: float
@@ -123,6 +128,14 @@ class FlankPair(Protocol):
     @property
     def arcsec_per_mm(self) -> float:
         """Driven-side transmission error per approach along the line of action [arcsec/mm], positive."""
+
+    @property
+    def driving_meshes(self) -> float:
+        """Meshes of a driving tooth in one mesh of a driven tooth: the ratio of tooth numbers."""
+
+    @property
+    def pitch_point(self) -> FloatArray:
+        """Pitch point in the fixed frame: (3,) array [mm]."""
 
     def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
         """Limits of both flanks at face stations."""

@@ -91,6 +91,8 @@ _FACE_GEAR = "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter
 _CONRY = "Conry and Seireg 1973, J. Eng. Ind. 95, 1115-1122"
 _POLONSKY = "Polonsky and Keer 1999, Wear 231, 206-219"
 _PARK = "Park and Kahraman 2009, Wear 267, 1595-1604"
+_BLOK = "Blok 1937, Proc. General Discussion on Lubrication 2, 222-235"
+_DOWSON = "Dowson and Higginson 1966, Elasto-Hydrodynamic Lubrication"
 _CLOCK = "wall clock of this run"
 _GRID = "numerical grid of this run"
 
@@ -123,6 +125,7 @@ _COORDINATES = (
     _axis("mesh_position", "1", "phase of the mesh in base pitches", _ISO_21771),
     _axis("roll_position", "1", "position of a tooth pair in base pitches, 0 at the pitch point", _ISO_21771),
     _axis("stage", "1", "stage of the computation", _CLOCK, "str"),
+    _axis("effect", "1", "effect of the scene", _CLOCK, "str"),
     _axis("quantity", "1", "reported quantity", "this table", "str"),
     _axis("axis", "1", "axis of the fixed frame", _LITVIN, "str", ("x", "y", "z")),
     _axis("direction", "1", "principal direction of the contact", _JOHNSON, "str", ("along", "across")),
@@ -218,6 +221,42 @@ _TABLE = (
         _ISO_6336_3,
         optional=True,
     ),
+    Variable(
+        "engagement",
+        "friction_coefficient",
+        _ON_ROLL,
+        "1",
+        "coefficient of friction of the tooth pair, weighted with the load",
+        "ISO/TR 14179-2:2001, Gears: thermal capacity",
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "friction_power_loss",
+        _ON_ROLL,
+        "W",
+        "power that friction takes on the tooth pair; per rad/s of the pinion where the scene gives no speed",
+        "Ohlendorf 1958, dissertation, TU Munich",
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "flash_temperature_max",
+        _ON_ROLL,
+        "K",
+        "greatest rise of the surface temperature, away from edges",
+        _BLOK,
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "film_thickness_min",
+        _ON_ROLL,
+        "um",
+        "least oil film thickness, away from edges",
+        _DOWSON,
+        optional=True,
+    ),
     # ------------------------------------------------------------------ one mesh cycle
     Variable(
         "mesh_cycle",
@@ -239,6 +278,15 @@ _TABLE = (
         _ON_STEP,
         "um",
         "wear of the gear at the control point",
+        _ARCHARD,
+        optional=True,
+    ),
+    Variable(
+        "history",
+        "wear_depth_max_pinion",
+        _ON_STEP,
+        "um",
+        "greatest wear on the pinion's flank",
         _ARCHARD,
         optional=True,
     ),
@@ -310,6 +358,62 @@ _TABLE = (
         "peak to peak of the loaded transmission error",
         _LITVIN,
     ),
+    Variable(
+        "history",
+        "mesh_efficiency",
+        _ON_STEP,
+        "1",
+        "efficiency of the mesh: one less the friction loss over the power that goes in",
+        "Ohlendorf 1958, dissertation, TU Munich",
+        optional=True,
+    ),
+    Variable(
+        "history",
+        "friction_power_loss_mean",
+        _ON_STEP,
+        "W",
+        "power that friction takes of the mesh, mean over a mesh cycle",
+        "Ohlendorf 1958, dissertation, TU Munich",
+        optional=True,
+    ),
+    Variable(
+        "history",
+        "contact_temperature_max",
+        _ON_STEP,
+        "degC",
+        "greatest bulk and flash temperature together, away from edges",
+        _BLOK,
+        optional=True,
+    ),
+    Variable(
+        "history",
+        "lambda_ratio_min",
+        _ON_STEP,
+        "1",
+        "least film thickness over the roughness of both flanks, away from edges",
+        _DOWSON,
+        optional=True,
+    ),
+    # ------------------------------------------------------------------ life until a depth of wear
+    Variable("life", "depth_limit", (), "um", "depth of wear that ends the life", _ARCHARD),
+    Variable("life", "meshes_to_limit", (), "1", "engagements of one gear tooth until the depth limit", _ARCHARD),
+    Variable("life", "hours_to_limit", (), "h", "running time until the depth limit", _ARCHARD, optional=True),
+    Variable(
+        "life",
+        "sensitivity_to_wear_coefficient",
+        (),
+        "1",
+        "relative change of the life over that of the wear coefficient",
+        _ARCHARD,
+    ),
+    Variable(
+        "life",
+        "sensitivity_to_torque",
+        (),
+        "1",
+        "relative change of the life over that of the torque",
+        _ARCHARD,
+    ),
     # ------------------------------------------------------------------ how well it was computed
     Variable(
         "diagnostics",
@@ -340,6 +444,15 @@ _TABLE = (
         optional=True,
     ),
     Variable("diagnostics", "seconds", ("stage",), "s", "time spent in the stage", _CLOCK, optional=True),
+    Variable(
+        "diagnostics",
+        "effect_seconds",
+        ("effect",),
+        "s",
+        "time that an effect took by itself; what is woven into the contact solution is not in it",
+        _CLOCK,
+        optional=True,
+    ),
     Variable(
         "diagnostics",
         "error_estimate",

@@ -190,7 +190,7 @@ class MarchedWear:
 
 
 def _patch(passage: Passage) -> PatchContact:
-    solver = passage.teeth.solver
+    solver = passage.teeth.solver.resolved
     assert isinstance(solver, PatchContact)  # the scene's rules see to it
     return solver
 

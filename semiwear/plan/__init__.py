@@ -20,6 +20,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.teeth_solver import TeethSolver
+from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
@@ -28,14 +29,16 @@ from semiwear.meshing.partner_flank import PartnerFlank, partner_grid
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
-from semiwear.plan.choices import Choice, effects_table, physics_choices, table
-from semiwear.plan.effect_clock import EffectClock
+from semiwear.plan.choices import Choice, physics_choices, table
+from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.teeth import elastic, prisms, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
 
 if TYPE_CHECKING:
+    from xarray import DataTree
+
     from semiwear.observers import Observer
 
 __all__ = ["Choice", "Plan", "plan", "prisms"]
@@ -137,14 +140,13 @@ class Plan:
             modification=shape.modification,
             partner=self._partner(pair, shape, near),
         )
-        return replace(teeth, zero=self._unworn_zero(teeth, line))
+        return replace(teeth, zero=self._unworn_zero(teeth))
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
         """The wear of the flanks; the scene must have a table [wear]."""
         wear, numerics = self.scene.wear, self.scene.numerics
         assert wear is not None
-        # every driven tooth meets once while the driving body makes as many meshes as it has teeth, and the other way
-        ratio = teeth.pair.meshes_of_driving_tooth
+        ratio = teeth.pair.driving_meshes
         k = [wear.coefficient(body) if body in wear.worn_bodies else 0.0 for body in BODIES]
         hardness = effects.hardness_laws(self.scene, teeth)
         swept = InterpolatedWear()
@@ -172,7 +174,7 @@ class Plan:
 
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
         """What effects tell of a loaded state."""
-        scene, found = self.scene, []
+        scene = self.scene
         rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.solver.modulus)
         flash = effects.flash_temperature(scene)
         if rubbing is None and film is None and flash is None:
@@ -180,8 +182,9 @@ class Plan:
         from semiwear import observers
 
         speeds = effects.speeds_of(scene, teeth.pair, teeth.lines)
+        found: list[Observer] = []
         if rubbing is not None:
-            power = 1e3 * scene.operation.pinion_torque_Nm * speeds.power_per_torque
+            power = scene.operation.pinion_torque_Nm * speeds.power_per_torque
             told = scene.operation.pinion_speed_rpm is not None
             found.append(observers.FrictionLoss(speeds, rubbing, power, told))
         if flash is not None:
@@ -230,21 +233,16 @@ class Plan:
         own = partner_grid(pair, shape.grid.face, shape.grid.profile.shape[1])
         return PartnerFlank(own, shape.grid.profile, shape.fine, near)
 
-    def _unworn_zero(self, teeth: LoadedTeeth, line: LineContact) -> float:
+    def _unworn_zero(self, teeth: LoadedTeeth) -> float:
         """Mean of the least separation over an even mesh cycle [mm]."""
-        rolls, numerics = teeth.rolls, self.scene.numerics
-        even = even_roll_grid(rolls.start, rolls.pairs, numerics.roll_positions, 1)
-        if rolls.phase.size != even.phase.size or np.any(rolls.phase != even.phase):
+        rolls, positions = teeth.rolls, self.scene.numerics.roll_positions
+        even = even_roll_grid(rolls.start, rolls.pairs, positions, positions)
+        if not np.array_equal(rolls.phase, even.phase):
             shape = self._shape(teeth.pair, even)
-        elif teeth.modification is None:
-            shape = _Shape(teeth.lines, teeth.grid, None)
-        else:
-            shape = self._shape(teeth.pair, even)
-        least = shape.fine.separation[0]
-        if shape.modification is not None:
-            near = line.is_near(shape.fine)
-            trial = replace(teeth, rolls=even, fine=shape.fine, modification=shape.modification)
-            least = trial.touch(trial.removed(np.zeros(teeth.grid.profile.shape)), near)[1].least
+            teeth = replace(teeth, rolls=even, fine=shape.fine, lines=shape.fine, modification=shape.modification)
+        least = teeth.lines.separation[0]
+        if teeth.modification is not None:
+            least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
         return float(least.min(axis=1).reshape(even.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
@@ -277,3 +275,76 @@ class Plan:
         from semiwear.wear.contact_factor import ContactFactor
 
         return ContactFactor(laws, effects.speeds_of(self.scene, teeth.pair, teeth.lines), self.clock)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Fresh contact lines on the fine roll grid, the driven flank's nodes, and what the unworn flanks lack there."""
+
+    fine: ContactLines
+    grid: FlankGrid
+    modification: FloatArray | None
+
+
+def plan(scene: Scene, last: DataTree | None = None) -> Plan:
+    """What will run for a scene, what will not, and why.
+
+    Parameters
+    ----------
+    scene : Scene
+    last : DataTree, optional
+        An earlier result; the table then shows what share of its time each effect took.
+    """
+    return Plan(scene, physics_choices(scene), {} if last is None else seconds_of_effects(last))
+
+
+def _on_loaded_flank(scene: Scene, placement: Placement | None) -> Placement:
+    """The coast flank is the drive flank in a mirror at x = 0: what turns the placement is mirrored instead."""
+    placement = placement or Placement()
+    if scene.operation.loaded_flank == "drive":
+        return placement
+    return replace(placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad)
+
+
+def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: FloatArray | None) -> RollGrid:
+    wanted = scene.numerics.tooth_pairs
+    if wanted == "auto":
+        start, pairs = pairs_that_can_touch(pair, reach)
+    else:
+        # the pairs nearest to the pitch point
+        start, pairs = -0.5 * int(wanted), int(wanted)
+    if roll_positions is not None:
+        return given_roll_grid(start, pairs, roll_positions)
+    return even_roll_grid(start, pairs, scene.numerics.roll_positions, _FINE_ROLLS)
+
+
+def _under_torque(solver: Any, torque: FloatArray) -> Any:
+    """The same solver under other torques [N mm]; what it has found for its lines is kept."""
+    if isinstance(solver, LineContact):
+        return replace(solver, torque=torque)
+    if isinstance(solver, PatchContact):
+        return replace(solver, line=replace(solver.line, torque=torque))
+    return replace(solver, torque=torque)  # friction around one of them
+
+
+def _pushed_back(lines: ContactLines, offset: FloatArray) -> ContactLines:
+    """Lines whose tooth pairs are farther apart by an offset each [mm]."""
+    separation = lines.separation.copy()
+    separation[0] += np.repeat(offset, lines.roll.size // offset.size)[:, None]
+    return replace(lines, separation=separation)
+
+
+def _with_pitch(teeth: LoadedTeeth, offset: FloatArray) -> LoadedTeeth:
+    """The same teeth with tooth pairs pushed back by an offset each [mm]."""
+    fine = _pushed_back(teeth.fine, offset)
+    lines = fine.every(teeth.rolls.substeps)
+    return replace(teeth, fine=fine, lines=lines, solver=_on_lines(teeth.solver, lines))
+
+
+def _on_lines(solver: Any, lines: ContactLines) -> Any:
+    """The same solver on other lines, whose places on the flanks are the same."""
+    if isinstance(solver, LineContact):
+        return replace(solver, lines=lines, _systems={})
+    if isinstance(solver, PatchContact):
+        return replace(solver, line=_on_lines(solver.line, lines), cells=replace(solver.cells, lines=lines))
+    return replace(solver, frictionless=partial(_under_torque, _on_lines(solver.solver, lines)))

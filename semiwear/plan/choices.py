@@ -123,7 +123,9 @@ def _wear_choice(scene: Scene) -> Choice:
     bodies = ", ".join(scene.wear.worn_bodies)
     return Choice(
         "wear",
-        f"Archard, k = {scene.wear.coefficient_mm2_per_N:g} mm^2/N",
+        "Archard, k = "
+        + ", ".join(f"{scene.wear.coefficient(body):g}" for body in scene.wear.worn_bodies)
+        + " mm^2/N",
         True,
         f"[wear], worn_bodies = {bodies}",
         ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from semiwear.contact.flash_temperature import FlashTemperature
     from semiwear.contact.friction import Friction
     from semiwear.meshing.flank_modification import FlankModification
+    from semiwear.scene.effects import ShaftCompliance
     from semiwear.wear.laws import ContactLaw, HardnessLaw
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "modification_depth",
     "pitch_offsets",
     "speeds_of",
+    "tallest_modification",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -91,6 +94,28 @@ def _modification(scene: Scene, body: str) -> FlankModification:
     )
 
 
+def tallest_modification(scene: Scene) -> float:
+    """Most that a slice can be set back by a modification or a pitch error, against another [mm]."""
+    total = 0.0
+    for name in ("pinion", "gear"):
+        table = getattr(scene.effects.modification, name)
+        if table is not None:
+            amounts = (
+                table.tip_relief_um,
+                table.root_relief_um,
+                table.crowning_um,
+                table.lead_slope_um,
+                table.bias_um,
+            )
+            total += _UM * sum(abs(amount) for amount in amounts)
+            if table.file is not None:
+                deviations = _modification(scene, name).deviations
+                total += float(np.ptp(deviations.deviation))  # type: ignore[union-attr]
+    if scene.effects.pitch_error is not None:
+        total += _UM * float(np.ptp(scene.effects.pitch_error.pinion_um))
+    return total
+
+
 def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
     """Gap that pitch errors open at each of the tooth pairs in mesh, for every way in which teeth follow [mm].
 
@@ -111,40 +136,59 @@ def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
 
 
 def further_compliance(
-    scene: Scene, pair: FlankPair, lines: ContactLines, bodies: tuple[CompliantBody, ...], half_width: float
+    scene: Scene,
+    pair: FlankPair,
+    lines: ContactLines,
+    bodies: tuple[CompliantBody, ...],
+    half_width: float,
+    clock: EffectClock,
 ) -> tuple[SliceCompliance, ...]:
     """What effects add to the compliance between slices."""
     further: list[SliceCompliance] = []
-    edges, shafts = scene.effects.free_edges, scene.effects.shaft_compliance
-    if edges is not None:
-        from semiwear.compliance.free_edges import FreeEdges
-
-        borders = pair.borders(lines.face, sharp=True)
-        further.append(
-            FreeEdges.of(
-                lines,
-                borders,
-                (_Elastic.of(scene, "pinion"), _Elastic.of(scene, "gear")),
-                (bodies[DRIVING].depth, bodies[DRIVEN].depth) if bodies else None,
-                half_width,
-                tip_turns=(borders.partner_tip_turn, borders.tip_turn),
-                strength=edges.strength,
-            )
-        )
-    if shafts is not None:
-        from semiwear.compliance.mounting import Mounting, MountingSprings
-
-        springs = MountingSprings(
-            offset=1e-6 * shafts.offset_um_per_kN,
-            axial_pinion=1e-6 * shafts.axial_pinion_um_per_kN,
-            axial_gear=1e-6 * shafts.axial_gear_um_per_kN,
-            shaft_angle=1e-9 * shafts.shaft_angle_mrad_per_kNm,
-            pinion_slope=1e-9 * shafts.pinion_slope_mrad_per_kNm,
-        )
-        face = np.broadcast_to(lines.face, lines.profile.shape)
-        met = pair.meeting(face, lines.profile, lines.roll[:, None])
-        further.append(Mounting(springs, met.position, met.normal, pair.pitch_point))
+    if scene.effects.free_edges is not None:
+        with clock.measure("free_edges"):
+            further.append(_free_edges(scene, scene.effects.free_edges.strength, pair, lines, bodies, half_width))
+    if scene.effects.shaft_compliance is not None:
+        with clock.measure("shaft_compliance"):
+            further.append(_mounting(scene.effects.shaft_compliance, pair, lines))
     return tuple(further)
+
+
+def _free_edges(
+    scene: Scene,
+    strength: float,
+    pair: FlankPair,
+    lines: ContactLines,
+    bodies: tuple[CompliantBody, ...],
+    half_width: float,
+) -> SliceCompliance:
+    from semiwear.compliance.free_edges import FreeEdges
+
+    borders = pair.borders(lines.face, sharp=True)
+    return FreeEdges.of(
+        lines,
+        borders,
+        (_Elastic.of(scene, "pinion"), _Elastic.of(scene, "gear")),
+        (bodies[DRIVING].depth, bodies[DRIVEN].depth) if bodies else None,
+        half_width,
+        tip_turns=(borders.partner_tip_turn, borders.tip_turn),
+        strength=strength,
+    )
+
+
+def _mounting(shafts: ShaftCompliance, pair: FlankPair, lines: ContactLines) -> SliceCompliance:
+    from semiwear.compliance.mounting import Mounting, MountingSprings
+
+    springs = MountingSprings(
+        offset=1e-6 * shafts.offset_um_per_kN,
+        axial_pinion=1e-6 * shafts.axial_pinion_um_per_kN,
+        axial_gear=1e-6 * shafts.axial_gear_um_per_kN,
+        shaft_angle=1e-9 * shafts.shaft_angle_mrad_per_kNm,
+        pinion_slope=1e-9 * shafts.pinion_slope_mrad_per_kNm,
+    )
+    face = np.broadcast_to(lines.face, lines.profile.shape)
+    met = pair.meeting(face, lines.profile, lines.roll[:, None])
+    return Mounting(springs, met.position, met.normal, pair.pitch_point)
 
 
 class _Elastic:
@@ -231,33 +275,30 @@ def film_thickness(scene: Scene, modulus: float) -> FilmThickness | None:
 # ---------------------------------------------------------------- the wear coefficient
 
 
-def contact_laws(scene: Scene, modulus: float) -> tuple[ContactLaw, ...]:
-    """Factors of the wear coefficient that depend on the contact."""
+def contact_laws(scene: Scene, modulus: float) -> dict[str, ContactLaw]:
+    """Factors of the wear coefficient that depend on the contact, by the names of their effects."""
     tables = scene.effects.wear_law
-    laws: list[ContactLaw] = []
+    laws: dict[str, ContactLaw] = {}
     if tables.lubrication is not None:
         from semiwear.wear.laws import LubricationLaw
 
-        film = film_thickness(scene, modulus)
+        film, table = film_thickness(scene, modulus), tables.lubrication
         assert film is not None  # a rule of the scene
-        table = tables.lubrication
-        laws.append(LubricationLaw(film, table.boundary_lambda, table.full_film_lambda, table.strength))
+        law = LubricationLaw(film, table.boundary_lambda, table.full_film_lambda, table.strength)
+        laws["wear_law.lubrication"] = law
     if tables.temperature is not None:
         from semiwear.wear.laws import TemperatureLaw
 
-        flash = flash_temperature(scene)
+        flash, heat = flash_temperature(scene), tables.temperature
         assert flash is not None  # a rule of the scene
-        heat = tables.temperature
-        laws.append(
-            TemperatureLaw(
-                flash, friction_of_heat(scene), heat.activation_energy_kJ_per_mol, heat.reference_temperature_C
-            )
+        laws["wear_law.temperature"] = TemperatureLaw(
+            flash, friction_of_heat(scene), heat.activation_energy_kJ_per_mol, heat.reference_temperature_C
         )
     if tables.load is not None:
         from semiwear.wear.laws import LoadLaw
 
-        laws.append(LoadLaw(tables.load.exponent, tables.load.reference_pressure_MPa))
-    return tuple(laws)
+        laws["wear_law.load"] = LoadLaw(tables.load.exponent, tables.load.reference_pressure_MPa)
+    return laws
 
 
 def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, HardnessLaw] | None:

@@ -1,0 +1,149 @@
+"""What effects tell of a loaded state without changing it: friction loss, contact temperature, oil film.
+
+Names and units of what is told here are written in `semiwear.results.schema`. Greatest and least values are taken
+over the slices that count as away from edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.conditions import ContactConditions
+from semiwear.contact.film_thickness import FilmThickness
+from semiwear.contact.flash_temperature import FlashTemperature
+from semiwear.contact.friction import Friction, power_loss
+from semiwear.contact.line_conditions import line_conditions
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.meshing.surface_speed import SurfaceSpeeds
+
+__all__ = ["Film", "FrictionLoss", "Heat", "Observer"]
+
+FloatArray = NDArray[np.float64]
+Arrays = dict[str, np.ndarray]
+
+
+class Observer(Protocol):
+    """An effect that tells of a loaded state."""
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect."""
+
+    def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
+        """At every roll position."""
+
+    def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
+        """One value each, from what `engagement` told."""
+
+
+def _conditions(teeth: LoadedTeeth, state: LoadedState, speeds: SurfaceSpeeds) -> ContactConditions:
+    return line_conditions(teeth.solver, state.loads, state.coarse, speeds)
+
+
+def _greatest(values: FloatArray, counts: NDArray[np.bool_]) -> FloatArray:
+    """Greatest value of the slices that count at each roll position; 0 where none does."""
+    return np.max(values, axis=1, where=counts, initial=0.0)
+
+
+def _least(values: FloatArray, counts: NDArray[np.bool_]) -> FloatArray:
+    """Least value of the slices that count at each roll position; 0 where none does."""
+    least = np.min(values, axis=1, where=counts, initial=np.inf)
+    return np.where(np.isfinite(least), least, 0.0)
+
+
+@dataclass(frozen=True)
+class FrictionLoss:
+    """Coefficient of friction, power loss and efficiency of the mesh.
+
+    Attributes
+    ----------
+    speeds : SurfaceSpeeds
+    friction : Friction
+    power : float [W]
+        That goes in, at the speed of `speeds`.
+    told : bool
+        Whether the speed is known, so that the loss is a number of watts.
+    """
+
+    speeds: SurfaceSpeeds
+    friction: Friction
+    power: float
+    told: bool
+    effect: str = "friction"
+
+    def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
+        """Mean coefficient, weighted with the load, and power loss at every roll position."""
+        conditions = _conditions(teeth, state, self.speeds)
+        coefficient, length = self.friction.coefficient_of(conditions), teeth.lines.length
+        force = conditions.line_load * length
+        total = force.sum(axis=1)
+        mean = (coefficient * force).sum(axis=1) / np.where(total > 0.0, total, 1.0)
+        loss = power_loss(conditions, coefficient, length)
+        return {"friction_coefficient": mean, "friction_power_loss": loss}
+
+    def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
+        """Efficiency and mean power loss of the mesh."""
+        # mesh positions are even, so that the mean over the mesh is the sum over all pairs over their number
+        loss = engagement["friction_power_loss"].sum() / teeth.rolls.phase.size
+        told = {"mesh_efficiency": np.asarray(1.0 - loss / self.power)}
+        return told | ({"friction_power_loss_mean": np.asarray(loss)} if self.told else {})
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Flash temperature and contact temperature.
+
+    Attributes
+    ----------
+    speeds : SurfaceSpeeds
+    friction : Friction
+    flash : FlashTemperature
+    """
+
+    speeds: SurfaceSpeeds
+    friction: Friction
+    flash: FlashTemperature
+    effect: str = "flash_temperature"
+
+    def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
+        """Greatest rise of the surface temperature at every roll position."""
+        conditions = _conditions(teeth, state, self.speeds)
+        rise = self.flash.rise(conditions, self.friction.coefficient_of(conditions))
+        return {"flash_temperature_max": _greatest(rise, pressure.inner > 0.0)}
+
+    def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
+        """Greatest contact temperature of the engagement."""
+        greatest = self.flash.bulk_temperature_C + engagement["flash_temperature_max"].max()
+        return {"contact_temperature_max": np.asarray(greatest)}
+
+
+@dataclass(frozen=True)
+class Film:
+    """Film thickness and its ratio to the roughness.
+
+    Attributes
+    ----------
+    speeds : SurfaceSpeeds
+    film : FilmThickness
+    """
+
+    speeds: SurfaceSpeeds
+    film: FilmThickness
+    effect: str = "lubrication"
+
+    def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
+        """Least film thickness at every roll position."""
+        least = self.film.minimum(_conditions(teeth, state, self.speeds))
+        return {"film_thickness_min": _least(least, pressure.inner > 0.0)}
+
+    def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
+        """Least ratio of film thickness to roughness of the engagement, where there is contact."""
+        film = engagement["film_thickness_min"]
+        least = film[film > 0.0].min(initial=np.inf)
+        return {"lambda_ratio_min": np.asarray(least / self.film.roughness_um if np.isfinite(least) else 0.0)}

@@ -1,0 +1,53 @@
+"""Factor on the wear coefficient where it depends on the contact."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.footprint import Footprints
+from semiwear.contact.line_conditions import line_conditions
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.meshing.surface_speed import SurfaceSpeeds
+from semiwear.wear.laws import ContactLaw
+
+__all__ = ["ContactFactor"]
+
+FloatArray = NDArray[np.float64]
+
+
+class Clock(Protocol):
+    """Adds up seconds under the names of effects."""
+
+    def measure(self, effect: str) -> AbstractContextManager[None]:
+        """Count what is done inside."""
+
+
+@dataclass(frozen=True)
+class ContactFactor:
+    """Product of the laws of the wear coefficient.
+
+    Attributes
+    ----------
+    laws : mapping from the name of an effect to its ContactLaw
+    speeds : SurfaceSpeeds
+        At the solved roll positions.
+    clock : Clock
+    """
+
+    laws: dict[str, ContactLaw]
+    speeds: SurfaceSpeeds
+    clock: Clock
+
+    def __call__(self, teeth: LoadedTeeth, loads: Any, worn: Footprints) -> FloatArray:
+        """Factor in every slice, (roll, face); 1 where there is no load."""
+        conditions = line_conditions(teeth.solver, loads, worn, self.speeds)
+        product = np.ones(conditions.line_load.shape)
+        for name, law in self.laws.items():
+            with self.clock.measure(name):
+                product = product * np.where(conditions.loaded, law.factor(conditions), 1.0)
+        return product
