@@ -1,0 +1,260 @@
+"""Free edges: what the elastic half-space under each slice lacks where a flank ends.
+
+Near a free face (the end of a tooth, or its tip) a body yields more than a half-space. The missing part is close to
+that of image loads, mirrored at the face: image of a slice j at the distance
+
+    r^2 = s^2 + 4 e_i e_j      s: between the slices, e: their distances from the edge
+
+A mirror alone keeps the face plane and free of shear. That the face is free of normal stress as well, as Hetenyi
+found, adds to the image; the factor on it is here
+
+    g = g_0 + 0.36 tau,   g_0 = 1 + nu (0.62 + 1.57 nu)/(1 - nu),   tau = 4 e_i e_j/(e_i + e_j)^2
+
+fitted to finite elements of a quarter-space for 0 <= nu <= 0.45 (tests/reference/test_free_edges.py). It holds to 3 %
+along a line normal to the edge and, up to twice the distance from the edge, along one parallel to it; farther along
+that the true factor goes on rising, to about 2.2 for nu = 0.3. Where the faces do not meet under a right angle the
+image changes fast, see `wedge_factor`.
+
+Tooth compliance knows the edges itself (prisms mirror their ends and have the true outline of the tip), so only the
+*local* part has an image: the half-space displacement of the surface less that of the mid-surface at depth d,
+
+    (1 - nu^2)/(pi E) 1/sqrt(r^2 + b^2/4)  -  (1 + nu)/(2 pi E) [d^2/r_d^3 + 2(1 - nu)/r_d],   r_d^2 = r^2 + d^2
+
+The first term has the far field of a stripe of half-width b up to its first correction. Each body has its own
+edges and contributes its own share. Valid where the pressure ends a half-width or more from the edge; a nearer slice
+is taken to lie half a half-width from it, and cells of pressure cut by an edge are beyond this theory.
+
+Sources: M. Hetenyi, J. Appl. Mech. 37 (1970) 70-76; L. M. Keer, J. C. Lee, T. Mura, Int. J. Solids Struct. 19 (1983)
+497-508; R. Guilbault, J. Tribol. 133 (2011) 031402, who puts such a factor on image loads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise, product
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.compliance.tooth import Elastic
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders
+
+__all__ = ["EdgeDistance", "FreeBody", "FreeEdges", "image_factor", "wedge_factor"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_NEAREST = 0.5  # half-widths: distance at which slices nearer to an edge are held
+_LEAST_DEPTH = 1.5  # half-widths, as for the half-space itself
+_SHARPEST = 100.0 / 90.0  # of a right angle: beyond that the image is not known
+_REACH = 8.0  # depths from an edge, beyond which the local part has no image to speak of
+
+
+def image_factor(poissons_ratio: float) -> tuple[float, float]:
+    """Factor on the image loads of a quarter-space: for slices at very different distances, and what equal ones add.
+
+    Valid for Poisson's ratios from 0 to 0.4.
+    """
+    nu = poissons_ratio
+    return 1.0 + nu * (0.62 + 1.57 * nu) / (1.0 - nu), 0.36
+
+
+def wedge_factor(turn: ArrayLike) -> FloatArray:
+    """Strength of the image where the outline turns by `turn` [rad] at the edge, against that of a right angle.
+
+    (turn/90 degrees)^5: fitted to finite elements of wedges at nu = 0.2 and 0.3, which give 0.09, 0.20, 0.40, 0.74,
+    1.35 and 1.81 where the outline turns by 55, 65, 75, 85, 95 and 100 degrees; held beyond 100.
+    """
+    return np.clip(np.asarray(turn, float) / (0.5 * pi), 0.0, _SHARPEST) ** 5
+
+
+@dataclass(frozen=True)
+class EdgeDistance:
+    """How far an edge is from the slices: (roll, face) arrays.
+
+    Attributes
+    ----------
+    distance : array [mm]
+        Along the flank, normal to the edge; negative beyond it.
+    slope : array
+        Its derivative along the contact line.
+    factor : array
+        On the image, see `wedge_factor`.
+    """
+
+    distance: FloatArray
+    slope: FloatArray
+    factor: FloatArray
+
+    @classmethod
+    def of(cls, distance: FloatArray, arc: FloatArray, turn: ArrayLike = 0.5 * pi) -> EdgeDistance:
+        """An edge at distances from slices at places `arc` along their lines [mm]; `turn` as in `wedge_factor`."""
+        slope = np.zeros_like(distance)
+        if arc.shape[1] > 1:
+            slope = np.gradient(distance, axis=1) / np.gradient(arc, axis=1)
+        return cls(distance, np.clip(slope, -1.0, 1.0), np.broadcast_to(wedge_factor(turn), distance.shape))
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """One body with its edges.
+
+    Attributes
+    ----------
+    youngs_modulus [MPa], poissons_ratio [1] : float
+    depth : (roll, face) array [mm] or None
+        Depth of the mid-surface; None where no tooth compliance is counted and nothing is subtracted.
+    ends, tips : tuples of EdgeDistance
+        End faces of the tooth, and tip edges.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    depth: FloatArray | None
+    ends: tuple[EdgeDistance, ...]
+    tips: tuple[EdgeDistance, ...] = ()
+
+
+class FreeEdges:
+    """Images of the local compliance between slices of one line (a `SliceCompliance`).
+
+    Parameters
+    ----------
+    arc, length : (roll, face) arrays [mm]
+        Place along the line, and length, of each slice.
+    bodies : tuple of FreeBody
+    half_width : float [mm]
+        Half-width of a usual load.
+    strength : float
+        Multiplies the whole: 0 nothing, 1 a free edge.
+    """
+
+    def __init__(
+        self,
+        arc: FloatArray,
+        length: FloatArray,
+        bodies: tuple[FreeBody, ...],
+        half_width: float,
+        strength: float = 1.0,
+    ) -> None:
+        if not 0.0 <= strength <= 1.0:
+            raise ValueError(f"strength: from 0 to 1, not {strength!r}")
+        self.arc, self.length, self.bodies = arc, length, bodies
+        self.half_width, self.strength = half_width, strength
+
+    @classmethod
+    def of(
+        cls,
+        lines: ContactLines,
+        borders: Borders,
+        materials: tuple[Elastic, Elastic],
+        depths: tuple[FloatArray, FloatArray] | None,
+        half_width: float,
+        *,
+        tip_turns: tuple[ArrayLike, ArrayLike],
+        end_leans: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+        strength: float = 1.0,
+    ) -> FreeEdges:
+        """Free edges of a pair of flanks: both end faces and the tip of each body.
+
+        Parameters
+        ----------
+        lines : ContactLines
+        borders : Borders
+            Nominal edges at the face stations of the lines (`sharp=True`).
+        materials : (Elastic, Elastic)
+            Driving and driven body.
+        depths : pair of (roll, face) arrays [mm], or None
+            Depth of the mid-surface of the driving and the driven body; None for rigid teeth.
+        half_width : float [mm]
+            Half-width of a usual load.
+        tip_turns : pair of floats or (face,) arrays [rad]
+            Angle by which the outline of the driving and the driven body turns at the tip edge: 90 degrees less the
+            pressure angle there, or the flank's inclination.
+        end_leans : pair of floats or (face,) arrays [rad]
+            Angle by which the flank of the driving and the driven body leans against the normal of its end faces: the
+            outline turns by 90 degrees and this at the lower end, by 90 degrees less this at the upper end.
+        strength : float
+            From 0 to 1.
+        """
+        shape = lines.profile.shape
+        face = np.broadcast_to(lines.face, shape)
+        places = {DRIVING: (lines.partner_face, borders.partner_face), DRIVEN: (face, borders.face)}
+        to_tip = {
+            DRIVING: borders.partner_tip - lines.partner_profile,
+            DRIVEN: (borders.tip - lines.profile) * lines.spacing,
+        }
+        bodies = []
+        for body in (DRIVING, DRIVEN):
+            at, (lower, upper) = places[body]
+            bodies.append(
+                FreeBody(
+                    materials[body].youngs_modulus,
+                    materials[body].poissons_ratio,
+                    None if depths is None else depths[body],
+                    (
+                        EdgeDistance.of(at - lower, lines.arc, 0.5 * pi + np.asarray(end_leans[body])),
+                        EdgeDistance.of(upper - at, lines.arc, 0.5 * pi - np.asarray(end_leans[body])),
+                    ),
+                    (EdgeDistance.of(to_tip[body], lines.arc, tip_turns[body]),),
+                )
+            )
+        return cls(lines.arc, lines.length, tuple(bodies), half_width, strength)
+
+    def matrix(self, at: tuple[IntArray, IntArray], starts: IntArray) -> FloatArray:
+        """Compliance that free edges add between slices, see `SliceCompliance` [mm/N]."""
+        total = np.zeros((at[0].size, at[0].size))
+        for first, last in pairwise(starts):
+            line = at[0][first:last], at[1][first:last]
+            for body in self.bodies:
+                # images in an end, in a tip, and in both where they meet
+                for chosen in product((None, *body.ends), (None, *body.tips)):
+                    edges = tuple(edge for edge in chosen if edge is not None)
+                    if edges and last > first:
+                        self._add_image(total[first:last, first:last], line, body, edges)
+        return self.strength * total
+
+    def _add_image(
+        self, block: FloatArray, line: tuple[IntArray, IntArray], body: FreeBody, edges: tuple[EdgeDistance, ...]
+    ) -> None:
+        """Add the image of a body's local compliance in edges to the block of one line."""
+        rolls, faces = line
+        near = np.ones(rolls.size, dtype=bool)
+        if body.depth is not None:
+            reach = _REACH * float(body.depth[line].max())
+            for edge in edges:
+                near &= edge.distance[line] < reach
+        rolls, faces = rolls[near], faces[near]
+        if rolls.size == 0:
+            return
+        arc, length = self.arc[rolls, faces], self.length[rolls, faces]
+        between = arc[None, :] - arc[:, None]
+        # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
+        middle, square, factor = between.copy(), between**2, np.ones_like(between)
+        single, equal = image_factor(body.poissons_ratio)
+        for edge in edges:
+            e = np.maximum(edge.distance[rolls, faces], _NEAREST * self.half_width)
+            both = 4.0 * np.outer(e, e)
+            middle += 2.0 * np.outer(e, edge.slope[rolls, faces])
+            square += both
+            strong = np.sqrt(edge.factor[rolls, faces])
+            factor *= np.outer(strong, strong) * (single + equal * both / np.add.outer(e, e) ** 2)
+        rest = np.maximum(square - middle**2, 0.0)
+        mean_length = np.sqrt(np.outer(length, length))
+        upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
+
+        nu = body.poissons_ratio
+        shear = (1.0 + nu) / (2.0 * pi * body.youngs_modulus)
+        surface = np.sqrt(rest + 0.25 * self.half_width**2)
+        image = 2.0 * (1.0 - nu) * (np.arcsinh(upper / surface) - np.arcsinh(lower / surface))
+        if body.depth is not None:
+            depth = np.maximum(body.depth[rolls, faces], _LEAST_DEPTH * self.half_width)
+            squared = np.outer(depth, depth)
+            deep = np.sqrt(rest + squared)
+            for end, sign in ((upper, 1.0), (lower, -1.0)):
+                part = end / np.sqrt(end**2 + deep**2) * squared / deep**2 + 2.0 * (1.0 - nu) * np.arcsinh(end / deep)
+                image -= sign * part
+        image *= shear * factor / mean_length
+        block[np.ix_(near, near)] += 0.5 * (image + image.T)
