@@ -1,0 +1,277 @@
+"""Free edges: image loads against finite elements of a quarter-space, and what they must not do to the equations."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from skfem import MeshHex
+
+from fem_reference.elasticity import ElasticBody
+from fem_reference.solvers import factorise
+from semiwear.compliance.free_edges import EdgeDistance, FreeBody, FreeEdges, image_factor, wedge_factor
+from semiwear.contact.stripe import add_near_stripe, stripe_table, subtract_mid_surface
+from semiwear.plan import plan
+
+E, NU = 207000.0, 0.3
+HALF = 0.5  # half the length of a slice, and half the width of the strip that is loaded
+DEPTH_INDEX = 5  # node line below the surface that stands for the mid-surface
+COUNT = 6  # slices, the first one at the edge
+
+
+def graded(core: float, step: float, ratio: float, far: float) -> np.ndarray:
+    """Even steps to `core`, growing ones to `far`."""
+    nodes = list(np.arange(0.0, core + 1e-9, step))
+    while nodes[-1] < far:
+        step *= ratio
+        nodes.append(nodes[-1] + step)
+    return np.array(nodes)
+
+
+def hat_integrals(nodes: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Integrals of the piecewise linear shape functions between nodes `low` and `high`."""
+    inside = (nodes[:-1] > low - 1e-9) & (nodes[1:] < high + 1e-9)
+    half = 0.5 * np.diff(nodes) * inside
+    return np.append(half, 0.0) + np.insert(half, 0, 0.0)
+
+
+def half_space(x: np.ndarray, depth: float, load: np.ndarray) -> np.ndarray:
+    """Displacement of a half-space at (x, 0, depth) under unit force on strips about (load, 0) [mm/N]."""
+    points, weights = np.polynomial.legendre.leggauss(24)
+    p, q = np.meshgrid(HALF * points, HALF * points, indexing="ij")
+    w = np.outer(weights, weights) / 4.0
+    r2 = (x[:, None, None, None] - load[None, :, None, None] - p) ** 2 + q**2 + depth**2
+    kernel = (1.0 + NU) / (2.0 * pi * E) * (depth**2 / r2**1.5 + 2.0 * (1.0 - NU) / np.sqrt(r2))
+    return np.sum(w * kernel, axis=(-2, -1))
+
+
+@pytest.fixture(scope="module")
+def quarter_space():
+    """Displacement by the free face at slices along a line normal to it: surface, mid-surface, places and depth.
+
+    The difference between a free face and one that is held in its plane (which acts as a mirror) on the same mesh,
+    plus the exact mirror image: the mesh's own error drops out.
+    """
+    x = graded(COUNT + 0.5, HALF, 1.8, 1000.0)
+    y = graded(HALF, HALF, 1.8, 1000.0)
+    z = graded(1.0, HALF, 1.8, 1000.0)
+    mesh = MeshHex.init_tensor(x, y, z)
+    body = ElasticBody(mesh, element="hex8i", youngs_modulus=E, poissons_ratio=NU)
+    p = body.points
+    far = np.flatnonzero((p >= np.array([x[-1], y[-1], z[-1]]) - 1e-9).any(axis=1))
+    held = np.zeros(p.size, dtype=bool)
+    held[body.dofs(far)] = True
+    held[3 * np.flatnonzero(p[:, 1] == 0.0) + 1] = True
+    centres = HALF + 2.0 * HALF * np.arange(COUNT)
+
+    def node_line(depth: float) -> np.ndarray:
+        on = np.flatnonzero((p[:, 1] == 0.0) & (p[:, 2] == depth) & np.isin(p[:, 0], centres))
+        return on[np.argsort(p[on, 0])]
+
+    surface = np.flatnonzero(p[:, 2] == 0.0)
+    column, row = np.searchsorted(x, p[surface, 0]), np.searchsorted(y, p[surface, 1])
+    across = hat_integrals(y, 0.0, HALF)
+    load = np.zeros((p.size, COUNT))
+    for k, centre in enumerate(centres):
+        load[3 * surface + 2, k] = hat_integrals(x, centre - HALF, centre + HALF)[column] * across[row]
+    load *= 0.5 / load.sum(axis=0)  # the other half of the force is beyond the plane of symmetry
+    stiffness, solved = body.stiffness, []
+    for mirror in (False, True):
+        fixed = held.copy()
+        fixed[3 * np.flatnonzero(p[:, 0] == 0.0)] |= mirror
+        free = np.flatnonzero(~fixed)
+        moved = np.zeros(load.shape)
+        moved[free] = factorise(stiffness[free][:, free]).solve(load[free])
+        solved.append(moved)
+    by_edge = []
+    for depth in (0.0, z[DEPTH_INDEX]):
+        rows = 3 * node_line(depth) + 2
+        by_edge.append(solved[0][rows] - solved[1][rows] + half_space(centres, depth, -centres))
+    return by_edge[0], by_edge[1], centres, float(z[DEPTH_INDEX])
+
+
+def one_body(centres: np.ndarray, half_width: float, depth: float | None, strength: float = 1.0) -> np.ndarray:
+    """Free-edge compliance of one body along a line normal to its end."""
+    place = centres[None]
+    end = EdgeDistance.of(place, place)
+    body = FreeBody(E, NU, None if depth is None else np.full(place.shape, depth), (end,))
+    edges = FreeEdges(place, np.full(place.shape, 2.0 * HALF), (body,), half_width, strength)
+    at = np.zeros(centres.size, dtype=np.int64), np.arange(centres.size)
+    return edges.matrix(at, np.array([0, centres.size]))
+
+
+# a strip of even pressure spreads as a semi-elliptic stripe of this half-width does
+STRIPE = 2.0 / np.sqrt(3.0) * HALF
+
+
+def test_images_against_finite_elements(quarter_space):
+    by_edge, _, centres, _ = quarter_space
+    found = one_body(centres, STRIPE, None)
+    away = centres >= 1.5
+    np.testing.assert_allclose(found[np.ix_(away, away)], by_edge[np.ix_(away, away)], rtol=0.03)
+    # the slice that ends in the edge: half a slice from it no image is exact
+    np.testing.assert_allclose(found, by_edge, rtol=0.12)
+    # against the whole displacement under the load
+    whole = np.diag(half_space(centres, 0.0, centres)) + np.diag(by_edge)
+    assert (np.diag(by_edge) / whole)[0] > 0.3
+    assert np.abs(np.diag(found) - np.diag(by_edge))[1:].max() < 0.01 * whole.max()
+
+
+def test_plain_mirror_falls_short(quarter_space):
+    """What the factor on the image is for: a mirror alone gives little more than half of the edge's effect."""
+    by_edge, _, centres, _ = quarter_space
+    mirror = half_space(centres, 0.0, -centres)
+    assert np.all(mirror[1:, 1:] < 0.72 * by_edge[1:, 1:])
+    assert np.all(mirror[1:, 1:] > 0.5 * by_edge[1:, 1:])
+
+
+def test_local_part_against_finite_elements(quarter_space):
+    """Surface less mid-surface, which is what tooth compliance leaves over."""
+    by_edge, below, centres, depth = quarter_space
+    local = by_edge - below
+    found = one_body(centres, STRIPE, depth)
+    whole = half_space(centres, 0.0, centres)[0, 0]
+    assert np.abs(found - local)[1:, 1:].max() < 0.02 * whole
+    # less far from the edge than the depth, little is left of it
+    assert abs(found[-1, -1]) < 0.02 * whole > abs(local[-1, -1])
+
+
+@pytest.mark.parametrize(
+    ("nu", "single", "equal"),
+    [
+        (0.0, 1.001, 1.360),
+        (0.1, 1.086, 1.442),
+        (0.2, 1.235, 1.593),
+        (0.25, 1.340, 1.699),
+        (0.3, 1.468, 1.831),
+        (0.35, 1.625, 1.991),
+        (0.4, 1.818, 2.188),
+    ],
+)
+def test_factor_is_that_of_a_fine_quarter_space(nu, single, equal):
+    """Finite elements of 107 thousand unknowns, patch 8 half-sides from the edge, read at edge and load."""
+    low, more = image_factor(nu)
+    assert low == pytest.approx(single, rel=0.01)
+    assert low + more == pytest.approx(equal, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "seen"), [(100.0, 3.299), (95.0, 2.451), (85.0, 1.346), (75.0, 0.724), (65.0, 0.372), (55.0, 0.168)]
+)
+def test_wedges(degrees, seen):
+    """Finite elements of wedges, nu = 0.3, under a patch 8 half-sides from the edge; 1.819 at a right angle.
+
+    On the same mesh the images of obtuse wedges err by some 0.02 in the factor itself, acute ones by a few per cent.
+    """
+    assert wedge_factor(np.radians(degrees)) == pytest.approx(seen / 1.819, abs=0.02, rel=0.07)
+    assert wedge_factor(0.0) == 0.0
+
+
+@st.composite
+def slices(draw):
+    """Slices of one line across a tooth with ends and tips at any distance, their local compliance, and the edges."""
+    count = draw(st.integers(2, 60))
+    b = draw(st.floats(0.05, 1.0))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    length = draw(st.floats(0.2, 20.0)) * b * random.uniform(0.8, 1.25, (1, count))
+    arc = np.cumsum(length, axis=1) - 0.5 * length
+    nu = draw(st.floats(0.0, 0.45))
+    taper = np.linspace(1.0, draw(st.floats(0.7, 1.4)), count)[None]
+    depth = [np.maximum(draw(st.floats(1.5, 40.0)) * taper, 1.5) * b for _ in "12"]
+    bodies = []
+    for own in depth:
+        outside = [draw(st.sampled_from([0.0, 0.1, 3.0])) * b for _ in "12"]
+        tip = draw(st.floats(0.0, 30.0)) * b + draw(st.floats(-0.3, 0.3)) * (arc - arc.mean())
+        turn, lean = draw(st.floats(0.5, 1.8)), draw(st.floats(-0.2, 0.2))
+        ends = (
+            EdgeDistance.of(arc + outside[0], arc, 0.5 * pi + lean),
+            EdgeDistance.of(arc[0, -1] - arc + outside[1], arc, 0.5 * pi - lean),
+        )
+        bodies.append(FreeBody(E, nu, own, ends, (EdgeDistance.of(tip, arc, turn),)))
+    widths = b * random.uniform(0.3, 2.0, count)
+    return arc, length, b, widths, nu, depth, tuple(bodies)
+
+
+@given(slices())
+def test_compliance_stays_positive_definite(case):
+    arc, length, b, widths, nu, depth, bodies = case
+    count, starts = arc.size, np.array([0, arc.size])
+    modulus = 0.5 * E / (1.0 - nu**2)
+    local = np.zeros((count, count))
+    add_near_stripe(local, starts, arc[0], length[0], widths, np.inf, 1.0 / (pi * modulus), *stripe_table())
+    shear = np.full(2, (1.0 + nu) / (2.0 * pi * E))
+    subtract_mid_surface(local, starts, arc[0], length[0], np.concatenate(depth), shear, np.full(2, nu))
+    at = np.zeros(count, dtype=np.int64), np.arange(count)
+    edges = FreeEdges(arc, length, bodies, b).matrix(at, starts)
+    assert np.all(np.isfinite(edges))
+    np.testing.assert_array_equal(edges, edges.T)
+    # wide stripes above a shallow mid-surface are held up by the tooth, not by their own local part
+    assume(np.linalg.eigvalsh(local)[0] > 0.0)
+    assert np.linalg.eigvalsh(local + edges)[0] > 0.0
+
+
+def test_strength_and_lines():
+    centres = HALF + 2.0 * HALF * np.arange(6)
+    place = np.stack([centres, centres])
+    body = FreeBody(E, NU, np.full(place.shape, 5.0), (EdgeDistance.of(place, place),))
+    full = one_body(centres, 0.5, 5.0)
+    np.testing.assert_allclose(one_body(centres, 0.5, 5.0, 0.25), 0.25 * full)
+    assert not one_body(centres, 0.5, 5.0, 0.0).any()
+    # slices of two lines do not see each other's images, and a part of a line sees its own as before
+    edges = FreeEdges(place, np.full(place.shape, 1.0), (body,), 0.5)
+    at = np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 0, 3])
+    found = edges.matrix(at, np.array([0, 3, 3, 5]))
+    assert not found[:3, 3:].any() and not found[3:, :3].any()
+    np.testing.assert_allclose(found[:3, :3], full[:3, :3])
+    np.testing.assert_allclose(found[3:, 3:], full[np.ix_([0, 3], [0, 3])])
+    # the end of another body lies elsewhere: shares add
+    other = FreeBody(E, NU, np.full(place.shape, 5.0), (EdgeDistance.of(place + 100.0, place),))
+    both = FreeEdges(place, np.full(place.shape, 1.0), (body, other), 0.5).matrix(at, np.array([0, 3, 3, 5]))
+    np.testing.assert_array_equal(both, found)
+    with pytest.raises(ValueError, match="strength"):
+        one_body(centres, 0.5, 5.0, 1.5)
+
+
+def test_edge_parallel_to_the_line_against_its_end():
+    """The image of a line in an edge beside it: nowhere negative near it, the weaker the farther."""
+    place = (0.05 + 0.1 * np.arange(20))[None]
+    at, starts = (np.zeros(20, dtype=np.int64), np.arange(20)), np.array([0, 20])
+    seen = []
+    for distance in (0.5, 1.0, 2.0, 4.0):
+        tip = EdgeDistance.of(np.full(place.shape, distance), place)
+        body = FreeBody(E, NU, np.full(place.shape, 5.0), (), (tip,))
+        seen.append(FreeEdges(place, np.full(place.shape, 0.1), (body,), 0.1).matrix(at, starts)[10, 10])
+    # surface less mid-surface of a point load at twice the distance
+    r = 2.0 * np.array([2.0, 4.0])
+    deep = np.sqrt(r**2 + 25.0)
+    shear = (1.0 + NU) / (2.0 * pi * E)
+    expected = 1.831 * shear * (1.4 / r - 25.0 / deep**3 - 1.4 / deep)
+    np.testing.assert_allclose(seen[2:], expected, rtol=0.03)
+    assert np.all(np.diff(seen) < 0.0)
+
+
+def test_real_lines_stay_positive_definite(small):
+    teeth = plan(small.replace({"numerics.harmonics": 9})).loaded_teeth()
+    solver, lines = teeth.solver, teeth.lines
+    bodies = [on_lines.body for on_lines in solver.bodies]
+    edges = FreeEdges.of(
+        lines, teeth.pair.borders(lines.face, sharp=True), (bodies[0], bodies[1]),
+        (solver.bodies[0].depth, solver.bodies[1].depth), solver.usual_half_width, tip_turns=(1.05, 1.13),
+    )  # fmt: skip
+    for position in (0, 5):
+        system = solver.mesh_position(position, 0.1)
+        at = np.unravel_index(system.index, lines.profile.shape)
+        width = np.full(system.index.size, system.usual)
+        matrix = system.smooth.copy()
+        factor = 1.0 / (pi * solver.modulus)
+        add_near_stripe(matrix, system.starts, system.arc, system.length, width, np.inf, factor, *stripe_table())
+        added = edges.matrix(at, system.starts)
+        assert np.linalg.eigvalsh(matrix + added)[0] > 0.5 * np.linalg.eigvalsh(matrix)[0] > 0.0
+        ends, middle = (at[1] == 0) | (at[1] == lines.face.size - 1), np.abs(at[1] - lines.face.size // 2) < 9
+        middle &= np.minimum(lines.high - lines.profile, lines.profile - lines.low)[at] > 1.0  # away from the tips
+        share = np.diag(added) / np.diag(matrix)
+        assert share[ends].min() > 0.03 and share[ends].max() < 1.0
+        assert np.abs(share[middle]).max() < 0.01
