@@ -18,6 +18,8 @@ __all__ = ["spread_over_partner"]
 
 FloatArray = NDArray[np.float64]
 
+_MOST_PARTS = 8  # of a roll step
+
 
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
@@ -27,7 +29,7 @@ def _spread(  # type: ignore[no-untyped-def]
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
-    step = faces[1] - faces[0]
+    step, node = faces[1] - faces[0], 0.25 * (own[last] - own[0]) / last
     for i in slices:
         for k in range(rolls):
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
@@ -43,22 +45,27 @@ def _spread(  # type: ignore[no-untyped-def]
             wide = abs(partner_face[k, above] - partner_face[k, below]) / ((above - below) * step)
             station, weight = station_of(partner_face[k, i], faces[0], step, stations)
             per_profile = abs(partner_slope[k, i])
-            scale = rate[k, i] * wide * per_profile / (area * spacing[k, i])
+            # the contact moves on within a roll step: an edge's narrow band would leave stripes
+            moves = 0.5 * (partner_profile[min(k + 1, rolls - 1), i] - partner_profile[max(k - 1, 0), i])
+            spread = min(int(abs(moves) / node) + 1, _MOST_PARTS)
+            scale = rate[k, i] * wide * per_profile / (area * spacing[k, i] * spread)
             for c in range(pieces):
                 place = partner_profile[k, i] + partner_slope[k, i] * (middle[c] - profile[k, i])
-                # what an edge's rounding bears wears no flank
-                if place < own[0] or place > own[last]:
-                    continue
                 away = middle[c] - at_profile[k, i]
                 v0 = centre[k, i, 0] + slope[k, i, 0] * away
                 v1 = centre[k, i, 1] + slope[k, i, 1] * away
-                cell, x = locate(own, own_split, place)
                 amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                for side in range(2):
-                    # nothing is kept beyond the width of the last station
-                    share = max(1.0 - abs(weight - side), 0.0)
-                    out[station + side, cell] += share * (1.0 - x) * amount
-                    out[station + side, cell + 1] += share * x * amount
+                for part in range(spread):
+                    there = place + moves * ((part + 0.5) / spread - 0.5)
+                    # what an edge's rounding bears wears no flank
+                    if there < own[0] or there > own[last]:
+                        continue
+                    cell, x = locate(own, own_split, there)
+                    for side in range(2):
+                        # nothing is kept beyond the width of the last station
+                        share = max(1.0 - abs(weight - side), 0.0)
+                        out[station + side, cell] += share * (1.0 - x) * amount
+                        out[station + side, cell + 1] += share * x * amount
     for p in range(last + 1):
         left = own[p] - own[p - 1] if p > 0 else 0.0
         right = own[p + 1] - own[p] if p < last else 0.0

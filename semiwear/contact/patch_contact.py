@@ -136,7 +136,7 @@ class PatchContact:
 
     @property
     def resolved(self) -> PatchContact:
-        """This solver, which resolves pressure in two dimensions."""
+        """The solver itself, which resolves pressure in two dimensions."""
         return self
 
     def is_near(self, lines: ContactLines) -> BoolArray:

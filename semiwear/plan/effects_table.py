@@ -33,15 +33,15 @@ def effects_table(scene: Scene, last: Mapping[str, float]) -> str:
     last : mapping
         As `seconds_of_effects` gives it; empty without an earlier run.
     """
-    head = ("effect", "on", "acts in", "needs", "why")
+    head = ("effect", "on", "acts in", "needs", "what and why")
     rows = []
     for name, kind in EFFECTS.items():
         own = scene.effects.get(name)
         needs = ", ".join(_needs(kind, own)) or "-"
         if own is None:
-            rows.append((name, "no", kind.acts_in, needs, f"no table [effects.{name}]"))
+            rows.append((name, "no", kind.acts_in, needs, f"{kind.title}: no table"))
             continue
-        rows.append((name, "yes", kind.acts_in, needs, f"[effects.{name}]: {kind.title}{_share(name, last)}"))
+        rows.append((name, "yes", kind.acts_in, needs, f"{kind.title}: [effects.{name}]{_share(name, last)}"))
     return table(head, rows)
 
 

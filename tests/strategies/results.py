@@ -81,6 +81,10 @@ def synthetic_engagement(roll: np.ndarray, faces: int, life: np.ndarray) -> dict
         "line_load": line_load,
         "sliding_distance": sliding,
         "root_stress": stress,
+        "friction_coefficient": 0.05 * hill * (1 + worn),
+        "friction_power_loss": 400.0 * np.abs(roll) * share,
+        "flash_temperature_max": 20.0 * np.abs(roll) * share,
+        "film_thickness_min": 0.3 * hill * (1 + worn),
     }
 
 
@@ -121,6 +125,11 @@ def synthetic_tree(
         "subsurface_stress_depth": 0.33 - 0.15 * life,
         "transmission_error_mean": mean,
         "transmission_error_amplitude": amplitude,
+        "wear_depth_max_pinion": flank["wear_depth"][:, 0].max(axis=(1, 2)),
+        "mesh_efficiency": 0.99 - 0.001 * life,
+        "friction_power_loss_mean": 200.0 + 20.0 * life,
+        "contact_temperature_max": 100.0 - 5.0 * life,
+        "lambda_ratio_min": 0.2 + 0.01 * life,
     }
     mesh_cycle = {
         "transmission_error_loaded": mean[:, None] + amplitude[:, None] * wave,
@@ -132,7 +141,15 @@ def synthetic_tree(
         "load_balance_residual": 1e-9 * (1 + step),
         "complementarity_residual": 1e-12 * (1 + step),
         "seconds": np.array([0.4, 1.1, 2.6]),
+        "effect_seconds": np.array([0.1, 0.2]),
         "error_estimate": np.array([0.004, 0.02]),
+    }
+    life_of_run = {
+        "depth_limit": np.asarray(50.0),
+        "meshes_to_limit": np.asarray(8e9),
+        "hours_to_limit": np.asarray(1200.0),
+        "sensitivity_to_wear_coefficient": np.asarray(-1.0),
+        "sensitivity_to_torque": np.asarray(-0.7),
     }
     return build_tree(
         {
@@ -140,6 +157,7 @@ def synthetic_tree(
             "engagement": engagement,
             "mesh_cycle": mesh_cycle,
             "history": history,
+            "life": life_of_run,
             "diagnostics": diagnostics,
         },
         {
@@ -148,6 +166,7 @@ def synthetic_tree(
             "mesh_position": mesh_position,
             "roll_position": roll,
             "stage": np.array(["geometry", "compliance", "wear"]),
+            "effect": np.array(["friction", "lubrication"]),
             "quantity": np.array(["wear_depth_max_root", "root_stress_max"]),
         },
         provenance(

@@ -25,7 +25,7 @@ LAYERS = (
     ("compliance",),
     ("contact",),
     ("wear",),
-    ("results", "check"),
+    ("results", "check", "effect_clock", "observers"),
     ("plan", "collect"),
     ("simulate",),
     ("analyses",),

@@ -52,13 +52,15 @@ def test_names_of_the_design_are_there():
     names = {
         "flank": "flank_height flank_radius zone active specific_sliding wear_depth contact_pattern",
         "engagement": "load_share contact_pressure_max contact_pressure_max_edge line_load sliding_distance "
-        "root_stress",
+        "root_stress friction_coefficient friction_power_loss flash_temperature_max film_thickness_min",
         "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
         "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch "
-        "wear_depth_control_point load_share_max root_stress_max contact_pressure_root "
+        "wear_depth_control_point wear_depth_max_pinion load_share_max root_stress_max contact_pressure_root "
         "contact_pressure_addendum contact_pressure_pitch subsurface_stress_max subsurface_stress_depth "
-        "transmission_error_mean transmission_error_amplitude",
-        "diagnostics": "iterations load_balance_residual complementarity_residual seconds error_estimate",
+        "transmission_error_mean transmission_error_amplitude mesh_efficiency friction_power_loss_mean "
+        "contact_temperature_max lambda_ratio_min",
+        "life": "depth_limit meshes_to_limit hours_to_limit sensitivity_to_wear_coefficient sensitivity_to_torque",
+        "diagnostics": "iterations load_balance_residual complementarity_residual seconds effect_seconds error_estimate",
         "tooth_contact": "path_of_contact transmission_error principal_relative_curvature "
         "contact_ellipse_angle contact_ratio undercut_radius pointing_radius",
     }
