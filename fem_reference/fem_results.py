@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fem_reference.edge_rule import beside_edges, reference_half_width
 from fem_reference.kinematics import PairKinematics
-from fem_reference.mesh_position import PairResult, PositionResult, effective_modulus
-from fem_reference.rigid_lines import RigidFlank, RigidLine, forecast
+from fem_reference.mesh_position import PairResult, PositionResult
+from fem_reference.rigid_lines import RigidFlank, RigidLine
 from fem_reference.root_load import BODIES
 from fem_reference.wear import face_stations
 from semiwear.results import build_tree, provenance
@@ -23,9 +24,6 @@ __all__ = ["LineMotion", "line_load", "line_motion", "result_groups", "tree_of"]
 FloatArray = NDArray[np.float64]
 
 _ZERO_POSITIONS = 24  # of the mesh cycle over which the unloaded, unworn lead is averaged
-_EDGE = 2.0  # usual half-widths from an edge within which a pressure counts as the edge's
-_ALONG = 6.0  # contact widths from a pressed edge within which it shows in the pressure along the line
-_ON_TIP = 0.25  # usual half-widths from a tip edge within which pressure is the edge's own
 _SHIFT = 0.02  # roll positions before and after, between which a line's speed is taken
 
 _REFERENCES = (
@@ -35,13 +33,7 @@ _REFERENCES = (
     "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter 18",
 )
 
-_FLAGS = {
-    "elements_across": ("roll_position", "1", "elements across the contact where it is widest"),
-    "reaches_border": ("roll_position", "1", "whether the contact reaches the border of the refined patch"),
-    "edge_contact": ("roll_position", "1", "whether an edge carries load or the greatest pressure: mesh-dependent"),
-    "smallest_gap": ("mesh_position", "mm", "smallest gap after loading, penetration if negative"),
-}
-"""Variables of `/diagnostics` that the schema of the core does not have: dim, units, long name."""
+_ON_ROLL = ("elements_across", "reaches_border", "edge_contact")  # of `/diagnostics`
 
 
 def line_load(found: PairResult, pair: PairKinematics) -> FloatArray:
@@ -90,33 +82,12 @@ def line_motion(fresh: RigidFlank, roll: float) -> tuple[RigidLine, LineMotion]:
     return now, LineMotion(np.linalg.norm(pair.sliding(now.position), axis=1), speed)
 
 
-def _usual_half_width(pair: PairKinematics) -> float:
-    """Forecast half-width in the middle of the pitch position [mm]."""
-    flank = RigidFlank(PairKinematics(pair.scene))
-    force = 1e3 * pair.scene.operation.pinion_torque_Nm / pair.pinion.base_radius
-    return float(forecast([flank.line(0.0)], 0, force, effective_modulus(pair.scene)).half_width[0].max())
-
-
 def _pressures(found: PairResult, pair: PairKinematics, half_width: float) -> tuple[float, float, int]:
     """Greatest pressure away from edges and near them [MPa], and the node of the first."""
-    inset = pair.scene.gear_pair
-    margin = _EDGE * half_width
-    tip = pair.gear.tip_profile(found.face) - inset.gear_tip_edge_radius_mm
-    # profile coordinates and face are close to lengths
-    tips = np.minimum(
-        tip - found.profile, pair.pinion_profile_limits[1] - inset.pinion_tip_edge_radius_mm - found.pinion_profile
-    )
-    own = np.minimum(found.face - pair.gear_face[0], pair.gear_face[1] - found.face)
-    theirs = np.minimum(found.pinion_face - pair.pinion_face[0], pair.pinion_face[1] - found.pinion_face)
-    on_tip = tips < _ON_TIP * half_width
-    border = (tips < margin) | (np.minimum(own, theirs) < margin) | found.contact.on_edge
     pressure = found.contact.pressure
-    # a tip edge that is pressed harder than the inside of its slice loads the slices beside it as well; the crown of
-    # a contact that merely passes near the edge is not meant
-    for station in np.unique(found.face[on_tip & found.contact.active]):
-        here = found.face == station
-        if pressure[here & on_tip].max(initial=0.0) > pressure[here & ~on_tip].max(initial=0.0):
-            border = border | (np.abs(found.face - station) < _ALONG * margin)
+    border = found.contact.on_edge | beside_edges(
+        pair, half_width, found.line, found.face, found.profile, found.pinion_face, found.pinion_profile, pressure
+    )
     inner = np.where(border, 0.0, pressure)
     best = int(np.argmax(inner))
     return float(inner[best]), float(np.max(pressure, where=border, initial=0.0)), best
@@ -150,7 +121,7 @@ def result_groups(
     """
     pair = states[0][0].pair
     fresh, lever, scale = RigidFlank(pair), pair.pinion.base_radius, -pair.arcsec_per_mm
-    half_width = _usual_half_width(pair)
+    half_width = reference_half_width(pair)
     zero = float(np.mean([fresh.least_gap(k / _ZERO_POSITIONS) for k in range(_ZERO_POSITIONS)]))
     numbers = sorted({j for _, solved in states for result in solved for j in result.pairs})
     keys = sorted((position + j, k, j) for k, position in enumerate(positions) for j in numbers)
@@ -203,7 +174,7 @@ def _engagement(
     }
     if solved[0].root_stress:
         values["root_stress"] = np.zeros((count, 2))
-    flags = {name: np.zeros(count) for name in _FLAGS if name != "smallest_gap"}
+    flags = {name: np.zeros(count) for name in _ON_ROLL}
     for row, (_, k, j) in enumerate(keys):
         result = solved[k]
         if j not in result.pairs:
@@ -232,17 +203,8 @@ def tree_of(
     action: str,
     physics: str = "",
 ) -> xr.DataTree:
-    """The result; what the schema does not know of `/diagnostics` is added with units and long names of its own."""
-    known = groups | {"diagnostics": {k: v for k, v in groups["diagnostics"].items() if k not in _FLAGS}}
-    tree = build_tree(known, coords, _attributes(scene, action, physics))
-    extra = {}
-    for name, (dim, units, said) in _FLAGS.items():
-        about = {"units": units, "long_name": said, "references": "contact mesh of this run"}
-        extra[name] = (("wear_step", dim), groups["diagnostics"][name], about)
-    dataset = tree["diagnostics"].to_dataset().assign(extra)
-    axes = {"roll_position": "engagement", "mesh_position": "mesh_cycle"}
-    tree["diagnostics"] = xr.DataTree(dataset.assign_coords({dim: tree[group][dim] for dim, group in axes.items()}))
-    return tree
+    """The result in the words of the schema."""
+    return build_tree(groups, coords, _attributes(scene, action, physics))
 
 
 def _attributes(scene: Scene, action: str, physics: str = "") -> dict[str, str]:

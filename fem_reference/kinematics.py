@@ -24,11 +24,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from fem_reference.face_gear_scene import face_gear_pair
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
 
-__all__ = ["FlankMeeting", "PairKinematics", "Pose"]
+__all__ = ["EdgeInsets", "FlankMeeting", "PairKinematics", "Pose"]
 
 FloatArray = NDArray[np.float64]
 
@@ -83,6 +84,20 @@ class FlankMeeting:
 
 
 @dataclass(frozen=True)
+class EdgeInsets:
+    """Distances from nominal tip edges to where their roundings begin.
+
+    Attributes
+    ----------
+    gear_tip : array [mm]
+    pinion_tip : float [mm]
+    """
+
+    gear_tip: FloatArray
+    pinion_tip: float
+
+
+@dataclass(frozen=True)
 class PairKinematics:
     """Face gear pair in motion.
 
@@ -100,7 +115,7 @@ class PairKinematics:
     @cached_property
     def gear(self) -> FaceGearTooth:
         """Tooth space of the gear."""
-        table = self.scene.gear_pair
+        table = face_gear_pair(self.scene)
         return FaceGearTooth(
             shaper_teeth=table.shaper_teeth,
             gear_teeth=table.gear_teeth,
@@ -115,7 +130,7 @@ class PairKinematics:
     @cached_property
     def pinion(self) -> InvoluteTooth:
         """Tooth of the pinion."""
-        table = self.scene.gear_pair
+        table = face_gear_pair(self.scene)
         return InvoluteTooth(
             teeth=table.pinion_teeth,
             module=table.module_mm,
@@ -136,15 +151,19 @@ class PairKinematics:
         """Gear rotation per approach along the line of action [arcsec/mm]."""
         return self.ratio / self.pinion.base_radius * _ARCSEC
 
+    def pitch_height(self, face: FloatArray) -> FloatArray:
+        """Height of the pitch cone above the gear's pitch plane at gear radii [mm]."""
+        return self.pinion.pitch_radius * (1.0 - face / self.gear.pitch_radius)
+
     @property
     def gear_face(self) -> tuple[float, float]:
         """Inner and outer radius of the gear's teeth [mm]."""
-        return self.scene.gear_pair.gear_inner_radius_mm, self.scene.gear_pair.gear_outer_radius_mm
+        return face_gear_pair(self.scene).gear_inner_radius_mm, face_gear_pair(self.scene).gear_outer_radius_mm
 
     @property
     def pinion_face(self) -> tuple[float, float]:
         """Ends of the pinion's teeth along its axis [mm]."""
-        table = self.scene.gear_pair
+        table = face_gear_pair(self.scene)
         half = 0.5 * table.pinion_face_width_mm
         return table.pinion_centre_mm - half, table.pinion_centre_mm + half
 
@@ -200,11 +219,21 @@ class PairKinematics:
         roll : float
             Roll position of the pair.
         """
-        own, own_normal = self.gear.points(np.asarray(face, float), np.asarray(profile, float))
+        return self.met_by(*self.gear.points(np.asarray(face, float), np.asarray(profile, float)), roll)
+
+    def met_by(self, points: FloatArray, normals: FloatArray, roll: float) -> FlankMeeting:
+        """What points (..., 3) of the gear's tooth 0 meet, wherever they lie: on the fresh flank or a worn one.
+
+        Parameters
+        ----------
+        points, normals : (..., 3) arrays [mm], [1]
+            In the gear's own frame.
+        roll : float
+        """
         gear, pinion = self.gear_pose(roll), self.pinion_pose(roll)
-        position = gear.points(own)
+        position = gear.points(points)
         gap, met_profile, met_face = self.distance(pinion.back(position))
-        return FlankMeeting(gap, position, gear.vectors(own_normal), met_profile, met_face)
+        return FlankMeeting(gap, position, gear.vectors(normals), met_profile, met_face)
 
     def distance(self, in_pinion: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Distance of points (..., 3) to the loaded flank of pinion tooth 0, all in the pinion's own frame [mm].
@@ -220,27 +249,38 @@ class PairKinematics:
         gap = -base * (np.arctan2(x, -y) - self.pinion.polar_angle(unwound))
         return gap, self.pinion.profile_from_roll(unwound), z
 
+    def edge_insets(self, face: ArrayLike) -> EdgeInsets:
+        """How far before the nominal tips their roundings begin, at gear radii [mm]."""
+        table = face_gear_pair(self.scene)
+        tip = self.gear.tip_profile(np.asarray(face, float))
+        gear_turn = 0.5 * pi - self.gear.generation_angle(np.asarray(face, float), tip)
+        pinion_turn = 0.5 * pi - float(np.arctan(self.pinion.tip_roll_angle))
+        return EdgeInsets(
+            gear_tip=table.gear_tip_edge_radius_mm * np.tan(0.5 * gear_turn),
+            pinion_tip=table.pinion_tip_edge_radius_mm * float(np.tan(0.5 * pinion_turn)),
+        )
+
     def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
         """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges.
 
         An edge of radius rho that turns by t begins rho tan(t/2) before the nominal edge and falls off as its arc.
         """
-        table = self.scene.gear_pair
+        table = face_gear_pair(self.scene)
         face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
-        tip = self.gear.tip_profile(face)
-        gear_turn = 0.5 * pi - self.gear.generation_angle(face, tip)
-        pinion_turn = 0.5 * pi - np.arctan(self.pinion.tip_roll_angle)
+        inset, gear_end, pinion_end = (
+            self.edge_insets(face), table.gear_end_edge_radius_mm, table.pinion_end_edge_radius_mm,
+        )  # fmt: skip
         edges = (
-            (tip - profile, table.gear_tip_edge_radius_mm, gear_turn),
-            (self.pinion_profile_limits[1] - met.pinion_profile, table.pinion_tip_edge_radius_mm, pinion_turn),
-            (face - self.gear_face[0], table.gear_end_edge_radius_mm, 0.5 * pi),
-            (self.gear_face[1] - face, table.gear_end_edge_radius_mm, 0.5 * pi),
-            (met.pinion_face - self.pinion_face[0], table.pinion_end_edge_radius_mm, 0.5 * pi),
-            (self.pinion_face[1] - met.pinion_face, table.pinion_end_edge_radius_mm, 0.5 * pi),
+            (self.gear.tip_profile(face) - profile, table.gear_tip_edge_radius_mm, inset.gear_tip),
+            (self.pinion_profile_limits[1] - met.pinion_profile, table.pinion_tip_edge_radius_mm, inset.pinion_tip),
+            (face - self.gear_face[0], gear_end, gear_end),
+            (self.gear_face[1] - face, gear_end, gear_end),
+            (met.pinion_face - self.pinion_face[0], pinion_end, pinion_end),
+            (self.pinion_face[1] - met.pinion_face, pinion_end, pinion_end),
         )
         added = np.zeros(face.shape)
-        for distance, radius, turn in edges:
-            into = radius * np.tan(0.5 * turn) - distance
+        for distance, radius, begins in edges:
+            into = begins - distance
             arc = radius - np.sqrt(np.maximum(radius**2 - np.clip(into, 0.0, radius) ** 2, 0.0))
             added += np.where(distance < -1e-9, np.inf, arc)
         return added

@@ -12,6 +12,7 @@ that and is for coarse meshes only.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -21,24 +22,21 @@ from numpy.typing import ArrayLike, NDArray
 from fem_reference.contact import ContactMeshError
 from fem_reference.fem_results import result_groups, tree_of
 from fem_reference.kinematics import PairKinematics
-from fem_reference.mesh_position import (
-    MeshSettings,
-    PositionResult,
-    WearToCome,
-    solve_position,
-)
+from fem_reference.mesh_position import MeshedPosition, MeshSettings, PositionResult
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.root_load import RootStress
 from fem_reference.wear import wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene
 
-__all__ = ["loaded_contact", "on_loaded_flank", "solve_positions"]
+__all__ = ["loaded_contact", "mesh_and_solve", "on_loaded_flank", "refuse_effects", "solve_positions", "torque_of"]
 
 FloatArray = NDArray[np.float64]
 
-_WIDER = 1.6  # the patch when a contact reached its border
-_WIDEST = 5.0  # forecast half-widths
+_WIDER = 2.0  # times the patch of a pair whose contact reached its border
+_WIDEST = 1.0  # a patch as wide as that, in times of the usual one, may be made wider: once
+_KNOWN_EFFECTS = ("free_edges",)  # solids have them by themselves
+_LIGHT = 0.1  # share of the load of pairs that need not be resolved
 
 POSITIONS = 9
 """Mesh positions unless they are given."""
@@ -51,11 +49,12 @@ def loaded_contact(
     placement: Placement | None = None,
     *,
     elements_per_half_width: float = 3.0,
-    element_length: float = 2.0,
+    element_length: float = 2.5,
     teeth: int = 5,
     pinion_teeth: int = 9,
     root_stress: bool = True,
     strict: bool = True,
+    worn_flank: str = "gap",
 ) -> xr.DataTree:
     """Loaded contact over one mesh cycle, for one wear state.
 
@@ -71,7 +70,8 @@ def loaded_contact(
     placement : Placement, optional
         Rigid displacement of the pinion.
     elements_per_half_width : float
-        Elements across the expected contact half-width: 2 gives the peak pressure to 5 %, 3 to 2 %, 4 to 1 %.
+        Elements across the half-width to expect of the contact on the flank as it is: 2 gives the peak pressure to
+        5 %, 3 to 2 %, 4 to 1 %.
     element_length : float
         Length of the elements along the contact line [mm].
     teeth, pinion_teeth : int
@@ -82,6 +82,9 @@ def loaded_contact(
         Refuse pressures that the mesh cannot carry: fewer than three nodes across the contact of a pair that carries
         a tenth of the load, or a contact that reaches the border of the refined patch even after that was widened.
         Otherwise they are flagged only.
+    worn_flank : str
+        How wear enters: ``"gap"`` over the fresh mesh, or ``"moved_nodes"``: the flank's nodes moved along their
+        normals, the inside of the teeth smoothed after them.
 
     Returns
     -------
@@ -93,14 +96,15 @@ def loaded_contact(
     Raises
     ------
     SceneError
-        For a torque that is not positive, a bad wear depth or no possible contact.
+        For a torque that is not positive, a bad wear depth, no possible contact or an effect that is not in here.
     ContactMeshError
         If strict, see there.
     """
+    refuse_effects(scene)
     flank = RigidFlank(PairKinematics(scene, on_loaded_flank(scene, placement)))
     flank = RigidFlank(flank.pair, wear_depth_of(wear_depth, flank.pair))
     positions = _mesh_positions(roll_positions)
-    settings = MeshSettings(elements_per_half_width, element_length, teeth, pinion_teeth)
+    settings = MeshSettings(elements_per_half_width, element_length, teeth, pinion_teeth, worn_flank=worn_flank)
     roots = RootStress(scene, teeth, pinion_teeth) if root_stress else None
     solved = solve_positions(flank, positions, settings, roots, strict=strict)
     groups, coords = result_groups([(flank, solved)], positions)
@@ -114,7 +118,6 @@ def solve_positions(
     roots: RootStress | None = None,
     *,
     strict: bool = True,
-    wear_to_come: WearToCome | None = None,
 ) -> list[PositionResult]:
     """Contact at each of some mesh positions.
 
@@ -125,44 +128,76 @@ def solve_positions(
     ContactMeshError
         If strict, for pressures that the mesh cannot carry.
     """
+    torque = torque_of(flank)
+    solved = []
+    for position in positions:
+        _, result = mesh_and_solve(flank, float(position), settings, torque, roots)
+        if strict:
+            try:
+                result.solution.require_resolved(least_share=_LIGHT)
+            except ContactMeshError as problem:
+                raise ContactMeshError(f"mesh position {position:.4g}: {problem}") from None
+        solved.append(result)
+    return solved
+
+
+def torque_of(flank: RigidFlank) -> float:
+    """The pinion's torque [N mm].
+
+    Raises
+    ------
+    SceneError
+        If it is not positive.
+    """
     torque = 1e3 * flank.pair.scene.operation.pinion_torque_Nm
     if not (np.isfinite(torque) and torque > 0.0):
         raise SceneError.of(
             "operation.pinion_torque_Nm", 1e-3 * torque, "> 0", "the pinion drives; take the coast flank instead"
         )
-    solved = []
-    for position in positions:
-        flank.least_gap(float(position))
-        result = solve_position(flank, float(position), torque, settings, roots, wear_to_come)
-        patch = settings.patch
-        while _at_a_border(result) and patch < _WIDEST:
-            patch *= _WIDER
-            result = solve_position(
-                flank, float(position), torque, replace(settings, patch=patch), roots, wear_to_come
+    return torque
+
+
+def mesh_and_solve(
+    flank: RigidFlank, mesh_position: float, settings: MeshSettings, torque: float, roots: RootStress | None = None
+) -> tuple[MeshedPosition, PositionResult]:
+    """A mesh position with patches so wide that no contact reaches their borders, if that can be had.
+
+    Raises
+    ------
+    SceneError
+        If no contact is possible.
+    """
+    flank.least_gap(mesh_position)
+    wider: dict[int, float] = {}
+    spent: Counter[str] = Counter()
+    while True:
+        meshed = MeshedPosition.of(flank, mesh_position, torque, replace(settings, wider=wider))
+        result = meshed.solve(torque)
+        total = sum(found.contact.load for found in result.pairs.values())
+        short = [
+            j for j, found in result.pairs.items() if found.contact.borders and found.contact.load > _LIGHT * total
+        ]
+        if not short or max(wider.get(j, 1.0) for j in short) > _WIDEST:
+            if roots is not None:
+                result = meshed.solve(torque, roots)
+            return meshed, replace(result, seconds={name: s + spent[name] for name, s in result.seconds.items()})
+        spent.update(result.seconds)
+        wider |= {j: _WIDER * wider.get(j, 1.0) for j in short}
+
+
+def refuse_effects(scene: Scene) -> None:
+    """Refuse effects that are not in these finite elements; free edges always are.
+
+    Raises
+    ------
+    SceneError
+        Naming the first of them.
+    """
+    for name, _ in scene.effects.present():
+        if name not in _KNOWN_EFFECTS:
+            raise SceneError.of(
+                f"effects.{name}", "a table", "no such table", "finite elements have none of it: leave it out here"
             )
-        if strict:
-            _refuse_unresolved(float(position), result)
-        solved.append(result)
-    return solved
-
-
-def _at_a_border(result: PositionResult) -> bool:
-    """Whether a contact reaches the border of what was refined."""
-    return any(found.contact.borders for found in result.pairs.values())
-
-
-def _refuse_unresolved(position: float, result: PositionResult) -> None:
-    total = sum(found.contact.load for found in result.pairs.values())
-    problems = []
-    for found in result.pairs.values():
-        if found.contact.load > 0.1 * total and not found.contact.resolved:
-            problems.append(
-                f"{found.contact.name}: {found.contact.nodes_across} node(s) across the contact; raise "
-                "elements_per_half_width"
-            )
-        problems += [f"{found.contact.name}: contact reaches the border '{name}'" for name in found.contact.borders]
-    if problems:
-        raise ContactMeshError(f"mesh position {position:.4g}: " + "; ".join(problems))
 
 
 def on_loaded_flank(scene: Scene, placement: Placement | None) -> Placement:

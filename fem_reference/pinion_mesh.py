@@ -15,6 +15,7 @@ from math import pi, radians
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.hexahedra import MeshError
 from fem_reference.tooth_mesh import Divisions, Refinement, ToothMesh, mesh_teeth
 from semiwear.geometry.involute import InvoluteTooth
@@ -110,7 +111,7 @@ def pinion_mesh(
     MeshError
         Where the tooth is pointed or undercut, or an element is folded.
     """
-    pair = scene.gear_pair
+    pair = face_gear_pair(scene)
     tooth = InvoluteTooth(
         teeth=pair.pinion_teeth,
         module=pair.module_mm,

@@ -81,6 +81,8 @@ class Divisions:
         Elements below the root.
     face_size : float
         Greatest element size along the face [mm].
+    towards_fillet : float
+        Exponent by which the flank's elements grow from the fillet to the tip: above 1 for loads beside the fillet.
     """
 
     flank: int
@@ -89,6 +91,7 @@ class Divisions:
     across: int
     depth: int
     face_size: float
+    towards_fillet: float = 1.0
 
     @classmethod
     def of_module(cls, module: float) -> Divisions:
@@ -98,7 +101,7 @@ class Divisions:
     @property
     def coarse(self) -> Divisions:
         """What an unloaded tooth needs: depth and face stay, since neighbours share them."""
-        return replace(self, flank=3, fillet=2, land=1, across=2)
+        return replace(self, flank=3, fillet=2, land=1, across=2, towards_fillet=1.0)
 
 
 class ToothSurface(Protocol):
@@ -263,7 +266,7 @@ def _profiles(
 ) -> tuple[FloatArray, FloatArray]:
     """Profile coordinates (rows, levels) of the loaded and of the opposite flank, from the tip down."""
     limits = [surface.profile_limits(float(r)) for r in face]
-    even = with_middles(np.linspace(1.0, 0.0, divisions.flank + 1))
+    even = with_middles((np.arange(divisions.flank, -1, -1) / divisions.flank) ** divisions.towards_fillet)
     if refinement is None:
         both = np.stack([low + (high - low) * even for low, high in limits], axis=1)
         return both, both

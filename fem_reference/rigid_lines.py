@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.kinematics import PairKinematics
 from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.scene import Material, Scene
 
-__all__ = ["Forecast", "RigidFlank", "RigidLine", "forecast"]
+__all__ = ["Forecast", "RigidFlank", "RigidLine", "effective_modulus", "forecast"]
 
 FloatArray = NDArray[np.float64]
 
-_WIDTH = 0.4  # mm to either side of the valley over which its curvature is taken
+_FAR = 1.0  # mm: gaps beyond are alike
 _APPROACH = 14.0  # approach of loaded gear teeth, tooth bending included, times pi E* over the line load: usual value
 _FARTHEST = 3  # neighbours looked at on either side
 
@@ -41,21 +43,52 @@ class RigidLine:
         Place on the gear.
     gap : array [mm]
         Roundings of the edges and wear included; infinite where nothing is opposite.
-    curvature : array [1/mm]
-        Of the gap across the line.
     position : (face, 3) array [mm]
         Fixed frame.
     pinion_profile, pinion_face : arrays [mm]
+    spacing : array
+        Distance normal to the line per profile coordinate [mm/mm].
+    across : (face, heights) array [mm]
+        Profile coordinates at which the slice is known, evenly apart.
+    gap_across : (face, heights) array [mm]
+        The gap there.
     """
 
     roll: float
     face: FloatArray
     profile: FloatArray
     gap: FloatArray
-    curvature: FloatArray
     position: FloatArray
     pinion_profile: FloatArray
     pinion_face: FloatArray
+    spacing: FloatArray
+    across: FloatArray
+    gap_across: FloatArray
+
+    @property
+    def arc(self) -> FloatArray:
+        """Length along the line from its first station [mm]."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.position, axis=0), axis=1))])
+
+    def half_width(self, rise: FloatArray) -> FloatArray:
+        """Half of what lies less than `rise` (face,) above the valley, in profile coordinates [mm].
+
+        A Hertz contact of line load q closes the gap as far as it rises by 2 q/(pi E*) (Johnson 1985, section 4.2);
+        on a ridge that wear has left this is narrower than any mean curvature says.
+        """
+        above = np.minimum(self.gap_across, _FAR) - np.minimum(self.gap + rise, _FAR)[:, None]
+        low, high = np.minimum(above[:, 1:], above[:, :-1]), np.maximum(above[:, 1:], above[:, :-1])
+        share = np.clip(-low / np.maximum(high - low, 1e-15), 0.0, 1.0)
+        return 0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0])
+
+    def farthest(self, rise: FloatArray, middle: FloatArray) -> float:
+        """Greatest distance from `middle` (face,) of what lies less than `rise` (face,) above the valley [mm].
+
+        In profile coordinates; stations without a rise do not count. Between a ridge and the valley beside it a
+        worn line jumps; its touching parts can lie to either side of where a fresh one runs.
+        """
+        near = (self.gap_across < (self.gap + rise)[:, None]) & (rise > 0.0)[:, None]
+        return float(np.abs(self.across - middle[:, None]).max(where=near, initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -77,9 +110,10 @@ class RigidFlank:
 
     @cached_property
     def _grid(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Face stations (S, 1), profile (S, H) and wear (S, H) [mm]; the ends are just inside the edges."""
+        """Face stations (S, 1), profile (S, H) and wear (S, H) [mm]; the roundings of the ends are left out."""
         low, high = self.pair.gear_face
-        face = np.linspace(low, high, self.stations)[:, None]
+        inset = 2.0 * face_gear_pair(self.pair.scene).gear_end_edge_radius_mm
+        face = np.linspace(low + inset, high - inset, self.stations)[:, None]
         tip = self.pair.gear.tip_profile(face)
         profile = self.pair.gear.root_profile + (tip - self.pair.gear.root_profile) * np.linspace(0, 1, self.heights)
         return face, profile, self.wear.depth(np.broadcast_to(face, profile.shape), profile)
@@ -96,22 +130,21 @@ class RigidFlank:
         inner = np.clip(place, 1, self.heights - 2)
         left, middle, right = (smooth[rows, inner + k] for k in (-1, 0, 1))
         bend = left - 2.0 * middle + right
-        # between grid points only where no edge is near: the parabola knows nothing of roundings
-        free = (
-            (place == inner) & (bend > 0.0) & (rounded[rows[:, None], inner[:, None] + [-1, 0, 1]] == 0.0).all(axis=1)
-        )
+        # between grid points only where no tip is near: the parabola knows nothing of roundings
+        near = rounded[rows[:, None], inner[:, None] + [-1, 0, 1]]
+        free = (place == inner) & (bend > 0.0) & np.isfinite(near[:, 1]) & (near == near[:, 1:2]).all(axis=1)
         shift = np.where(free, 0.5 * (left - right) / np.where(free, bend, 1.0), 0.0)
         step = profile[:, 1] - profile[:, 0]
         best = profile[rows, place] + shift * step
         least = gap[rows, place] - np.where(free, 0.5 * bend * shift**2, 0.0)
         at = self.pair.meeting(face[:, 0], best, roll)
-        reach = np.maximum(np.rint(_WIDTH / step).astype(int), 1)
-        middles = np.clip(place, reach, self.heights - 1 - reach)
-        curvature = (smooth[rows, middles - reach] - 2.0 * smooth[rows, middles] + smooth[rows, middles + reach]) / (
-            reach * step
-        ) ** 2
-        curvature = np.maximum(curvature, 1e-3)
-        return RigidLine(roll, face[:, 0], best, least, curvature, at.position, at.pinion_profile, at.pinion_face)
+        slope = (met.position[rows, inner + 1] - met.position[rows, inner - 1]) / (2.0 * step[:, None])
+        along = np.gradient(at.position, axis=0)
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        spacing = np.linalg.norm(slope - np.sum(slope * along, axis=1)[:, None] * along, axis=1)
+        return RigidLine(
+            roll, face[:, 0], best, least, at.position, at.pinion_profile, at.pinion_face, spacing, profile, gap
+        )
 
     def least_gap(self, mesh_position: float) -> float:
         """Least gap of all pairs at a mesh position [mm]: minus the unloaded lead of the gear."""
@@ -140,7 +173,9 @@ class Forecast:
         Gap at first touch.
     lines : dict from pair to RigidLine
         Those that are expected to carry load.
-    line_load, half_width : dicts from pair to (face,) array [N/mm], [mm]
+    line_load : dict from pair to (face,) array [N/mm]
+    half_width : dict from pair to (face,) array [mm]
+        In profile coordinates.
     """
 
     approach: float
@@ -148,6 +183,20 @@ class Forecast:
     lines: dict[int, RigidLine]
     line_load: dict[int, FloatArray]
     half_width: dict[int, FloatArray]
+
+    def usual_half_width(self, pair: int) -> float:
+        """Median half-width by load and width, in profile coordinates: what elements are measured by [mm].
+
+        Not the least one: where a line crosses a worn ridge, or two valleys part, few slices are far narrower.
+        """
+        width = self.half_width[pair]
+        order = np.argsort(width)
+        carried = np.cumsum((width * self.line_load[pair])[order])
+        return float(width[order][np.searchsorted(carried, 0.5 * carried[-1])]) if carried[-1] > 0.0 else 0.0
+
+    def share(self, pair: int) -> float:
+        """Share of the load on a pair, roughly."""
+        return float(self.line_load[pair].sum() / sum(load.sum() for load in self.line_load.values()))
 
 
 def forecast(lines: Sequence[RigidLine], first: int, force: float, modulus: float) -> Forecast:
@@ -182,5 +231,14 @@ def forecast(lines: Sequence[RigidLine], first: int, force: float, modulus: floa
         load = stiffness * np.maximum(approach - (line.gap - least), 0.0)
         if np.min(line.gap) - least < 1.5 * approach:
             near[j], loads[j] = line, load
-            widths[j] = np.sqrt(4.0 * load / (pi * modulus * line.curvature))
+            widths[j] = line.half_width(2.0 * load / (pi * modulus))
     return Forecast(approach, least, near, loads, widths)
+
+
+def effective_modulus(scene: Scene) -> float:
+    """E* of both materials [MPa] (Johnson 1985, equation 4.5)."""
+
+    def softness(material: Material) -> float:
+        return (1.0 - material.poissons_ratio**2) / material.youngs_modulus_MPa
+
+    return 1.0 / (softness(scene.material.pinion) + softness(scene.material.gear))

@@ -80,11 +80,9 @@ def flank_profile(pair: PairKinematics) -> FloatArray:
     """Profile coordinates of the gear's `/flank` grid, (profile, face), even beside the pitch cone [mm]."""
     face, points = face_stations(pair), pair.scene.numerics.profile_points
     gear = pair.gear
-    tip = gear.tip_profile(face)
-    turn = 0.5 * np.pi - gear.generation_angle(face, tip)
-    tip = tip - pair.scene.gear_pair.gear_tip_edge_radius_mm * np.tan(0.5 * turn)
+    tip = gear.tip_profile(face) - pair.edge_insets(face).gear_tip
     root = np.full(face.shape, gear.root_profile)
-    pitch = gear.profile_from_height(face, pair.pinion.pitch_radius * (1.0 - face / gear.pitch_radius))
+    pitch = gear.profile_from_height(face, pair.pitch_height(face))
     split = np.clip(np.rint((pitch - root) / (tip - root) * (points - 1)), 0, points - 1)
     split = np.where((split < 2) | (split > points - 3), points - 1, split)
     middle = np.where(split == points - 1, tip, pitch)

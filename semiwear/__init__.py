@@ -13,6 +13,7 @@ import os
 from importlib import metadata
 
 from semiwear import plot
+from semiwear.accuracy import simulate
 from semiwear.analyses import loaded_contact, tooth_contact_analysis
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
@@ -21,7 +22,7 @@ from semiwear.report import write_report as report
 from semiwear.results import open_results, save
 from semiwear.scene import Placement, Scene, shipped_scenes
 from semiwear.scene import load_scene as _load_scene
-from semiwear.simulate import simulate
+from semiwear.screen import screen
 
 __all__ = [
     "ConvergenceError",
@@ -38,6 +39,7 @@ __all__ = [
     "plot",
     "report",
     "save",
+    "screen",
     "shipped_scenes",
     "simulate",
     "tooth_contact_analysis",

@@ -1,4 +1,4 @@
-"""Command line: run, plan, report."""
+"""Command line: run, plan, screen, report."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Sequence
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
+from semiwear.results.checkpoint import peek
 
 __all__ = ["main"]
 
@@ -31,15 +33,29 @@ _COLUMNS = (
     ("TE ampl. [arcsec]", "transmission_error_amplitude", "{:.2f}", 1),
 )
 
+_AFTER_A_STOP = (
+    "the wear steps that were finished are kept in {}: --resume goes on from them, with other "
+    "wear.until.control_depths_um after those that were reached or, at fidelity line, with more "
+    "numerics.max_iterations; any other change of the scene starts from the beginning"
+)
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status: 0, or 2 for an error that the user can mend."""
+    """Run the command line; returns the exit status.
+
+    That is 0, or 2 for an error that the user can mend, or 130 after Ctrl-C.
+    """
     options = _parser().parse_args(arguments)
     try:
         options.action(options)
-    except (SemiwearError, FileNotFoundError) as error:
+    except (SemiwearError, OSError) as error:
         print(f"semiwear: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        kept = f"{getattr(options, 'output', None)}.partial"
+        more = f"; finished wear steps are kept in {kept}, --resume goes on from them" if Path(kept).exists() else ""
+        print(f"semiwear: stopped{more}", file=sys.stderr)
+        return 130
     return 0
 
 
@@ -51,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="simulate a scene")
     run.add_argument("scene", help="a shipped scene's name, or a TOML file")
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
+    run.add_argument("--resume", action="store_true", help="go on from the wear steps in FILE.partial (see -o)")
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
     run.add_argument("--against", metavar="FILE", help="set the report beside another result of the same flank grid")
     run.add_argument("--fidelity", metavar="NAME", help="short for --set numerics.fidelity=NAME: line or patch")
@@ -60,7 +77,18 @@ def _parser() -> argparse.ArgumentParser:
     plan = commands.add_parser("plan", help="show what would run for a scene, and why")
     plan.add_argument("scene", help="a shipped scene's name, or a TOML file")
     plan.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    plan.add_argument(
+        "--last", metavar="FILE", help="an earlier result, for the share of its time that each effect took"
+    )
     plan.set_defaults(action=_plan)
+
+    screen = commands.add_parser("screen", help="show which effects a scene calls for, and what each would cost")
+    screen.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    screen.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    screen.add_argument(
+        "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
+    )
+    screen.set_defaults(action=_screen)
 
     report = commands.add_parser("report", help="make the HTML page of a result")
     report.add_argument("file", help="a netCDF file that semiwear wrote")
@@ -101,17 +129,24 @@ def _run(options: argparse.Namespace) -> None:
             raise SceneError.of("output", path, "a file in a folder that exists", f"make the folder {folder}")
     if options.against and not options.report:
         raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
+    if options.resume and not options.output:
+        raise SceneError.of(
+            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps lie in FILE.partial"
+        )
     against = sw.open_results(options.against) if options.against else None
     begin = time.perf_counter()
+    checkpoint = _checkpoint(options)
     stopped = None
     with _Bar() as bar:
         try:
-            tree = sw.simulate(scene, progress=bar)
+            tree = sw.simulate(scene, progress=bar, checkpoint=checkpoint, resume=options.resume)
         except ConvergenceError as error:
             if error.result is None:
                 raise
             tree, stopped = error.result, error
     print(_table(tree))
+    if "life" in tree.children:
+        print(f"\n{_life(tree)}")
     print(f"\n{time.perf_counter() - begin:.1f} s (a first run after an installation compiles for a while)")
     if options.output:
         sw.save(tree, options.output)
@@ -119,11 +154,44 @@ def _run(options: argparse.Namespace) -> None:
     if options.report:
         print(f"report: {sw.report(tree, options.report, against)}")
     if stopped is not None:
+        if checkpoint is not None:
+            print(_AFTER_A_STOP.format(checkpoint), file=sys.stderr)
         raise stopped
+    if checkpoint is not None:
+        output = Path(options.output)
+        for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
+            left.unlink(missing_ok=True)
+        checkpoint.unlink(missing_ok=True)
+
+
+def _checkpoint(options: argparse.Namespace) -> Path | None:
+    """Where the run keeps its finished wear steps; says what lies there already."""
+    if not options.output:
+        return None
+    path = Path(f"{options.output}.partial")
+    found = peek(path)
+    if found is not None:
+        told = f"{path}: {found.finished} finished wear steps"
+        if found.damaged:
+            told += "; what follows them is damaged and computed again"
+        if not options.resume:
+            told += " of an earlier run, for --resume to go on from; this run starts anew and will replace them"
+        print(told, file=sys.stderr)
+    elif options.resume and not path.exists():
+        print(f"no {path}: starting from the beginning", file=sys.stderr)
+    return path
 
 
 def _plan(options: argparse.Namespace) -> None:
-    print(sw.plan(_scene(options)))
+    last = sw.open_results(options.last) if options.last else None
+    print(sw.plan(_scene(options), last))
+
+
+def _screen(options: argparse.Namespace) -> None:
+    scene = _scene(options)
+    with _Bar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
+        screening = sw.screen(scene, options.threshold, progress=bar)
+    print(screening)
 
 
 def _report(options: argparse.Namespace) -> None:
@@ -147,14 +215,26 @@ def _table(tree: xr.DataTree) -> str:
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows)
 
 
+def _life(tree: xr.DataTree) -> str:
+    """The life in one sentence."""
+    found = tree["life"].to_dataset()
+    hours = f" ({float(found['hours_to_limit']):.4g} h)" if "hours_to_limit" in found else ""
+    return (
+        f"life until {float(found['depth_limit']):g} um: {float(found['meshes_to_limit']):.4g} meshes{hours}; "
+        f"it changes by {float(found['sensitivity_to_wear_coefficient']):.3g} % a per cent of wear coefficient, "
+        f"{float(found['sensitivity_to_torque']):.3g} % a per cent of torque"
+    )
+
+
 class _Bar:
     """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else a line a step."""
 
-    def __init__(self) -> None:
+    def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", what: str = "wear") -> None:
+        self._begin, self._unit, self._what = begin, unit, what
         self._bar: Any = None
 
     def __enter__(self) -> _Bar:
-        print("computing the unworn teeth ...", file=sys.stderr, flush=True)
+        print(self._begin, file=sys.stderr, flush=True)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -165,10 +245,10 @@ class _Bar:
         try:
             from tqdm import tqdm
         except ImportError:
-            print(f"wear step {done} of {total}: {text}", file=sys.stderr, flush=True)
+            print(f"{self._what}, {self._unit} {done} of {total}: {text}", file=sys.stderr, flush=True)
             return
         if self._bar is None:
-            self._bar = tqdm(total=total, unit="step", desc="wear", leave=True)
+            self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True)
         self._bar.set_postfix_str(text)
         self._bar.update(done - self._bar.n)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,9 +15,15 @@ from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.life import life_group
 from semiwear.plan import Plan, plan
 from semiwear.results import build_tree, provenance
+from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_checkpoint
+from semiwear.results.kinds import Errors, step_errors
+from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
+from semiwear.wear.adaptive import AdaptiveStepper
+from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import fresh_sweep
 
@@ -23,6 +31,8 @@ __all__ = ["NoProgress", "Progress", "simulate"]
 
 _DEPTH_A_STEP = 6e-3  # mm of greatest wear that an automatic wear step leaves, about
 _AUTO_STEPS = (3, 40)
+_ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
+_WEARING = "contact and wear"  # the stage
 
 
 class Progress(Protocol):
@@ -40,7 +50,14 @@ class NoProgress:
 
 
 @one_blas_thread()
-def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | None = None) -> xr.DataTree:
+def simulate(
+    scene: Scene,
+    *,
+    progress: Progress | None = None,
+    fidelity: str | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+) -> xr.DataTree:
     """Wear the flank of a scene and follow what it does to contact, root stress and transmission error.
 
     Parameters
@@ -51,12 +68,19 @@ def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | 
         Hears of every finished wear step.
     fidelity : str, optional
         Instead of ``numerics.fidelity``.
+    checkpoint : path, optional
+        A file that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
+        It stays until you delete it: do so when you have saved the result.
+    resume : bool
+        Go on from the wear steps in `checkpoint`, from the beginning where there is no such file. On one kind of
+        processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
+        `/diagnostics`. Without it, an earlier run's file is replaced when the first wear step is finished.
 
     Returns
     -------
     DataTree
-        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`);
-        `wear_step` 0 is unworn.
+        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`), and
+        `/life` where the scene has `[effects.run_life]`; `wear_step` 0 is unworn.
 
     Raises
     ------
@@ -65,64 +89,117 @@ def simulate(scene: Scene, *, progress: Progress | None = None, fidelity: str | 
     ConvergenceError
         If a load or wear step cannot be solved; it names the place and what to change, and its `result` holds the
         wear steps finished before.
+    ResultFileError
+        If the checkpoint is of another run, damaged, in use, or cannot be written.
     """
     if fidelity is not None:
         scene = scene.replace({"numerics.fidelity": fidelity})
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
-    physics = plan(scene)
+    if resume and checkpoint is None:
+        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
+    kept: Keeper = NoCheckpoint()
+    if checkpoint is not None:
+        kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
+    with kept:
+        return _simulated(plan(scene), kept, progress or NoProgress())
+
+
+def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
     clock = _Clock()
     teeth = physics.loaded_teeth()
     clock.lap("geometry and compliance")
     stepper = physics.wear_stepper(teeth)
-    states: list[WearState] = []
+    states = _restored(physics, stepper, kept, clock)
     stopped = None
+    life: collect.Arrays = {}
     try:
-        states.extend(_worn_states(physics, teeth, stepper, progress or NoProgress()))
+        for step in _wear_steps(physics, teeth, physics.wear_steps(stepper), states, kept):
+            states.append(step.state)
+            seconds = {_WEARING: clock.since(_WEARING)} | physics.clock.seconds
+            kept.add(KeptStep(step.total, seconds, state_arrays(stepper, step.state)))
+            if step.done:
+                progress.step(step.done, step.total, step.text)
+        life = life_group(physics, teeth, stepper)
     except ConvergenceError as error:
         if not states:
             raise
         stopped = error
-    clock.lap("contact and wear")
-    tree = _result(physics, teeth, stepper, states, clock)
+    clock.lap(_WEARING)
+    tree = _result(physics, teeth, stepper, states, clock, life)
     if stopped is not None:
         text = f"{stopped} (stopped after {len(states) - 1} wear steps; they are kept in the error's `result`)"
         raise ConvergenceError(text, tree) from stopped
     return tree
 
 
-def _worn_states(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, progress: Progress) -> Iterator[WearState]:
-    """The unworn state and one after each wear step."""
+@dataclass(frozen=True)
+class _WearStep:
+    """A finished wear step: the `done`-th of `total`, 0 being the unworn state, of which the total is not known."""
+
+    state: WearState
+    done: int = 0
+    total: int = 0
+    text: str = ""
+
+
+def _restored(physics: Plan, stepper: WearStepper, kept: Keeper, clock: _Clock) -> list[WearState]:
+    """The wear states of a checkpoint; solvers and clocks stand where they stood after the last."""
+    if not kept.steps:
+        return []
+    last = kept.steps[-1]
+    search_as_far(stepper, last.arrays)
+    clock.earlier = {_WEARING: last.seconds[_WEARING]}
+    physics.clock.seconds |= {name: spent for name, spent in last.seconds.items() if name != _WEARING}
+    return [restored_state(stepper, step.arrays) for step in kept.steps]
+
+
+def _wear_steps(
+    physics: Plan,
+    teeth: LoadedTeeth,
+    stepper: WearStepper | AdaptiveStepper,
+    known: Sequence[WearState],
+    kept: Keeper,
+) -> Iterator[_WearStep]:
+    """The unworn state and one after each wear step, without those that are known."""
     wear = physics.scene.wear
     assert wear is not None
-    state = stepper.start()
-    yield state
+    done = max(len(known) - 1, 0)
+    state = known[-1] if known else stepper.start()
+    if not known:
+        yield _WearStep(state)
     if wear.until.control_depths_um is not None:
         point = physics.control_point(teeth)
         assert point is not None
-        depths = [1e-3 * depth for depth in wear.until.control_depths_um]
-        for k, depth in enumerate(depths):
-            state = stepper.step_to_depth(state, point, depth)
-            progress.step(k + 1, len(depths), f"{1e3 * depth:g} um at the control point")
-            yield state
+        depths = wear.until.control_depths_um
+        for k, depth in enumerate(depths[done:], done + 1):
+            state = stepper.step_to_depth(state, point, 1e-3 * depth)
+            yield _WearStep(state, k, len(depths), f"{depth:g} um at the control point")
         return
     assert wear.until.meshes is not None
     steps = physics.scene.numerics.wear_steps
-    count = _steps_for(stepper, state, wear.until.meshes) if steps == "auto" else int(steps)
-    for k in range(count):
+    count = int(steps) if steps != "auto" else kept.steps[-1].total if done else 0
+    if not count:
+        adaptive = isinstance(stepper, AdaptiveStepper)
+        count = _ADAPTIVE_STATES if adaptive else _steps_for(stepper, state, wear.until.meshes)
+    for k in range(done + 1, count + 1):
         state = stepper.step(state, wear.until.meshes / count)
-        progress.step(k + 1, count, f"{state.meshes:.3g} meshes, {1e3 * state.wear.max():.3g} um at most")
-        yield state
+        yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {1e3 * state.wear.max():.3g} um at most")
 
 
-def _steps_for(stepper: WearStepper, start: WearState, meshes: float) -> int:
+def _steps_for(stepper: WearStepper | AdaptiveStepper, start: WearState, meshes: float) -> int:
     """Wear steps for a run: its greatest depth, estimated with a single step, over a usual depth a step."""
     depth = float(stepper.step(start, meshes).wear.max())
     return int(np.clip(np.ceil(depth / _DEPTH_A_STEP), *_AUTO_STEPS))
 
 
 def _result(
-    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, states: list[WearState], clock: _Clock
+    physics: Plan,
+    teeth: LoadedTeeth,
+    stepper: WearStepper,
+    states: list[WearState],
+    clock: _Clock,
+    life: collect.Arrays,
 ) -> xr.DataTree:
     contacts = [state.contact for state in states]
     poissons_ratio = physics.scene.material.gear.poissons_ratio
@@ -148,8 +225,13 @@ def _result(
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
     groups["flank"] |= collect.contact_patterns(teeth, contacts)
+    if life:
+        groups["life"] = life
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
+    estimates = _step_errors(physics, states, groups["history"])
+    if estimates:
+        groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
     spent = physics.clock.seconds
     if spent:
         groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
@@ -159,7 +241,17 @@ def _result(
     }
     if spent:
         coords["effect"] = np.array(list(spent))
+    if estimates:
+        coords["quantity"] = np.array(list(estimates))
     return build_tree(groups, coords, attributes(physics, "simulate"))
+
+
+def _step_errors(physics: Plan, states: Sequence[WearState], history: collect.Arrays) -> Errors:
+    """What the wear steps add to the error of every reported quantity, where an accuracy is asked for."""
+    if physics.scene.numerics.accuracy is None:
+        return {}
+    meshes = np.array([state.meshes for state in states])
+    return step_errors(max(state.error for state in states), history | {"meshes": meshes})
 
 
 def attributes(physics: Plan, action: str) -> dict[str, str]:
@@ -180,9 +272,13 @@ class _Clock:
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
+        self.earlier: dict[str, float] = {}  # what the stage took before the run was resumed
         self._last = time.perf_counter()
 
+    def since(self, stage: str) -> float:
+        """What the present stage has taken so far."""
+        return time.perf_counter() - self._last + self.earlier.get(stage, 0.0)
+
     def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = now - self._last
-        self._last = now
+        self.seconds[stage] = self.since(stage)
+        self._last = time.perf_counter()

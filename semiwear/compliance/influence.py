@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
-from semiwear.compliance.tooth import LinePlaces, cubic_weights
+from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, LinePlaces, cubic_weights
 from semiwear.errors import SceneError
 
 __all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
@@ -32,9 +33,7 @@ _VARIABLES = {
     "root_stress": ("body", "tooth_offset", "fillet_point", "observer_station", "height", "station"),
 }
 _LEAST_POINTS = 2  # heights and stations
-_FLANK_END = (
-    0.2  # of the fillet's length, within which a load near the flank's end leaves the stress of its own place
-)
+_SPOILT = 0.2  # of the fillet's length, where the mesh's own picture of a load beside it may be in the data
 _NEAR = 1e-3  # of the face width: how well the ends of the grid must fit
 
 
@@ -44,19 +43,22 @@ class InfluenceData:
 
     Attributes
     ----------
+    heights : (H,) array
+        Heights of the grid as shares of the flank's profile, from its lower end to its tip.
     faces : (S,) array [mm]
-        Face stations of the grid, equally spaced from end to end of the tooth.
+        Face stations of the grid from end to end of the tooth.
     depth : (H, S) array [mm]
         Distance from the flank to the middle surface.
     deflection : (offset, H, S, H, S) array [mm/N]
         [tooth offset, observer, load]; the middle offset is the loaded tooth, +1 the neighbour its flank faces.
     stress : (offset, A, S, H, S) array [MPa/N]
-        [tooth offset, fillet point, station, load].
+        [tooth offset, point of the root, station, load].
     ahead : int
         As in `ToothBody`.
     youngs_modulus [MPa], poissons_ratio [1] : float
     """
 
+    heights: FloatArray
     faces: FloatArray
     depth: FloatArray
     deflection: FloatArray
@@ -100,16 +102,26 @@ def body_influence(
     """Influence data of a body (0 the pinion, 1 the gear) whose tooth runs between two face coordinates [mm]."""
     own = data.isel(body=body)
     arc = own["fillet_arc"].values
-    fillet = np.flatnonzero(arc >= arc.min() + _FLANK_END * np.ptp(arc))
+    share = (arc - arc.min()) / np.ptp(arc)
+    kept = np.flatnonzero(share >= _SPOILT)
+    root = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
+    along = make_interp_spline(share[kept], np.eye(len(kept)), k=min(3, len(kept) - 1))(root)
+    heights = data.sizes["height"]
+    profile = own["load_profile"].values if "load_profile" in data else np.arange(heights)
+    share_up = (profile - profile[0]) / (profile[-1] - profile[0])
+    # a load at the very end of the flank stresses the fillet as the mesh happens to be: carried on from those above
+    sound = slice(1, None) if heights > _LEAST_POINTS else slice(None)
+    lifted = make_interp_spline(share_up[sound], np.eye(heights)[sound], k=max(min(2, heights - 2), 1))(share_up)
     faces = own["load_face"].values.astype(float)
     if np.abs(faces[[0, -1]] - limits).max() > _NEAR * (limits[1] - limits[0]):
         found = f"teeth from {faces[0]:g} to {faces[-1]:g} mm"
         raise SceneError.of(_FIELD, found, f"{limits[0]:g} to {limits[1]:g} mm", "these are data of other gears")
     return InfluenceData(
+        heights=share_up,
         faces=faces,
         depth=own["depth"].values.astype(float),
         deflection=np.ascontiguousarray(own["deflection"].values, dtype=float),
-        stress=np.ascontiguousarray(own["root_stress"].values[:, fillet], dtype=float),
+        stress=np.einsum("ra,gh,oakhs->orkgs", along, lifted, own["root_stress"].values[:, kept], optimize=True),
         ahead=ahead,
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,
@@ -138,10 +150,9 @@ class InfluenceOnLines:
     def of(cls, body: InfluenceData, places: LinePlaces, root: FloatArray, tip: FloatArray) -> InfluenceOnLines:
         """Prepare a body for contact lines at `places`, between the flank's ends `root` and `tip` there [mm]."""
         heights, stations = body.depth.shape
-        per_mm = (heights - 1) / (tip - root)
-        height, slope = cubic_weights((places.profile - root) * per_mm, heights)
-        spacing = (body.faces[-1] - body.faces[0]) / (stations - 1)
-        station, _ = cubic_weights((places.face - body.faces[0]) / spacing, stations)
+        per_mm = 1.0 / (tip - root)
+        height, slope = cubic_weights((places.profile - root) * per_mm, body.heights)
+        station, _ = cubic_weights(places.face, body.faces)
         slope = slope * (per_mm * places.slope)[..., None]
         shape = (*places.profile.shape, heights * stations)
         weights = (height[..., :, None] * station[..., None, :]).reshape(shape)
@@ -184,5 +195,6 @@ class InfluenceOnLines:
                 stress[:shift] += seen[-shift:]
             else:
                 stress += seen
-        along, _ = cubic_weights(np.linspace(0.0, count - 1.0, stations), count)
+        faces = self.body.faces
+        along, _ = cubic_weights(np.linspace(faces[0], faces[-1], stations), faces)
         return np.maximum((stress.reshape(-1, fillet, count) @ along.T).max(axis=(1, 2)), 0.0)

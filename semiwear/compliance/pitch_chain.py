@@ -1,8 +1,9 @@
 """Pitches of a toothed body in a row: one is condensed onto its sides, then all are joined.
 
-All teeth are alike, so one pitch is condensed to its two mid-space sides once per wave number k; the pitches are
-then joined by small dense algebra, a rack with free ends or a whole ring alike. Side unknowns are in the axes
-of their own side, so that neighbours in a ring share them as neighbours in a rack do.
+All teeth are alike, so one pitch is condensed to its two mid-space sides once per wave number k, by one sparse
+factorisation whose last columns are those sides; the pitches are then joined by small dense algebra, a rack with
+free ends or a whole ring alike. Side unknowns are in the axes of their own side, so that neighbours in a ring share
+them as neighbours in a rack do.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, hstack
+from scipy.sparse.linalg import SuperLU, splu
 
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "Condensed", "HarmonicMatrices", "Pitch", "join"]
+__all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "Condensed", "HarmonicMatrices", "Pitch", "PitchRows", "join"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -61,32 +62,57 @@ class Condensed:
 
 
 @dataclass(frozen=True)
-class Pitch:
-    """Stiffness of one pitch, parted into inner and side unknowns; held unknowns are left out.
+class PitchRows:
+    """Loads and readings of one pitch: rows on the unknowns of its mesh, ``fixed + k * along`` at wave number k.
 
     Attributes
     ----------
-    inner : tuple of three (i, i) sparse matrices
-        Parts of K0, K1, K2 on the inner unknowns.
-    coupling : tuple of three (i, 2 s) arrays
-        Parts between inner unknowns and sides.
-    sides : tuple of three (2 s, 2 s) arrays
-        Parts on the sides.
-    inner_unknowns : (i,) array
-        Place of the inner unknowns among those of the mesh.
-    turned_sides : (3 n, 2 s) sparse matrix
-        Side unknowns in the sides' own axes -> unknowns of the mesh.
+    fixed, along : (R, 3 n) sparse matrices
+    load, deflection, stress : slices
+        Which rows are unit loads (H of them), readings of deflection and readings of stress (F). Rows may be both
+        loads and readings.
     """
 
-    inner: HarmonicMatrices
-    coupling: tuple[FloatArray, FloatArray, FloatArray]
-    sides: tuple[FloatArray, FloatArray, FloatArray]
-    inner_unknowns: IntArray
-    turned_sides: csr_matrix
+    fixed: csr_matrix
+    along: csr_matrix
+    load: slice
+    deflection: slice
+    stress: slice
+
+
+@dataclass(frozen=True)
+class Pitch:
+    """Stiffness of one pitch whose sides are free, and what is observed on it; held unknowns are left out.
+
+    Unknowns are the inner ones, in an order that keeps their factor sparse, and then the sides: the end of the
+    factor is that of the sides' own stiffness.
+
+    Attributes
+    ----------
+    data : (3, z) array
+        Entries of K0, K1, K2 in the order of ...
+    places, starts : (z,), (m + 1,) arrays
+        ... a sparse matrix by columns.
+    sides : int
+        Number 2 s of side unknowns, in the sides' own axes.
+    rows : (2, m, R) array
+        `PitchRows.fixed` and `along`, as columns.
+    load, deflection, stress : slices
+        See `PitchRows`.
+    """
+
+    data: FloatArray
+    places: IntArray
+    starts: IntArray
+    sides: int
+    rows: FloatArray
+    load: slice
+    deflection: slice
+    stress: slice
 
     @classmethod
-    def of(cls, mesh: SectionMesh, section: ToothSection, matrices: HarmonicMatrices) -> Pitch:
-        """Part the matrices of one pitch.
+    def of(cls, mesh: SectionMesh, section: ToothSection, matrices: HarmonicMatrices, rows: PitchRows) -> Pitch:
+        """Order the matrices of one pitch.
 
         Parameters
         ----------
@@ -96,54 +122,73 @@ class Pitch:
             Its rim says how the sides are turned against each other.
         matrices : HarmonicMatrices
             Stiffness of the pitch, (3 n, 3 n) each.
+        rows : PitchRows
         """
         angle = _side_angle(section)
         size = 3 * len(mesh.nodes)
         left, right = (side[~np.isin(side, mesh.held)] for side in (mesh.left, mesh.right))
         free = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.held, left, right]))
         inner = _unknowns(free)
-        turned = bmat([[_turned(left, -angle, size), _turned(right, angle, size)]]).tocsr()
-        rows = [matrix.tocsr()[inner] for matrix in matrices]
+        order = np.argsort(_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
+        among = coo_matrix((np.ones(inner.size), (inner[order], np.arange(inner.size))), shape=(size, inner.size))
+        turned = hstack([among, _turned(left, -angle, size), _turned(right, angle, size)]).tocsr()
+        data, places, starts = _on_one_pattern([(turned.T @ (matrix @ turned)).tocsc() for matrix in matrices])
         return cls(
-            inner=tuple(row.tocsc()[:, inner] for row in rows),
-            coupling=tuple((row @ turned).toarray() for row in rows),
-            sides=tuple((turned.T @ (matrix @ turned)).toarray() for matrix in matrices),
-            inner_unknowns=inner,
-            turned_sides=turned,
+            data=data,
+            places=places,
+            starts=starts,
+            sides=3 * (left.size + right.size),
+            rows=np.stack([(part @ turned).toarray().T for part in (rows.fixed, rows.along)]),
+            load=rows.load,
+            deflection=rows.deflection,
+            stress=rows.stress,
         )
 
-    def condense(self, k: float, load: csr_matrix, deflection: csr_matrix, stress: csr_matrix) -> Condensed:
-        """Eliminate the inner unknowns at a wave number.
-
-        Parameters
-        ----------
-        k : float
-            Wave number [1/mm].
-        load : (H, 3 n) sparse matrix
-            Unit loads on the flank.
-        deflection : (H, 3 n) sparse matrix
-            Observed deflection as rows on the unknowns of the mesh.
-        stress : (F, 3 n) sparse matrix
-            Observed stress at wave number k, likewise.
-        """
-        parts = (self.inner, self.coupling, self.sides)
-        inner, coupling, sides = (k0 + k * k1 + k**2 * k2 for k0, k1, k2 in parts)
-        inner_load = load[:, self.inner_unknowns].toarray().T
-        factor = splu(inner, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        solution = factor.solve(np.hstack([inner_load, -coupling]))
-        own, carried = np.split(solution, [inner_load.shape[1]], axis=1)
-
-        def by_sides(rows: csr_matrix) -> FloatArray:
-            return rows[:, self.inner_unknowns] @ carried + (rows @ self.turned_sides).toarray()
-
+    def condense(self, k: float) -> Condensed:
+        """Eliminate the inner unknowns at a wave number [1/mm]."""
+        count = len(self.starts) - 1
+        inner = count - self.sides
+        values = self.data[0] + k * self.data[1] + k**2 * self.data[2]
+        factor = _factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
+        rows = self.rows[0] + k * self.rows[1]
+        moved = factor.solve(rows)  # with free sides
+        stiffness = (factor.L[inner:, inner:] @ factor.U[inner:, inner:]).toarray()
+        # with the sides held, what the rows send to them: by symmetry also what the sides' motion gives the rows
+        sent = stiffness @ moved[inner:]
+        own = rows.T @ moved[:, self.load] - sent.T @ moved[inner:, self.load]
         return Condensed(
-            stiffness=sides + coupling.T @ carried,
-            side_load=carried.T @ inner_load,
-            deflection=by_sides(deflection),
-            deflection_load=deflection[:, self.inner_unknowns] @ own,
-            stress=by_sides(stress),
-            stress_load=stress[:, self.inner_unknowns] @ own,
+            stiffness=stiffness,
+            side_load=sent[:, self.load],
+            deflection=sent[:, self.deflection].T,
+            deflection_load=own[self.deflection],
+            stress=sent[:, self.stress].T,
+            stress_load=own[self.stress],
         )
+
+
+def _factor(matrix: csc_matrix, order: str) -> SuperLU:
+    """Factor of a symmetric matrix, without pivoting."""
+    return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def _on_one_pattern(matrices: list[csc_matrix]) -> tuple[FloatArray, IntArray, IntArray]:
+    """Entries (matrix, z), their rows (z,) and the starts of columns of sparse matrices, zeros filled in."""
+    pattern = abs(matrices[0])
+    for matrix in matrices[1:]:
+        pattern = pattern + abs(matrix)
+    pattern.sort_indices()
+    places = _places(pattern)
+    data = np.zeros((len(matrices), places.size))
+    for values, matrix in zip(data, matrices, strict=True):
+        matrix.eliminate_zeros()
+        values[np.searchsorted(places, _places(matrix))] = matrix.data
+    return data, pattern.indices, pattern.indptr
+
+
+def _places(matrix: csc_matrix) -> IntArray:
+    """Places of a sparse matrix's entries, column after column."""
+    size = matrix.shape[0]
+    return np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices
 
 
 def _unknowns(nodes: IntArray) -> IntArray:

@@ -9,8 +9,8 @@ so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics dec
     K_n = K0 + k K1 + k^2 K2,   K0 = int B0' D B0,   K1 = int (B0' D B1 + B1' D B0),   K2 = int B1' D B1
 
 A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
-The cosines mirror the body at its ends: shear stress and axial displacement vanish there. Each harmonic is
-assembled for one pitch; `pitch_chain` joins the pitches.
+The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `open_ends` sets that
+displacement free. Each harmonic is assembled for one pitch; `pitch_chain` joins the pitches.
 
 Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
 O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (semi-analytical).
@@ -23,10 +23,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 from skfem.quadrature import get_quadrature
 
-from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS, HarmonicMatrices, Pitch, join
+from semiwear.compliance.open_ends import EndJumps, opened
+from semiwear.compliance.pitch_chain import (
+    DEFLECTION_OFFSETS,
+    STRESS_OFFSETS,
+    HarmonicMatrices,
+    Pitch,
+    PitchRows,
+    join,
+)
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 
@@ -62,8 +70,13 @@ class PrismSection:
     stress : (N, 3, F, H) array [MPa/N]
         Tangential stress at the points of the fillet on the loaded side (x > 0) of the tooth at an offset of
         `STRESS_OFFSETS`, tensile positive.
+    end_deflection : (N, E, H) array [mm/N]^(1/2)
+    end_stress : (N, E, F) array [MPa/N / (mm/N)^(1/2)]
+        What the free ends add on the loaded tooth itself, see `open_ends.opened`: the cosines above mirror the body.
     fillet_points : (F, 2) array [mm]
         Where the stress is given, from the end of the flank to the root.
+    fillet_share : (F,) array
+        The same places as length from the end of the flank over the fillet's.
     asymmetry : float
         Greatest change that making the deflection reciprocal brought, relative to the greatest at n = 0.
     """
@@ -73,7 +86,10 @@ class PrismSection:
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
+    end_deflection: FloatArray
+    end_stress: FloatArray
     fillet_points: FloatArray
+    fillet_share: FloatArray
     asymmetry: float
 
 
@@ -87,9 +103,10 @@ def prism_section(
     heights: int = 12,
     rack_teeth: int = 21,
     solve_every: bool = False,
-    fillet_elements: int = 8,
-    elements_across: int = 4,
+    fillet_elements: int = 6,
+    elements_across: int = 5,
     elements_below: int = 3,
+    end_jumps: int = 6,
     name: str = "tooth section",
 ) -> PrismSection:
     """Influence of flank loads on mid-surface deflection and fillet stress of a prismatic tooth body.
@@ -115,7 +132,10 @@ def prism_section(
     solve_every : bool
         Solve every harmonic instead of about fourteen with a spline between them.
     fillet_elements, elements_across, elements_below, name
-        See `section_mesh`.
+        See `section_mesh`. These and the heights are spent where they count: the greatest fillet stress is within
+        0.8 % of the converged section's, and twice as many along the fillet without more across bring nothing.
+    end_jumps : int
+        Number of shapes in which each end is freed, 0 for mirrored ends. Six give what 16 give to 0.1 %.
 
     Returns
     -------
@@ -147,21 +167,25 @@ def prism_section(
         name=name,
     )
     observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
-    pitch = Pitch.of(mesh, section, harmonic_matrices(mesh, youngs_modulus, poissons_ratio))
+    k0, mixed, k2 = _mixed_matrices(mesh, youngs_modulus, poissons_ratio)
+    jumps = EndJumps.of(mesh, k0, mixed, k2, end_jumps)
+    pitch = Pitch.of(mesh, section, (k0, mixed + mixed.T, k2), observer.rows(jumps))
 
     solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
     wave_number = np.arange(harmonics) * np.pi / width
-    condensed = [
-        pitch.condense(k, observer.load, observer.deflection, observer.stress + k * observer.stress_along)
-        for k in wave_number[solved]
-    ]
-    deflection, stress = join(condensed, section, rack_teeth)
+    deflection, stress = join([pitch.condense(k) for k in wave_number[solved]], section, rack_teeth)
 
     weight = np.where(np.arange(harmonics) == 0, 1.0, 2.0)[:, None, None, None] / width
     tooth_height = mesh.nodes[mesh.centre_line[0], 1] - mesh.nodes[mesh.fillet[-1], 1]
     variable = np.arcsinh(4 * tooth_height * wave_number)
     deflection = weight * _between_harmonics(variable[solved], deflection, variable)
     stress = weight * _between_harmonics(variable[solved], stress, variable)
+    own, cut = deflection[:, DEFLECTION_OFFSETS.index(0)], stress[:, STRESS_OFFSETS.index(0), :, heights:]
+    # a jump is no strain: what the fillet's stress takes for one goes off again
+    cut = cut - weight[:, 0] * (observer.stress_along @ np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]])))
+    moved, bent = own[:, :end_jumps, :heights], own[:, :end_jumps, heights:]
+    ends = opened(weight[:, 0, 0, 0], jumps.stiffness, bent, moved, cut.swapaxes(1, 2))
+    deflection, stress = deflection[..., end_jumps:, :heights], stress[..., :heights]
     reciprocal = (deflection + deflection[:, ::-1].swapaxes(2, 3)) / 2
     asymmetry = np.abs(reciprocal - deflection).max() / np.abs(deflection[0]).max()
     return PrismSection(
@@ -170,7 +194,10 @@ def prism_section(
         depth=observer.depth,
         deflection=reciprocal,
         stress=stress,
+        end_deflection=ends[0],
+        end_stress=ends[1],
         fillet_points=observer.fillet_points,
+        fillet_share=_fillet_shares(mesh),
         asymmetry=float(asymmetry),
     )
 
@@ -190,6 +217,12 @@ def harmonic_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: 
     tuple of three (3 n, 3 n) sparse matrices [N/mm^2], [N/mm], [N]
         Of one and the same pattern.
     """
+    k0, mixed, k2 = _mixed_matrices(mesh, youngs_modulus, poissons_ratio)
+    return k0, mixed + mixed.T, k2
+
+
+def _mixed_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
+    """K0, M = int B0' D B1, whose sum with its transpose is K1, and K2."""
     points, weights = get_quadrature(ELEMENT.refdom, 4)
     values = np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])  # (9, q)
     reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])  # (9, 2, q)
@@ -214,11 +247,10 @@ def harmonic_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: 
     rows = np.repeat(unknowns, 27, axis=1).ravel()
     columns = np.tile(unknowns, (1, 27)).ravel()
 
-    def assemble(terms: list[tuple[FloatArray, FloatArray]]) -> csc_matrix:
-        element = sum(_integral(b, s) for b, s in terms)
-        return coo_matrix((np.ravel(element), (rows, columns)), shape=(size, size)).tocsc()
+    def assemble(b: FloatArray, stress: FloatArray) -> csc_matrix:
+        return coo_matrix((_integral(b, stress).ravel(), (rows, columns)), shape=(size, size)).tocsc()
 
-    return assemble([(b0, s0)]), assemble([(b0, s1), (b1, s0)]), assemble([(b1, s1)])
+    return assemble(b0, s0), assemble(b0, s1), assemble(b1, s1)
 
 
 def _integral(b: FloatArray, stress: FloatArray) -> FloatArray:
@@ -259,6 +291,18 @@ class _Observer:
         depth = np.linalg.norm(middle - mesh.nodes[mesh.flank], axis=1)
         return cls(load, deflection, stress, stress_along, depth, points)
 
+    def rows(self, jumps: EndJumps) -> PitchRows:
+        """Loads (heights, then jumps) and readings (jumps, then deflection; stress) of a pitch."""
+        heights, count, gauges = self.load.shape[0], jumps.strained.shape[0], self.stress.shape[0]
+        steady = csr_matrix(self.load.shape)
+        return PitchRows(
+            fixed=vstack([self.load, jumps.strained, self.deflection, self.stress]).tocsr(),
+            along=vstack([steady, jumps.stretched, steady, self.stress_along]).tocsr(),
+            load=slice(0, heights + count),
+            deflection=slice(heights, 2 * heights + count),
+            stress=slice(2 * heights + count, 2 * heights + count + gauges),
+        )
+
 
 def _rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr_matrix:
     """Rows that sum components (R, p, 2 or 3) times the displacements of nodes (R, p)."""
@@ -292,6 +336,14 @@ def _fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, 
     tangent = np.einsum("fa,fai->fi", slopes, mesh.nodes[nodes])
     stretch = np.linalg.norm(tangent, axis=1, keepdims=True)
     return nodes, slopes / stretch, values, tangent / stretch, points
+
+
+def _fillet_shares(mesh: SectionMesh) -> FloatArray:
+    """Length from the end of the flank over the fillet's, at two Gauss points an edge: (F,) array."""
+    steps = np.linalg.norm(np.diff(mesh.nodes[mesh.fillet], axis=0), axis=1)
+    arc = np.concatenate([[0.0], np.cumsum(steps)])
+    edges = arc[2 * np.arange(len(arc) // 2)[:, None] + np.arange(3)]
+    return (edges @ np.array(_edge_values(np.array([-1.0, 1.0]) / np.sqrt(3.0)))).ravel() / arc[-1]
 
 
 def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -26,11 +26,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from skfem import ElementQuad2
 
-from semiwear.errors import SemiwearError
-from semiwear.geometry.section import RackRim, RingRim, ToothSection
+from semiwear.compliance.section_outline import (
+    Plane,
+    SectionMeshError,
+    check_outline,
+    fillet_stations,
+    flank_stations,
+    foot_height,
+    frame_of,
+    midpoints,
+    point_below_tooth,
+    root_land,
+)
+from semiwear.geometry.section import ToothSection
 
 __all__ = ["ELEMENT", "SectionMesh", "SectionMeshError", "jacobians", "section_mesh"]
 
@@ -42,10 +52,6 @@ ELEMENT = ElementQuad2()
 
 TOWARDS_SURFACE = 2.0
 """Exponent by which elements across the half tooth grow from the surface inwards."""
-
-
-class SectionMeshError(SemiwearError, ValueError):
-    """A tooth section cannot be meshed; the message names the section and the place."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +95,8 @@ def section_mesh(
     section: ToothSection,
     *,
     heights: int = 12,
-    fillet_elements: int = 8,
-    elements_across: int = 4,
+    fillet_elements: int = 6,
+    elements_across: int = 5,
     elements_below: int = 3,
     name: str = "tooth section",
 ) -> SectionMesh:
@@ -101,8 +107,8 @@ def section_mesh(
     section : ToothSection
         Half outline of the tooth [mm] and the rim that it stands on.
     heights : int
-        Number of load heights, equally spaced in the profile coordinate from the lower end of the flank to
-        its tip end; each is an element corner.
+        Number of load heights from the lower end of the flank to its tip end, see `load_heights`; each is an
+        element corner.
     fillet_elements : int
         Elements along the fillet (even).
     elements_across : int
@@ -127,18 +133,18 @@ def section_mesh(
     Source: W. J. Gordon, C. A. Hall, Int. J. Numer. Meth. Engng 7 (1973) 461-477 (transfinite interpolation).
     """
     _check_counts(heights, fillet_elements, elements_across, elements_below)
-    _check_outline(section, name)
-    profile, flank, flank_normal = _flank_stations(section, heights)
-    fillet = _fillet_stations(section, fillet_elements)
-    frame = _Polar() if isinstance(section.rim, RingRim) else _Plane()
-    land = _root_land(section, fillet, frame, fillet_elements)
+    check_outline(section, name)
+    profile, flank, flank_normal = flank_stations(section, heights)
+    fillet = fillet_stations(section, fillet_elements)
+    frame = frame_of(section)
+    land = root_land(section, fillet, frame, fillet_elements)
 
     middle = fillet_elements  # of the 2 * fillet_elements + 1 points: M
     outline = np.vstack([flank, fillet[1 : middle + 1]])
     below_tooth = np.vstack([fillet[middle:], land])
-    centre = _point_below_tooth(section, fillet, middle)
+    centre = point_below_tooth(section, fillet, middle)
 
-    across = _midpoints((np.arange(elements_across + 1) / elements_across) ** TOWARDS_SURFACE)
+    across = midpoints((np.arange(elements_across + 1) / elements_across) ** TOWARDS_SURFACE)
     block1 = _block_of_tooth(outline, centre, across, frame)
     block2 = _block_of_rim(block1[-1], below_tooth, section, elements_below, frame)
 
@@ -195,150 +201,29 @@ def jacobians(mesh: SectionMesh, points: FloatArray) -> FloatArray:
     return np.einsum("mai,ajq->mqij", mesh.nodes[mesh.elements], gradients)
 
 
-# --- outline -----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Curve:
-    """Smooth curve through points, by chord length."""
-
-    length: FloatArray
-    spline: CubicSpline
-
-    @classmethod
-    def through(cls, points: FloatArray) -> _Curve:
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        keep = np.concatenate([[True], steps > 1e-9 * steps.sum()])
-        length = np.concatenate([[0.0], np.cumsum(steps)])[keep]
-        return cls(length, CubicSpline(length, points[keep]))
-
-    def tangent(self, at: FloatArray) -> FloatArray:
-        derivative = self.spline(at, 1)
-        return derivative / np.linalg.norm(derivative, axis=-1, keepdims=True)
-
-
-def _midpoints(corners: FloatArray) -> FloatArray:
-    """Corner stations of elements -> corner and middle stations."""
-    stations = np.empty(2 * len(corners) - 1)
-    stations[::2] = corners
-    stations[1::2] = (corners[1:] + corners[:-1]) / 2
-    return stations
-
-
-def _flank_stations(section: ToothSection, heights: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Profile coordinates (upwards), points with middles (downwards) and inward normals (upwards)."""
-    curve = _Curve.through(section.flank)
-    chords = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(section.flank, axis=0).T))])
-    profile = np.linspace(section.flank_profile[-1], section.flank_profile[0], heights)
-    sign = np.sign(section.flank_profile[-1] - section.flank_profile[0])
-    order = CubicSpline(sign * section.flank_profile, chords)
-    corners = order(sign * profile[::-1])
-    corners[[0, -1]] = curve.length[[0, -1]]
-    tangent = curve.tangent(corners)[::-1]  # pointing down
-    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-    return profile, curve.spline(_midpoints(corners)), normal
-
-
-def _fillet_stations(section: ToothSection, elements: int) -> FloatArray:
-    """Points along the fillet, as many elements before as after the middle of its turning."""
-    curve = _Curve.through(section.fillet)
-    fine = np.linspace(0.0, curve.length[-1], 401)
-    tangent = curve.tangent(fine)
-    angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    turning = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
-    turned = turning / turning[-1] if turning[-1] > 0.1 else fine / fine[-1]
-    middle = np.interp(0.5, turned, fine)
-    middle = np.clip(middle, 0.15 * fine[-1], 0.85 * fine[-1])
-    stations = []
-    for start, end in ((0.0, middle), (middle, fine[-1])):
-        part = np.linspace(start, end, 201)
-        bend = np.interp(part, fine, turned)
-        even = (part - start) / (end - start) + (bend - bend[0]) / max(bend[-1] - bend[0], 1e-12)
-        corners = np.interp(np.linspace(0.0, even[-1], elements // 2 + 1), even, part)
-        stations.append(_midpoints(corners))
-    return curve.spline(np.concatenate([stations[0], stations[1][1:]]))
-
-
-def _root_land(section: ToothSection, fillet: FloatArray, frame: _Plane, fillet_elements: int) -> FloatArray:
-    """Points from the end of the fillet (left out) to mid-space; snaps a fillet that all but ends there."""
-    end = frame.from_xy(fillet[-1])
-    middle = np.array([_half_pitch(section), end[1]])
-    length = np.linalg.norm(frame.to_xy(middle) - fillet[-1])
-    size = np.linalg.norm(np.diff(fillet, axis=0), axis=1).sum() / fillet_elements
-    if length < 0.1 * size:
-        fillet[-1] = frame.to_xy(middle)
-        return np.empty((0, 2))
-    count = int(np.clip(round(0.7 * length / size), 1, 4))
-    along = np.linspace(0.0, 1.0, 2 * count + 1)[1:, None]
-    return frame.to_xy(end + along * (middle - end))
-
-
-def _half_pitch(section: ToothSection) -> float:
-    """Half a pitch in the coordinates of the frame: length for a rack, angle for a ring."""
-    rim = section.rim
-    return np.pi / rim.teeth if isinstance(rim, RingRim) else rim.pitch / 2
-
-
-def _foot(section: ToothSection) -> float:
-    """Height (radius) of the held face."""
-    rim = section.rim
-    return rim.bore_radius if isinstance(rim, RingRim) else rim.back_height
-
-
-def _point_below_tooth(section: ToothSection, fillet: FloatArray, middle: int) -> float:
-    """Height of C, where the normal of the outline at M meets the centre line, but well inside the rim."""
-    x, y = fillet[middle]
-    tangent = fillet[middle + 1] - fillet[middle - 1]
-    normal_foot = y + x * tangent[0] / tangent[1] if tangent[1] < -1e-3 * tangent[0] else -np.inf
-    root = min(y, fillet[-1, 1])
-    rim = root - _foot(section)
-    return float(np.clip(normal_foot, root - 0.5 * rim, root - 0.2 * rim))
-
-
 # --- blocks ------------------------------------------------------------------------------------------------
 
 
-class _Plane:
-    """Coordinates in which the rim is a rectangle: (x, y) of a rack."""
-
-    def from_xy(self, xy: FloatArray) -> FloatArray:
-        return xy
-
-    def to_xy(self, coordinates: FloatArray) -> FloatArray:
-        return coordinates
-
-
-class _Polar(_Plane):
-    """Coordinates in which the rim is a rectangle: (angle from the y axis, radius) of a ring."""
-
-    def from_xy(self, xy: FloatArray) -> FloatArray:
-        return np.stack([np.arctan2(xy[..., 0], xy[..., 1]), np.hypot(xy[..., 0], xy[..., 1])], axis=-1)
-
-    def to_xy(self, coordinates: FloatArray) -> FloatArray:
-        angle, radius = coordinates[..., 0], coordinates[..., 1]
-        return np.stack([radius * np.sin(angle), radius * np.cos(angle)], axis=-1)
-
-
-def _block_of_tooth(outline: FloatArray, foot: float, across: FloatArray, frame: _Plane) -> FloatArray:
+def _block_of_tooth(outline: FloatArray, foot: float, across: FloatArray, frame: Plane) -> FloatArray:
     """Points (rows from tip to M, columns from outline to centre line) of block 1."""
     chords = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline, axis=0).T))])
     corners = chords[::2] / chords[-1]
     tip = frame.from_xy(outline[0])[1]
     centre = np.zeros_like(outline)
-    centre[:, 1] = tip + (foot - tip) * _midpoints(corners)
+    centre[:, 1] = tip + (foot - tip) * midpoints(corners)
     return outline[:, None] + across[None, :, None] * (centre - outline)[:, None]
 
 
 def _block_of_rim(
-    inner_side: FloatArray, top: FloatArray, section: ToothSection, elements_below: int, frame: _Plane
+    inner_side: FloatArray, top: FloatArray, section: ToothSection, elements_below: int, frame: Plane
 ) -> FloatArray:
     """Points (rows from the surface to the foot, columns from M-C-B to mid-space) of block 2."""
-    foot = _foot(section)
+    foot = foot_height(section)
     slant = np.linalg.norm(inner_side[-1] - inner_side[0])
     drop = inner_side[-1, 1] - foot
     last = np.linalg.norm(inner_side[-1] - inner_side[-3])
     growth = np.clip(np.log(drop / last) / np.log(elements_below), 1.0, 2.5)
-    down = _midpoints((np.arange(elements_below + 1) / elements_below) ** growth)
+    down = midpoints((np.arange(elements_below + 1) / elements_below) ** growth)
     below = np.stack([np.zeros(len(down)), inner_side[-1, 1] - drop * down], axis=1)
 
     west = frame.from_xy(np.vstack([inner_side, below[1:]]))
@@ -348,7 +233,7 @@ def _block_of_rim(
     east = np.stack([np.full(len(depth), north[-1, 0]), north[-1, 1] + (foot - north[-1, 1]) * depth], axis=1)
     chords = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(top, axis=0).T))])
     even = np.linspace(0.0, 1.0, len(top))
-    width = _midpoints((0.5 * chords / chords[-1] + 0.5 * even)[::2])
+    width = midpoints((0.5 * chords / chords[-1] + 0.5 * even)[::2])
     south = np.stack([east[-1, 0] * width, np.full(len(width), foot)], axis=1)
 
     s, t = width[None, :, None], depth[:, None, None]
@@ -375,33 +260,6 @@ def _check_counts(heights: int, fillet_elements: int, elements_across: int, elem
         raise ValueError("a section mesh needs 3 heights, 1 element across and 2 below at least")
     if fillet_elements < 2 or fillet_elements % 2:
         raise ValueError(f"fillet_elements must be even and positive, not {fillet_elements}")
-
-
-def _check_outline(section: ToothSection, name: str) -> None:
-    outline = np.vstack([section.flank, section.fillet])
-    if not np.isfinite(outline).all():
-        raise SectionMeshError(f"{name}: the outline holds values that are not finite")
-    steps = np.diff(section.flank_profile)
-    if len(section.flank_profile) != len(section.flank) or not (np.all(steps > 0) or np.all(steps < 0)):
-        raise SectionMeshError(f"{name}: flank_profile must be monotonic, one value a flank point")
-    if (outline[:, 0] <= 0).any():
-        x, y = outline[np.argmin(outline[:, 0])]
-        raise SectionMeshError(
-            f"{name}: the tooth is pointed or the outline crosses the centre line (x = {x:.4g} mm at "
-            f"y = {y:.4g} mm); lower the tip or cut the section elsewhere"
-        )
-    frame = _Polar() if isinstance(section.rim, RingRim) else _Plane()
-    across, height = frame.from_xy(section.fillet[-1])
-    if across > _half_pitch(section) * (1 + 1e-6):
-        raise SectionMeshError(f"{name}: the fillet passes the middle of the tooth space")
-    if isinstance(section.rim, RackRim) or section.rim.bore_radius > 0:
-        if height - _foot(section) > 0:
-            return
-        raise SectionMeshError(
-            f"{name}: the held face at {_foot(section):.4g} mm lies above the root at {height:.4g} mm; "
-            "make the rim thicker"
-        )
-    raise SectionMeshError(f"{name}: the bore radius must be above zero")
 
 
 def _check_jacobians(mesh: SectionMesh, name: str) -> None:

@@ -13,10 +13,14 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from semiwear.compliance.prism import PrismSection
+from semiwear.compliance.section_outline import load_heights
 
 __all__ = [
+    "ROOT_FROM",
+    "ROOT_POINTS",
     "BodyOnLines",
     "CompliantBody",
     "LinePlaces",
@@ -28,6 +32,13 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+ROOT_FROM = 0.3
+"""Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet
+leaves the stress of its own contact there, while the notch's own greatest stands lower, wherever the load."""
+
+ROOT_POINTS = 17
+"""Points of the root at which stress is worked out."""
 
 
 @dataclass(frozen=True)
@@ -75,24 +86,27 @@ class LinePlaces:
     face: FloatArray
 
 
-def cubic_weights(place: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Weights of local cubic interpolation on nodes 0..count-1, and their derivatives by `place`.
+def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weights of local cubic interpolation on growing nodes, and their derivatives by `place`.
 
-    Between two inner nodes the cubic runs through the four around them; at the ends through the last four.
+    Between two inner nodes the cubic runs through the four around them; at the ends through the last four, and
+    places beyond the ends count as the ends.
     """
+    count = len(nodes)
     width = min(4, count)
-    inside = np.clip(place, 0.0, count - 1.0)
-    first = np.clip(np.floor(inside).astype(np.int64) - (width // 2 - 1), 0, count - width)
-    x = inside - first
+    inside = np.clip(place, nodes[0], nodes[-1])
+    first = np.clip(np.searchsorted(nodes, inside, side="right") - width // 2, 0, count - width)
+    local = nodes[first[..., None] + np.arange(width)]
     weights = np.zeros((*place.shape, count))
     slopes = np.zeros((*place.shape, count))
     for a in range(width):
-        value = np.ones_like(x)
-        slope = np.zeros_like(x)
+        value = np.ones_like(inside)
+        slope = np.zeros_like(inside)
         for b in range(width):
             if b != a:
-                slope = (slope * (x - b) + value) / (a - b)
-                value = value * (x - b) / (a - b)
+                scale = 1.0 / (local[..., a] - local[..., b])
+                slope = (slope * (inside - local[..., b]) + value) * scale
+                value = value * (inside - local[..., b]) * scale
         np.put_along_axis(weights, (first + a)[..., None], value[..., None], axis=-1)
         np.put_along_axis(slopes, (first + a)[..., None], slope[..., None], axis=-1)
     return weights, slopes
@@ -108,6 +122,13 @@ def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
     np.put_along_axis(weights, low[..., None], (1.0 - (place - low))[..., None], axis=-1)
     np.put_along_axis(weights, low[..., None] + 1, (place - low)[..., None], axis=-1)
     return weights
+
+
+def _of_root(section: PrismSection, stress: FloatArray) -> FloatArray:
+    """Stress (..., fillet point, load) of a prism at points of the root, by cubic splines along the fillet."""
+    at = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
+    between = make_interp_spline(section.fillet_share, np.eye(len(section.fillet_share)), k=3)(at)
+    return between @ stress
 
 
 class Elastic(Protocol):
@@ -161,6 +182,11 @@ class BodyOnLines:
         Prism matrices [section, observer, tooth offset, harmonic, load], mm/N.
     stress : (B, N, H, 3 F) array
         Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
+    ends, ends_slope : (roll, face, B, E) arrays
+        What a unit load at each contact point does to the jumps that free the ends, by each section, and its
+        derivative by the driven profile.
+    end_stress : (B, N, F, E) array
+        Fillet stress of those jumps.
     """
 
     body: ToothBody
@@ -171,6 +197,9 @@ class BodyOnLines:
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
+    ends: FloatArray
+    ends_slope: FloatArray
+    end_stress: FloatArray
 
     @classmethod
     def of(cls, body: ToothBody, places: LinePlaces) -> BodyOnLines:
@@ -181,24 +210,35 @@ class BodyOnLines:
         tip = np.array([s.load_profile[-1] for s in body.sections])
         # heights count from the end of the fillet to the tip of the local section
         local_root, local_tip = section @ root, section @ tip
-        per_mm = (count - 1) / (local_tip - local_root)
-        height, slope = cubic_weights((places.profile - local_root) * per_mm, count)
+        per_mm = 1.0 / (local_tip - local_root)
+        height, slope = cubic_weights((places.profile - local_root) * per_mm, load_heights(count))
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
         # the series resolves nothing shorter than half its last wave; nor may what is subtracted for it
         depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))
         deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
-        stress = np.stack([s.stress for s in body.sections])  # (B, N, 3, F, load)
+        stress = np.stack([_of_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
+        slope = slope * (per_mm * places.slope)[..., None]
+        cosine = np.cos(angle[..., None] * np.arange(harmonics))
+        jumps = np.stack([s.end_deflection for s in body.sections])  # (B, N, E, load)
+        by_harmonic = jumps.transpose(1, 3, 0, 2).reshape(harmonics, -1)
+        ends, ends_slope = (
+            np.einsum("kih,kihbe->kibe", w, (cosine @ by_harmonic).reshape(*w.shape, *jumps.shape[::2]))
+            for w in (height, slope)
+        )
         return cls(
             body=body,
             height=height,
-            height_slope=slope * (per_mm * places.slope)[..., None],
+            height_slope=slope,
             section=section,
-            cosine=np.cos(angle[..., None] * np.arange(harmonics)),
+            cosine=cosine,
             depth=depth,
             deflection=np.ascontiguousarray(deflection.transpose(0, 3, 2, 1, 4)),
             stress=np.ascontiguousarray(stress.transpose(0, 1, 4, 2, 3).reshape(*stress.shape[:2], count, -1)),
+            ends=ends,
+            ends_slope=ends_slope,
+            end_stress=np.stack([_of_root(s, s.end_stress.swapaxes(1, 2)) for s in body.sections]),
         )
 
     def add_compliance(
@@ -235,8 +275,17 @@ class BodyOnLines:
                 seen = (wide[rows] @ table).reshape(rows.size, harmonics, heights)
                 seen *= cosine_2[rows][:, :, None]
                 block = seen.reshape(rows.size, -1) @ load[theirs].T
+                if offset == 0:
+                    block += self._by_ends(rolls[mine], faces[mine])
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
+
+    def _by_ends(self, rolls: IntArray, faces: IntArray) -> FloatArray:
+        """What the free ends add between points of one tooth, and below its derivative: (2 n, n) array [mm/N]."""
+        moved = self.ends[rolls, faces]
+        both = np.concatenate([moved, self.ends_slope[rolls, faces]])
+        shares = np.concatenate([self.section[rolls, faces]] * 2)[:, :, None]
+        return (shares * both).reshape(len(both), -1) @ moved.reshape(len(moved), -1).T
 
     def root_stress(self, force: FloatArray, per_cycle: int) -> FloatArray:
         """See `root_stress`."""
@@ -302,6 +351,12 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: 
     points = width // 3
     stress = np.zeros((3, force.shape[0], stations, points))
     stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
+    # the jumps that free the ends, likewise by the load's section and by the observer's
+    jumps = np.einsum("ki,kibe->kbe", force[loaded], body.ends[loaded])
+    jumps_by_load = np.einsum("ki,kib,kibe->kbe", force[loaded], body.section[loaded], body.ends[loaded])
+    of_jumps = np.einsum("zn,bnfe->zbef", cosine, body.end_stress)
+    stress[1, loaded] += 0.5 * np.einsum("kbe,zbef->kzf", jumps_by_load, of_jumps, optimize=True)
+    stress[1, loaded] += 0.5 * np.einsum("kbe,zb,zbef->kzf", jumps, observer, of_jumps, optimize=True)
     result = stress[1]
     # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
     # and the observer is then its neighbour on the other side

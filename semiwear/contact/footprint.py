@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
@@ -31,6 +32,8 @@ __all__ = [
     "Footprints",
     "Spread",
     "footprints",
+    "fresh_gap",
+    "fresh_slope",
     "outline",
     "pieces_of",
     "spread_over_flank",
@@ -64,6 +67,8 @@ class Footprints:
         The footprint is cut off by an end of either flank.
     least : array [mm]
         Least separation at the nominal rotation: where an unloaded slice touches first.
+    near : bool array or None
+        Slices whose footprints were found; the others are given their fresh place and curvature. None: all.
     """
 
     removed: Removed
@@ -73,33 +78,71 @@ class Footprints:
     half_width: FloatArray
     edge: BoolArray
     least: FloatArray
+    near: BoolArray | None = None
 
     def every(self, step: int) -> Footprints:
         """The footprints of every `step`-th roll position."""
         by_roll = {
             entry.name: np.ascontiguousarray(getattr(self, entry.name)[::step])
             for entry in fields(self)
-            if entry.name != "removed"
+            if entry.name != "removed" and getattr(self, entry.name) is not None
         }
         return Footprints(removed=self.removed.every(step), **by_roll)
+
+    def require_followed(self, force: FloatArray, rolls: NDArray[np.int64], where: str) -> None:
+        """Raise where slices bear a force, (roll, face), that were too far apart to look for their footprints.
+
+        Raises
+        ------
+        ConvergenceError
+            Naming the mesh position `where`.
+        """
+        if self.near is not None and np.any(force[rolls][~self.near[rolls]] > 0.0):
+            raise ConvergenceError(
+                f"load sharing stopped at mesh position {where}: load reaches slices that were too far apart to be "
+                "followed; take shorter wear steps (more numerics.wear_steps), or check the depth of wear"
+            )
+
+
+@njit(cache=True, error_model="numpy")
+def _convex(away, cubic):  # type: ignore[no-untyped-def]
+    """Second derivative at the line, at least zero, and how far towards `away` the cubic stays convex."""
+    bend = max(cubic[2], 0.0)
+    if bend + away * cubic[3] >= 0.0:
+        return bend, away
+    return bend, -bend / cubic[3]
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_gap(away, cubic):  # type: ignore[no-untyped-def]
+    """Fresh separation at a distance in profile coordinates from the line.
+
+    The separation is convex. Its cubic is not, far out on one side, and would fall there without end: beyond the
+    place where its curvature vanishes the separation goes on straight.
+    """
+    bend, d = _convex(away, cubic)
+    slope = cubic[1] + d * (bend + 0.5 * d * cubic[3])
+    return cubic[0] + d * (cubic[1] + d * (0.5 * bend + d * cubic[3] / 6.0)) + (away - d) * slope
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_slope(away, cubic):  # type: ignore[no-untyped-def]
+    """Derivative of `fresh_gap`."""
+    bend, d = _convex(away, cubic)
+    return cubic[1] + d * (bend + 0.5 * d * cubic[3])
 
 
 @njit(cache=True, error_model="numpy")
 def _gap_at(place, at, cubic, wear, nodes, split):  # type: ignore[no-untyped-def]
     cell, x = locate(nodes, split, place)
-    d = place - at
-    return (
-        cubic[0] + d * (cubic[1] + d * (0.5 * cubic[2] + d * cubic[3] / 6.0))
-        + (1.0 - x) * wear[cell] + x * wear[cell + 1]
-    )  # fmt: skip
+    return fresh_gap(place - at, cubic) + (1.0 - x) * wear[cell] + x * wear[cell + 1]
 
 
 @njit(cache=True, error_model="numpy")
 def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius)."""
     here = _gap_at(border, at, cubic, wear, nodes, split)
-    d = border - at
-    slope = direction * (cubic[1] + d * (cubic[2] + 0.5 * d * cubic[3])) / per_mm
+    slope = direction * fresh_slope(border - at, cubic) / per_mm
     reach = radius * (-slope + sqrt(slope * slope + 2.0 * room / radius))
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
@@ -133,9 +176,8 @@ def outline(  # type: ignore[no-untyped-def]
     if p < nodes.shape[0] and nodes[p] <= start:
         p += 1
     while p < nodes.shape[0] and nodes[p] < stop and count < MOST_NODES - _ARC_NODES - 2:
-        d = nodes[p] - at
         u[count] = nodes[p]
-        g[count] = cubic[0] + d * (cubic[1] + d * (0.5 * cubic[2] + d * cubic[3] / 6.0)) + wear[p]
+        g[count] = fresh_gap(nodes[p] - at, cubic) + wear[p]
         count += 1
         p += 1
     if stop > u[count - 1]:
@@ -187,7 +229,7 @@ def _find(  # type: ignore[no-untyped-def]
             cubic, gone = separation[:, k, i], removed[row[k], i]
             width = half_width / per_mm
             out_profile[k, i] = at
-            out_gap[k, i] = cubic[0] + gone[0]
+            out_gap[k, i] = _gap_at(at, at, cubic, gone, nodes[i], split[i])
             out_curvature[k, i] = max(cubic[2], 1e-9) / per_mm**2
             out_width[k, i] = half_width
             out_least[k, i] = out_gap[k, i]
@@ -259,7 +301,7 @@ def footprints(
         lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
         grid.split, half_width, profile, gap, curvature, width, edge, least,
     )  # fmt: skip
-    return Footprints(removed, profile, gap, curvature, width, edge, least)
+    return Footprints(removed, profile, gap, curvature, width, edge, least, near)
 
 
 @dataclass(frozen=True)

@@ -76,9 +76,9 @@ class FrictionalContact:
         """The `PatchContact` that resolves pressure in two dimensions, or None."""
         return self.solver.resolved
 
-    def is_near(self, lines: ContactLines) -> BoolArray:
+    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
-        return self.solver.is_near(lines)
+        return self.solver.is_near(lines, depth)
 
     def no_loads(self) -> Any:
         """No loads yet."""
@@ -129,6 +129,15 @@ class FrictionalContact:
     def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
         """Footprints with the gaps of pressed edges as these loads make them."""
         return self.solver.with_edges(worn, loads)
+
+    @property
+    def searched(self) -> FloatArray:
+        """Separation up to which candidates are known at each mesh position; 0 where not yet looked for [mm]."""
+        return self.solver.searched
+
+    def search(self, searched: FloatArray) -> None:
+        """Know the candidates that a solver knew which had searched so far: its solutions are then the same."""
+        self.solver.search(searched)
 
     def line_load(self, loads: Any) -> FloatArray:
         """Line load q [N/mm], (roll, face)."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -26,7 +27,7 @@ from semiwear.contact.hertz import line_contact_pressure
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_surface
 from semiwear.contact.teeth_solver import SlicePressures
-from semiwear.errors import ConvergenceError
+from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 
@@ -49,6 +50,18 @@ _FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; mor
 def usual_approach(line_load: float, modulus: float) -> float:
     """Order of the approach of loaded teeth: q/(pi E*) times a usual fourteen [mm]."""
     return 14.0 * line_load / (pi * modulus)
+
+
+def _least_separation(lines: ContactLines) -> FloatArray:
+    """Least fresh separation of each slice [mm], (roll, face).
+
+    Where the line is held at a border the flanks come nearer still on the rounding of the edge, whose gap goes like
+    slope x + x^2/(2 radius).
+    """
+    slope = lines.separation[1] / lines.spacing
+    at_low = np.where(lines.profile <= lines.low, np.maximum(slope, 0.0) ** 2 * lines.low_edge_radius, 0.0)
+    at_high = np.where(lines.profile >= lines.high, np.minimum(slope, 0.0) ** 2 * lines.high_edge_radius, 0.0)
+    return lines.separation[0] - 0.5 * np.maximum(at_low, at_high)
 
 
 @dataclass
@@ -185,14 +198,43 @@ class LineContact:
     more: tuple[SliceCompliance, ...] = ()
     _systems: dict[int, MeshPosition] = field(default_factory=dict, repr=False)
 
+    def __post_init__(self) -> None:
+        height = float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
+        if self.typical_approach > height:
+            raise SceneError.of(
+                "operation.pinion_torque_Nm",
+                1e-3 * float(self.torque.max()),
+                f"loads that press flanks {height:.3g} mm high together by much less",
+                f"they would approach by some {self.typical_approach:.3g} mm: give less, or stiffer materials",
+            )
+
     @property
     def resolved(self) -> None:
         """Nothing: pressure is not resolved along the line."""
         return None
 
-    def is_near(self, lines: ContactLines) -> BoolArray:
-        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
-        return lines.separation[0] < float(self.lines.separation[0].min()) + self.reach
+    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
+        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
+
+        `depth` [mm] is the wear that there is already, where it is more than usual.
+        """
+        separation = _least_separation(lines)
+        # of the nearest pair at the same mesh position: misplaced flanks transmit unevenly
+        per_cycle = lines.roll.size // self.pairs
+        position = np.arange(lines.roll.size) % per_cycle
+        least = np.full(per_cycle, np.inf)
+        np.minimum.at(least, position, separation.min(axis=1))
+        return separation < (least[position] + self.reach + depth)[:, None]
+
+    @cached_property
+    def _least_curvature(self) -> float:
+        """Of a usual contact as wide as the flank [1/mm]: none is wider, however flat a slice."""
+        half_flank = 0.5 * float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
+        return 4.0 * self.usual_load / (pi * self.modulus * half_flank**2)
+
+    @cached_property
+    def _least(self) -> FloatArray:
+        return _least_separation(self.lines)
 
     @property
     def pairs(self) -> int:
@@ -225,7 +267,8 @@ class LineContact:
         Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge.
         """
         approach = np.tile(loads.rotation, self.pairs)[:, None] * self.lines.lever_arm
-        pressed = worn.edge & self.is_near(self.lines) & (worn.least < approach)
+        near = self.is_near(self.lines) if worn.near is None else worn.near
+        pressed = worn.edge & near & (worn.least < approach)
         if not pressed.any():
             return worn
         load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)
@@ -234,6 +277,17 @@ class LineContact:
     def approach(self, loads: LineLoads) -> FloatArray:
         """Approach along the line of action at each mesh position [mm]."""
         return loads.rotation * self.lines.lever_arm[: self.per_cycle, 0]
+
+    @property
+    def searched(self) -> FloatArray:
+        """Separation up to which candidates are known at each mesh position; 0 where not yet looked for [mm]."""
+        known = [self._systems.get(position) for position in range(self.per_cycle)]
+        return np.array([0.0 if system is None else system.cap for system in known])
+
+    def search(self, searched: FloatArray) -> None:
+        """Know the candidates that a solver knew which had searched so far: its solutions are then the same."""
+        for position in np.flatnonzero(searched):
+            self.mesh_position(int(position), float(searched[position]))
 
     def rolls_of(self, position: int) -> IntArray:
         """Roll positions of all pairs at a mesh position."""
@@ -249,10 +303,11 @@ class LineContact:
         if known is not None and known.cap >= cap:
             return known
         rolls, lines = self.rolls_of(position), self.lines
-        pair, face = np.nonzero(lines.separation[0][rolls] < cap)
+        pair, face = np.nonzero(self._least[rolls] < cap)
         if pair.size == 0:
             raise ConvergenceError(
-                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement"
+                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement, and the "
+                "depth of wear and modifications"
             )
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
@@ -337,6 +392,8 @@ class LineContact:
             rotation = self._solve_system(position, system, worn, loads, wear_compliance)
             reached = rotation * float(system.lever.max())
             if reached <= system.cap:
+                if wear_compliance is None:
+                    worn.require_followed(loads.force, rolls, f"{position}/{self.per_cycle}")
                 return
             cap = reached + 0.5 * _FIRST_CAP * self.typical_approach
 
@@ -377,9 +434,12 @@ class LineContact:
         wear_compliance: FloatArray | None,
     ) -> float:
         index = system.index[chosen]
-        gap, curvature = worn.gap.ravel()[index], worn.curvature.ravel()[index]
+        gap, curvature = worn.gap.ravel()[index], np.maximum(worn.curvature.ravel()[index], self._least_curvature)
         lever, length, arc = system.lever[chosen], system.length[chosen], system.arc[chosen]
         starts = np.searchsorted(chosen, system.starts)
+        # from where the first slice touches: a misplaced pinion may be millimetres off, a light approach nanometres
+        touching = float((gap / lever).min())
+        gap -= touching * lever
         static = system.compliance(system.static, chosen, worn, wear_compliance)
 
         torque = float(self.torque[position])
@@ -397,18 +457,19 @@ class LineContact:
         )  # fmt: skip
         if status != SolveStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
-            raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width))
+            shorter = "" if wear_compliance is None else ", or take shorter wear steps (more numerics.wear_steps)"
+            raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width) + shorter)
         loads.force[self.rolls_of(position)] = 0.0
         loads.force.ravel()[index] = force
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
-        loads.rotation[position] = rotation
+        loads.rotation[position] = touching + rotation
         loads.iterations[position] = iterations
         loads.balance[position] = abs(float(lever @ force) / torque - 1.0)
         # the Hertz pressure goes with the root of line load times curvature
         pressure = np.sqrt(force / length * curvature)
         worst = max(float((pressure * np.abs(slack)).max() / pressure.max()), float(-slack.min()))
         loads.complementarity[position] = worst / float((lever * rotation - gap).max())
-        return float(rotation)
+        return touching + float(rotation)
 
     def _reason(self, status: SolveStatus, change: float) -> str:
         if status == SolveStatus.WIDTHS_CHANGE:

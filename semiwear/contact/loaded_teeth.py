@@ -23,6 +23,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
+_USUAL_DEPTH = 0.1  # mm of wear and modification for which the solver's reach always has room
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
 
 
@@ -95,7 +96,9 @@ class LoadedTeeth:
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
-        fine = footprints(self.fine, self.grid, removed, self.half_width, self.solver.is_near(self.fine))
+        deepest = float(removed.depth.max())
+        near = self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH else 0.0)
+        fine = footprints(self.fine, self.grid, removed, self.half_width, near)
         return fine, fine.every(self.rolls.substeps)
 
     def load(

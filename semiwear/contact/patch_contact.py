@@ -11,7 +11,7 @@ Slightly bent lines are treated as straight: a patch keeps its arc lengths, not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from math import pi
 
 import numpy as np
@@ -102,6 +102,8 @@ class PatchContact:
 
     def __post_init__(self) -> None:
         near = self.line.is_near(self.line.lines)
+        if not near.any():
+            raise ConvergenceError("no flank can touch at any mesh position: check the placement")
         self.length = float(self.line.lines.length[near].mean())
 
     @property
@@ -139,9 +141,21 @@ class PatchContact:
         """The solver itself, which resolves pressure in two dimensions."""
         return self
 
-    def is_near(self, lines: ContactLines) -> BoolArray:
-        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
-        return self.line.is_near(lines)
+    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
+        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
+
+        `depth` [mm] is the wear that there is already, where it is more than usual.
+        """
+        return self.line.is_near(lines, depth)
+
+    @property
+    def searched(self) -> FloatArray:
+        """Separation up to which candidates are known at each mesh position; 0 where not yet looked for [mm]."""
+        return self.line.searched
+
+    def search(self, searched: FloatArray) -> None:
+        """Know the candidates that a solver knew which had searched so far: its solutions are then the same."""
+        self.line.search(searched)
 
     def line_load(self, loads: PatchLoads) -> FloatArray:
         """Line load q [N/mm], (roll, face)."""
@@ -228,20 +242,35 @@ class PatchContact:
             if reach > (0.5 * columns - 0.5) * self.cells.width:
                 columns = self.cells.columns_for(reach)
                 gap, _ = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+            if not np.isfinite(gap[rows.candidate >= 0]).any():
+                approach = self._farther(position, least, approach)
+                continue
             if first is not None:
                 guess = self._hertz(rows, columns, worn, first)
             else:
                 guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
             solution = self._solve_rows(position, rows, gap, worn, wear_compliance, guess)
             if solution.status is not PatchStatus.CONVERGED:
-                raise ConvergenceError(
-                    f"load sharing stopped at mesh position {position}/{self.per_cycle}: " + self._reason(solution)
-                )
+                shorter = "" if wear_compliance is None else ", or take shorter wear steps (more numerics.wear_steps)"
+                where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
+                raise ConvergenceError(where + self._reason(solution) + shorter)
             # gaps up to the approach were looked at: what reaches farther is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
                 break
         self._keep(position, rows, solution, loads)
+        if wear_compliance is None:
+            worn.require_followed(loads.force, rolls, f"{position}/{self.per_cycle}")
+
+    def _farther(self, position: int, least: float, approach: float) -> float:
+        """A greater approach to look at where no cell's middle is nearer: an edge may be steep over a cell."""
+        height = float((self.lines.high - self.lines.low).max())
+        if approach - least > height:
+            raise ConvergenceError(
+                f"no cell can touch at mesh position {position}/{self.per_cycle}: the contact is narrower than a "
+                "cell; raise numerics.cells_per_half_width, or give edges a radius"
+            )
+        return least + 2.0 * (approach - least)
 
     def _line_loads(self, position: int, worn: Footprints, wear_compliance: FloatArray | None) -> LineLoads | None:
         """The start at fidelity `line`; none where that fails, which is no reason for patches to fail."""
@@ -275,17 +304,21 @@ class PatchContact:
         smooth = np.zeros((rows.rolls.size, rows.rolls.size))
         smooth[np.ix_(on, on)] = rows.system.compliance(rows.system.smooth, rows.candidate[on], worn, wear_compliance)
         cell = (self.length, self.cells.width)
+        lever = self.lines.lever_arm[rows.rolls, rows.faces]
+        # as in `LineContact`: from where the first cell touches
+        touching = float((gap.min(axis=1) / lever).min())
         system = PatchSystem(
             starts=rows.starts,
             half_spaces=tuple(HalfSpace((int(count), columns), cell, self.modulus) for count in np.diff(rows.starts)),
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
-            lever=self.lines.lever_arm[rows.rolls, rows.faces],
-            gap=gap,
+            lever=lever,
+            gap=gap - touching * lever[:, None],
             coefficients=self._coefficients(int(np.diff(rows.starts).max()), columns),
             half_width=self.line.usual_half_width / self.cells.width,
         )
-        return solve_patches(system, float(self.line.torque[position]), guess, _TOLERANCE, self.max_iterations)
+        solution = solve_patches(system, float(self.line.torque[position]), guess, _TOLERANCE, self.max_iterations)
+        return replace(solution, rotation=touching + solution.rotation)
 
     def _coefficients(self, rows: int, columns: int) -> FloatArray:
         known = self._influence.get((rows, columns))

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.contact.footprint import fresh_gap, fresh_slope
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 from semiwear.meshing.removed import Removed
@@ -26,19 +27,14 @@ _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 
 @njit(cache=True, error_model="numpy")
-def _fresh(away, cubic):  # type: ignore[no-untyped-def]
-    return cubic[0] + away * (cubic[1] + away * (0.5 * cubic[2] + away * cubic[3] / 6.0))
-
-
-@njit(cache=True, error_model="numpy")
 def _rounded(away, border, side, radius, at, per_mm, cubic):  # type: ignore[no-untyped-def]
     """Separation on the rounded edge beyond a border: the flank's tangent falls away along an arc."""
     d = border - at
     beyond = side * (at + away - border) * per_mm
     if beyond >= radius:
         return np.inf
-    slope = side * (cubic[1] + d * (cubic[2] + 0.5 * d * cubic[3])) / per_mm
-    return _fresh(d, cubic) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
+    slope = side * fresh_slope(d, cubic) / per_mm
+    return fresh_gap(d, cubic) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
 
 
 @njit(cache=True, error_model="numpy")
@@ -46,7 +42,7 @@ def _gaps(  # type: ignore[no-untyped-def]
     rolls, faces, approach, columns, width, profile, low, high, separation, spacing, low_radius, high_radius,
     removed, row, nodes, split, out,
 ):  # fmt: skip
-    """Gaps less than `approach`; the separation is convex, so that what lies beyond a greater one is greater."""
+    """Gaps less than `approach`; the separation is convex: beyond a greater one that grows all are greater."""
     farthest = -1.0
     for r in range(rolls.shape[0]):
         k, i = rolls[r], faces[r]
@@ -64,12 +60,12 @@ def _gaps(  # type: ignore[no-untyped-def]
                 elif place < low[k, i]:
                     fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, cubic)
                 else:
-                    fresh = _fresh(away, cubic)
-                # far out a cubic may turn down where the separation does not
-                fresh = before = max(fresh, before)
-                if fresh + least > approach:
+                    fresh = fresh_gap(away, cubic)
+                if fresh + least <= approach:
+                    farthest = max(farthest, distance)
+                elif fresh >= before:
                     break
-                farthest = max(farthest, distance)
+                before = fresh
                 if c < columns // 2:
                     cell, x = locate(nodes[i], split[i], place)
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c

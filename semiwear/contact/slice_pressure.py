@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, outline
+from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, fresh_gap, outline
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
@@ -138,11 +138,7 @@ def _solve(  # type: ignore[no-untyped-def]
                     place = start + (c + 0.5) * width
                     if low[k, i] <= place <= high[k, i]:
                         cell, x_cell = locate(nodes[i], split[i], place)
-                        away = place - at
-                        gap[c] = (
-                            cubic[0] + away * (cubic[1] + away * (0.5 * cubic[2] + away * cubic[3] / 6.0))
-                            + smooth_value(gone, cell, x_cell) - least
-                        )  # fmt: skip
+                        gap[c] = fresh_gap(place - at, cubic) + smooth_value(gone, cell, x_cell) - least
                     else:
                         gap[c] = np.interp(place, u[:count], g[:count]) - least
                     active[c] = gap[c] < closes

@@ -82,7 +82,7 @@ class TeethSolver(Protocol):
     def resolved(self) -> Any:
         """The `PatchContact` that resolves pressure in two dimensions, or None."""
 
-    def is_near(self, lines: ContactLines) -> BoolArray:
+    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
 
     def no_loads(self) -> Any:
@@ -99,6 +99,13 @@ class TeethSolver(Protocol):
 
     def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
         """Footprints with the gaps of pressed edges as these loads make them; the same object if nothing changes."""
+
+    @property
+    def searched(self) -> FloatArray:
+        """Separation up to which candidates are known at each mesh position; 0 where not yet looked for [mm]."""
+
+    def search(self, searched: FloatArray) -> None:
+        """Know the candidates that a solver knew which had searched so far: its solutions are then the same."""
 
     def line_load(self, loads: Any) -> FloatArray:
         """Line load q [N/mm], (roll, face)."""

@@ -19,6 +19,7 @@ from semiwear.meshing.flank_pair import FlankPair
 __all__ = ["ContactLines", "end_rounding", "face_stations", "trace_contact_lines"]
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
 _SHARP = 1e-6  # mm
@@ -41,7 +42,8 @@ class ContactLines:
         Ends of the part of the slice that can touch: the driven flank's own ends or the driving body's tip.
     separation : (4, roll, face) array
         Value and first three derivatives of the separation by the profile coordinate, at `profile`;
-        the rounding of the end edges is part of the value.
+        the rounding of the end edges is part of the value, which is infinite where a slice lies wholly beyond an
+        end or the tip of the driving flank.
     spacing : array
         Distance normal to the line per profile coordinate [mm/mm].
     length : array [mm]
@@ -140,10 +142,12 @@ def _start_of_line(
     wide = np.broadcast_to(samples[None], met.partner_profile.shape)
     place_0 = take(wide, last[..., None], -1)[..., 0]
     place_1 = take(wide, last[..., None] + 1, -1)[..., 0]
-    cut = place_0 + (partner_tip - value_0) * (place_1 - place_0) / (value_1 - value_0)
+    # inside the driving body's base circle, where its flank ends, nothing changes along a slice
+    slope = (value_1 - value_0) / (place_1 - place_0)
+    slope = np.where(slope == 0.0, np.inf, slope)
+    cut = place_0 + (partner_tip - value_0) / slope
     # once more, by the secant, to some nanometres
     value = pair.meeting(face[None, :], cut, roll[:, None]).partner_profile
-    slope = (value_1 - value_0) / (place_1 - place_0)
     cut = cut - (value - partner_tip) / slope
     low = np.where(beyond.any(axis=-1), np.clip(cut, root, tip), root)
     separation = np.where(beyond, np.inf, met.separation)
@@ -153,6 +157,12 @@ def _start_of_line(
     shift = np.where(curvature > 0.0, 0.5 * (left - right) / np.where(curvature > 0.0, curvature, 1.0), 0.0)
     guess = take(wide, best[..., None], -1)[..., 0] + np.clip(shift, -1.5, 1.5) * (tip - root) / (_SAMPLES - 1)
     return low, np.clip(guess, low, tip)
+
+
+def _beyond_the_tip(pair: FlankPair, roll: FloatArray, face: FloatArray) -> BoolArray:
+    """Slices that the driving flank does not reach even with its nominal tip, (roll, face)."""
+    borders = pair.borders(face, sharp=True)
+    return pair.meeting(face[None], borders.tip[None], roll[:, None]).partner_profile > borders.partner_tip
 
 
 def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, sharp: bool = False) -> ContactLines:
@@ -173,7 +183,9 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         third = (-f[0] + 2.0 * f[1] - 2.0 * f[3] + f[4]) / (2.0 * step**3)
         at = profile
         # inside the slice Newton meets the minimum; where the separation is not convex only a border can be least
-        move = np.where(second > 0.0, -first / np.where(second > 0.0, second, 1.0), -np.sign(first) * np.inf)
+        move = np.where(
+            second > 0.0, -first / np.where(second > 0.0, second, 1.0), np.where(first > 0.0, -np.inf, np.inf)
+        )
         profile = np.clip(at + move, low, high)
     moved = profile - at
     separation = np.stack(
@@ -211,6 +223,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         keep * borders.partner_end_edge_radius,
     )
     separation[0] += ends + partner_ends
+    separation[0][_beyond_the_tip(pair, roll, face)] = np.inf
     return ContactLines(
         roll=roll,
         face=face,

@@ -106,4 +106,5 @@ def smooth_value(values, cell, x):  # type: ignore[no-untyped-def]
     after = values[cell + 2] if cell + 2 < values.shape[0] else 2.0 * b - a
     slope_a, slope_b = 0.5 * (b - before), 0.5 * (after - a)
     y = 1.0 - x
-    return a * (1.0 + 2.0 * x) * y * y + b * x * x * (1.0 + 2.0 * y) + (slope_a * y - slope_b * x) * x * y
+    # an even depth comes again to the last digit: a flank that is worn evenly has the shape of a fresh one
+    return a + (b - a) * x * x * (3.0 - 2.0 * x) + (slope_a * y - slope_b * x) * x * y

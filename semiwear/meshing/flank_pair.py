@@ -96,18 +96,27 @@ class PrismBody:
     Attributes
     ----------
     width : float
-        Length of the tooth [mm].
+        Extent of the tooth in the face coordinate [mm].
     start : float
         Face coordinate of its lower end [mm].
     faces : tuple of float
         Face coordinates of the sections [mm], growing.
     sections : tuple of ToothSection
+        Normal to the tooth.
+    length : float or None
+        Length of the tooth along itself, where it is inclined to the face coordinate [mm]. Default: the width.
     """
 
     width: float
     start: float
     faces: tuple[float, ...]
     sections: tuple[ToothSection, ...]
+    length: float | None = None
+
+    @property
+    def tooth_length(self) -> float:
+        """Length of the tooth along itself [mm]."""
+        return self.width if self.length is None else self.length
 
 
 class FlankPair(Protocol):

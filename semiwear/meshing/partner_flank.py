@@ -58,8 +58,8 @@ def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, fa
             for p in range(nodes.shape[1]):
                 place = partner_profile[k, i] + partner_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
-                value = (1.0 - weight) * smooth_value(depth[low], cell, x)
-                value += weight * smooth_value(depth[low + 1], cell, x)
+                value = smooth_value(depth[low], cell, x)
+                value += weight * (smooth_value(depth[low + 1], cell, x) - value)
                 out[k, i, p] = max(value, 0.0)
 
 

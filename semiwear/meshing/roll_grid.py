@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from semiwear.errors import SceneError
 from semiwear.meshing.flank_pair import FlankPair
-from semiwear.meshing.tooth_contact import nearest_separation
+from semiwear.meshing.tooth_contact import separation_of_neighbours
 
 __all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
 
@@ -62,10 +62,25 @@ class RollGrid:
 
 
 def pairs_that_can_touch(pair: FlankPair, reach: float) -> tuple[float, int]:
-    """First roll position, and number of pairs, that follow every contact nearer than `reach` [mm]."""
-    roll = np.arange(-_FARTHEST * _STEPS, _FARTHEST * _STEPS + 1) / _STEPS
-    separation = nearest_separation(pair, roll)
-    near = roll[separation <= separation.min() + reach]
+    """First roll position, and number of pairs, that follow every contact nearer than `reach` [mm].
+
+    Nearer than the nearest pair at the same mesh position: misplaced flanks transmit unevenly.
+
+    Raises
+    ------
+    SceneError
+        If the flanks meet nowhere at some mesh position, or still farther out than is looked.
+    """
+    roll, separation, least = separation_of_neighbours(pair, _FARTHEST, _STEPS)
+    near = roll[separation <= least + reach]
+    if near[0] == roll[0] or near[-1] == roll[-1]:
+        raise SceneError.of(
+            "placement",
+            f"flanks nearer than {reach:.3g} mm to contact more than {_FARTHEST} base pitches from the pitch point",
+            "contact that ends before, even under load",
+            "bring the pinion closer to its nominal place, lower operation.pinion_torque_Nm, give stiffer materials, "
+            "or set numerics.tooth_pairs",
+        )
     start = float(np.floor(near[0]))
     return start, max(int(np.floor(near[-1]) - start) + 1, 1)
 

@@ -2,21 +2,29 @@
 
 For a roll position the flanks first touch where the separation is least. Over a grid of slices that place cannot be
 missed; Newton then polishes it, and its step is only taken where it lowers the separation. Inside the borders of
-both flanks it is a point of the path of contact; where the least separation lies on a border an edge touches.
+both flanks it is a point of the path of contact; where the least separation lies on a border an edge touches. Flanks
+that touch along a whole line have no such point: the middle of what lies within all borders stands for the line.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from semiwear.errors import SceneError
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_pair import Borders, FlankPair
 
-__all__ = ["ContactPoints", "UnloadedContact", "contact_points", "nearest_separation", "unloaded_contact"]
+__all__ = [
+    "ContactPoints",
+    "UnloadedContact",
+    "contact_points",
+    "separation_of_neighbours",
+    "unloaded_contact",
+]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,6 +35,9 @@ _NEWTON_PASSES = 8
 _FACE_STEP = 3e-4  # of the face width, for differences
 _PROFILE_STEP = 5e-4  # of the tooth height
 _ON_BORDER = 1e-6  # of the flank's height
+_FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
+_EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
+_HALVINGS = 20
 
 
 @dataclass(frozen=True)
@@ -117,9 +128,16 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
         profile = profile + move[:, 1]
         borders = pair.borders(face, sharp=True)
         profile = np.clip(profile, borders.root - 0.3 * height, borders.tip + 0.3 * height)
+    straight = np.flatnonzero(_is_flat(hessian))
+    if straight.size:
+        face[straight], profile[straight] = _middle_of_line(
+            pair, roll[straight], stations, lines.profile[straight], float(step[1]), _EVEN * height
+        )
     margin = _margin(pair, face, profile, roll, pair.borders(face, sharp=True))
     separation = pair.meeting(face, profile, roll).separation
-    inside = (margin >= -_ON_BORDER * height) & (separation <= held + _ON_BORDER * 1e-2 * height)
+    above = np.full(roll.size, _ON_BORDER * 1e-2 * height)
+    above[straight] = _EVEN * height
+    inside = (margin >= -_ON_BORDER * height) & (separation <= held + above)
     face, profile = np.where(inside, face, held_face), np.where(inside, profile, held_profile)
     _, hessian, tangents = _derivatives(pair, face, profile, roll, step)
     curvature, along = _principal(hessian, tangents)
@@ -156,8 +174,85 @@ def _derivatives(
     return gradient, hessian, tangents
 
 
+def _middle_of_line(
+    pair: FlankPair, roll: FloatArray, stations: FloatArray, profile: FloatArray, step: float, even: float
+) -> tuple[FloatArray, FloatArray]:
+    """Face and profile of the middle of the part of a straight contact line that lies within all borders.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    roll : (K,) array
+    stations : (S,) array [mm]
+        Face stations between which no contact is missed.
+    profile : (K, S) array [mm]
+        Where the separation is about least in each slice.
+    step : float [mm]
+        For differences by the profile coordinate.
+    even : float [mm]
+        Most that the separation may vary along a line.
+
+    Returns
+    -------
+    face, profile : (K,) arrays [mm]
+        Where no part lies within the borders, of the station that is least outside.
+    """
+    offsets = step * np.array([-1.0, 0.0, 1.0])
+
+    def valley(
+        face: FloatArray, at: FloatArray, rolls: FloatArray, passes: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Least place near `at`, its separation and its distance to the nearest border; -inf where there is none."""
+        move = np.zeros_like(at)
+        for _ in range(passes):
+            near = pair.meeting(face[..., None], at[..., None] + offsets, rolls[..., None]).separation
+            low, middle, high = near[..., 0], near[..., 1], near[..., 2]
+            bend = low - 2.0 * middle + high
+            move = np.where(bend > 0.0, 0.5 * step * (high - low) / np.where(bend > 0.0, bend, 1.0), np.inf)
+            at = at - np.where(bend > 0.0, move, 0.0)
+        borders = pair.borders(face.ravel(), sharp=True)
+        shaped = replace(borders, root=borders.root.reshape(face.shape), tip=borders.tip.reshape(face.shape))
+        margin = np.where(np.abs(move) < step, _margin(pair, face, at, rolls, shaped), -np.inf)
+        return at, pair.meeting(face, at, rolls).separation, margin
+
+    rows = np.arange(roll.size)
+    face = np.broadcast_to(stations, profile.shape)
+    rolls = np.broadcast_to(roll[:, None], profile.shape)
+    profile, separation, margin = valley(face, profile, rolls, _NEWTON_PASSES)
+    least = np.min(np.where(margin >= 0.0, separation, np.inf), axis=1)
+    counts = (margin >= 0.0) & (separation <= least[:, None] + even)
+    last = stations.size - 1
+    first = np.argmax(counts, axis=1), last - np.argmax(counts[:, ::-1], axis=1)
+    ends, gaps = [], []
+    for index, towards in zip(first, (-1, 1), strict=True):
+        good, bad = stations[index], stations[np.clip(index + towards, 0, last)]
+        start, gap_there = profile[rows, index], separation[rows, index]
+        for _ in range(_HALVINGS):
+            half = 0.5 * (good + bad)
+            start, gap, left = valley(half, start, roll, _NEWTON_PASSES // 2)
+            touches = (left >= 0.0) & (gap <= least + even)
+            good, bad = np.where(touches, half, good), np.where(touches, bad, half)
+            gap_there = np.where(touches, gap, gap_there)
+        ends.append(good)
+        gaps.append(gap_there)
+    found = counts.any(axis=1)
+    index = np.where(found, (first[0] + first[1]) // 2, np.argmax(margin, axis=1))
+    # flanks askew touch with one end of the line
+    lean = gaps[1] - gaps[0]
+    share = np.where(np.abs(lean) <= 2.0 * even, 0.5, np.where(lean < 0.0, 1.0, 0.0))
+    middle = np.where(found, ends[0] + share * (ends[1] - ends[0]), stations[index])
+    return middle, valley(middle, profile[rows, index], roll, _NEWTON_PASSES)[0]
+
+
+def _is_flat(hessian: FloatArray) -> BoolArray:
+    """Whether the separation bends across the flanks alone."""
+    across = hessian[:, 1, 1]
+    determinant = hessian[:, 0, 0] * across - hessian[:, 0, 1] ** 2
+    return (across > 0.0) & (np.abs(determinant) <= _FLAT * across**2)
+
+
 def _newton(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
-    """Newton step where the separation is convex, steepest descent by profile elsewhere."""
+    """Newton step where the separation is convex, by profile alone where it is flat, steepest descent elsewhere."""
     determinant = hessian[:, 0, 0] * hessian[:, 1, 1] - hessian[:, 0, 1] ** 2
     convex = (determinant > 0.0) & (hessian[:, 0, 0] > 0.0)
     safe = np.where(convex, determinant, 1.0)
@@ -168,7 +263,10 @@ def _newton(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
         ],
         axis=-1,
     )
-    return np.where(convex[:, None], newton, -np.sign(gradient) * np.array([1.0, 0.1]))
+    flat = _is_flat(hessian)
+    across = np.where(flat, hessian[:, 1, 1], 1.0)
+    newton = np.where(flat[:, None], np.stack([0.0 * across, -gradient[:, 1] / across], axis=-1), newton)
+    return np.where((convex | flat)[:, None], newton, -np.sign(gradient) * np.array([1.0, 0.1]))
 
 
 def _principal(hessian: FloatArray, tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -218,7 +316,14 @@ def _cross(function, low: float, high: float) -> float:  # type: ignore[no-untyp
 
 
 def unloaded_contact(pair: FlankPair, count: int = 41) -> UnloadedContact:
-    """Path of contact from first to last touch at `count` roll positions."""
+    """Path of contact from first to last touch at `count` roll positions.
+
+    Raises
+    ------
+    SceneError
+        If the flanks do not meet.
+    """
+    separation_of_neighbours(pair, _SEARCH[1], _SEARCH[2])
     low, high = _ends(pair)
     roll = np.linspace(low, high, count)
     points = contact_points(pair, roll)
@@ -226,6 +331,51 @@ def unloaded_contact(pair: FlankPair, count: int = 41) -> UnloadedContact:
     return UnloadedContact(roll, points, error - error.mean(), high - low)
 
 
-def nearest_separation(pair: FlankPair, roll: FloatArray, slices: int = 15) -> FloatArray:
-    """Least separation over the flank at roll positions [mm], roughly: between few slices only."""
-    return trace_contact_lines(pair, roll, face_stations(pair, slices)).separation[0].min(axis=1)
+def separation_of_neighbours(
+    pair: FlankPair, farthest: int, steps: int, slices: int = 15
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Whether and where the flanks meet: roll positions, least separation there, and that of the nearest pair.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    farthest : int
+        Roll positions from the pitch point up to which pairs are looked at.
+    steps : int
+        Positions to a mesh cycle.
+    slices : int
+        Of the flank: few, for a rough answer.
+
+    Returns
+    -------
+    roll, separation, least : (2 farthest steps,) arrays [1], [mm], [mm]
+        `least` is the separation of the nearest of all pairs at the same mesh position.
+
+    Raises
+    ------
+    SceneError
+        If no flanks meet at some mesh position, or only inside the driving body's base circle.
+    """
+    roll = np.arange(-farthest * steps, farthest * steps) / steps
+    lines = trace_contact_lines(pair, roll, face_stations(pair, slices))
+    nearest = lines.separation[0].argmin(axis=1)
+    rows = np.arange(roll.size)
+    separation = lines.separation[0][rows, nearest]
+    by_position = separation.reshape(-1, steps)
+    least = by_position.min(axis=0)
+    if not np.all(np.isfinite(least)):
+        raise SceneError.of(
+            "placement",
+            "flanks that do not meet at every mesh position",
+            "a pinion whose flanks reach those of the gear",
+            "bring the pinion closer to its nominal place, or check gear_pair.pinion_centre_mm",
+        )
+    leading = by_position.argmin(axis=0) * steps + np.arange(steps)
+    if np.any(lines.partner_slope[rows, nearest][leading] == 0.0):
+        raise SceneError.of(
+            "placement",
+            "a gear that reaches inside the pinion's base circle",
+            "a pinion whose involute meets the gear",
+            "move the pinion away from the gear: give more axial_gear_mm",
+        )
+    return roll, separation, np.tile(least, 2 * farthest)

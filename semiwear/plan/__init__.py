@@ -22,9 +22,9 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.teeth_solver import TeethSolver
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
-from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.partner_flank import PartnerFlank, partner_grid
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
@@ -33,6 +33,7 @@ from semiwear.plan.choices import Choice, physics_choices, table
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.teeth import elastic, prisms, tooth_compliance
 from semiwear.scene import Placement, Scene
+from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
 
@@ -48,6 +49,7 @@ FloatArray = NDArray[np.float64]
 _FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
 _WEAR_TO_COME = 0.15  # mm
+_FLATTEST = 1e-8  # ratio of principal curvatures: less makes no ellipse that a face could hold
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,8 @@ class Plan:
         misaligned = self.scene.effects.misalignment
         if placement is None and misaligned is not None:
             placement = misaligned.placement
-        return FaceGearMesh(self.scene.gear_pair, _on_loaded_flank(self.scene, placement))
+        flank = self.scene.operation.loaded_flank
+        return flank_pair(*on_loaded_flank(self.scene.gear_pair, placement or Placement(), flank))
 
     @one_blas_thread()
     def loaded_teeth(
@@ -103,9 +106,9 @@ class Plan:
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
         low, high = pair.face_limits
-        middle = contact_points(FaceGearMesh(scene.gear_pair, Placement()), np.zeros(1))
+        middle = contact_points(flank_pair(scene.gear_pair, Placement()), np.zeros(1))
         lever = float(pair.lever_arm(middle.position)[0])
-        along, across = np.maximum(middle.curvature[0], 1e-9)
+        across = float(middle.curvature[0, 1])
         usual = torque / lever / (0.5 * (high - low))
         reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME + effects.tallest_modification(scene)
         rolls = _roll_grid(scene, pair, reach, roll_positions)
@@ -113,6 +116,7 @@ class Plan:
         lines = shape.fine.every(rolls.substeps)
         bodies = tooth_compliance(scene, pair, lines)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
+        whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
         line = LineContact(
             lines=lines,
             per_cycle=rolls.phase.size,
@@ -126,7 +130,6 @@ class Plan:
             max_iterations=numerics.max_iterations,
             more=self._further_compliance(pair, lines, bodies, half_width),
         )
-        whole = elliptic_contact(torque / lever, float(along), float(across), modulus).minor_half_axis
         near = line.is_near(shape.fine)
         teeth = LoadedTeeth(
             pair=pair,
@@ -163,6 +166,17 @@ class Plan:
             depth_factor=hardness[DRIVEN].factor if hardness is not None else None,
         )
 
+    def wear_steps(self, stepper: WearStepper) -> WearStepper | AdaptiveStepper:
+        """What takes the wear steps: the stepper itself, or steps as long as an asked accuracy allows."""
+        numerics = self.scene.numerics
+        if numerics.accuracy is None or "wear_steps" not in numerics.chosen_for_accuracy or not stepper.implicit:
+            return stepper
+        assert self.scene.wear is not None
+        until = self.scene.wear.until
+        end = 1e-3 * until.control_depths_um[-1] if until.control_depths_um is not None else until.meshes
+        assert end is not None
+        return AdaptiveStepper.for_accuracy(stepper, numerics.accuracy, end)
+
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
         """The control point on the driven flank, if the scene names one."""
         point = self.scene.wear.control_point if self.scene.wear else None
@@ -170,7 +184,7 @@ class Plan:
             return None
         face = teeth.grid.face
         profile = teeth.pair.profile_at(face, np.full(face.size, point.height_mm))
-        return ControlPoint(point.radius_mm, profile)
+        return ControlPoint(point.station_mm, profile)
 
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
         """What effects tell of a loaded state."""
@@ -240,9 +254,7 @@ class Plan:
         if not np.array_equal(rolls.phase, even.phase):
             shape = self._shape(teeth.pair, even)
             teeth = replace(teeth, rolls=even, fine=shape.fine, lines=shape.fine, modification=shape.modification)
-        least = teeth.lines.separation[0]
-        if teeth.modification is not None:
-            least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
+        least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
         return float(least.min(axis=1).reshape(even.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
@@ -298,12 +310,13 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     return Plan(scene, physics_choices(scene), {} if last is None else seconds_of_effects(last))
 
 
-def _on_loaded_flank(scene: Scene, placement: Placement | None) -> Placement:
-    """The coast flank is the drive flank in a mirror at x = 0: what turns the placement is mirrored instead."""
-    placement = placement or Placement()
-    if scene.operation.loaded_flank == "drive":
-        return placement
-    return replace(placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad)
+def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: float, modulus: float) -> float:
+    """Hertz half-width of all the load [N] on one pair [mm]: elliptic, or of a line if that leaves the face."""
+    across = float(curvature[1])
+    ellipse = elliptic_contact(load, max(float(curvature[0]), _FLATTEST * across), across, modulus)
+    if 2.0 * ellipse.major_half_axis <= face_width:
+        return ellipse.minor_half_axis
+    return float(line_contact_half_width(np.array(load / face_width), np.array(across), modulus))
 
 
 def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: FloatArray | None) -> RollGrid:

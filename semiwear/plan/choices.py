@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from semiwear.scene import Scene
+from semiwear.scene.tables import RESOLUTION
 
 __all__ = ["Choice", "physics_choices", "table"]
 
@@ -43,7 +44,8 @@ def physics_choices(scene: Scene) -> tuple[Choice, ...]:
         _scheme_choice,
         _end_choice,
     )
-    return tuple(slot(scene) for slot in slots)
+    found = tuple(slot(scene) for slot in slots)
+    return found if scene.numerics.accuracy is None else (*found, _accuracy_choice(scene))
 
 
 def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
@@ -57,10 +59,10 @@ def _geometry_choice(scene: Scene) -> Choice:
     pair = scene.gear_pair
     return Choice(
         "geometry",
-        f"face gear {pair.pinion_teeth}/{pair.gear_teeth}, shaper {pair.shaper_teeth}",
+        pair.description,
         True,
-        'gear_pair.type = "face_gear"',
-        ("Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18",),
+        f'gear_pair.type = "{pair.type}"',
+        pair.references,
     )
 
 
@@ -149,6 +151,9 @@ def _scheme_choice(scene: Scene) -> Choice:
     if scene.wear is None:
         return Choice("wear steps", "none", False, "no wear")
     implicit = scene.numerics.wear_scheme == "implicit"
+    if implicit and "wear_steps" in scene.numerics.chosen_for_accuracy:
+        why = "numerics.accuracy: steps doubled and extrapolated, as long as their error allows"
+        return Choice("wear steps", "adaptive, implicit: stable at any step", True, why)
     return Choice(
         "wear steps",
         "implicit: stable at any step" if implicit else "explicit: loads of the start hold",
@@ -175,6 +180,22 @@ def _end_choice(scene: Scene) -> Choice:
         True,
         "wear.until.meshes",
     )
+
+
+def _accuracy_choice(scene: Scene) -> Choice:
+    numerics = scene.numerics
+    open_fields = numerics.chosen_for_accuracy
+    given = [f"{name} = {getattr(numerics, name)}" for name in RESOLUTION if name not in open_fields]
+    why = f"numerics.accuracy = {numerics.accuracy:g}"
+    if open_fields:
+        why += f"; chosen by coarse runs: {', '.join(open_fields)}"
+    if given:
+        why += f"; kept: {', '.join(given)}"
+    references = (
+        "Richardson 1911, Phil. Trans. R. Soc. A 210",
+        "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I",
+    )
+    return Choice("accuracy", f"{numerics.accuracy:g} of the greatest of a kind", True, why, references)
 
 
 def _wrapped(rows: Iterable[tuple[str, ...]], wide: list[int], columns: int = 118) -> Iterable[str]:

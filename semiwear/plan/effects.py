@@ -6,7 +6,7 @@ Each module is imported only when its table is there: what is absent is neither 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, radians
+from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -125,7 +125,7 @@ def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
     table = scene.effects.pitch_error
     if table is None:
         return []
-    out = _UM * np.asarray(table.pinion_um) * cos(radians(scene.gear_pair.pressure_angle_deg))
+    out = _UM * np.asarray(table.pinion_um) * scene.gear_pair.normal_per_arc
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2

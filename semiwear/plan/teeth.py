@@ -10,9 +10,9 @@ from semiwear.compliance.influence import InfluenceOnLines, body_influence, read
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
-from semiwear.scene import FaceGearPair, Material, Placement, Scene
+from semiwear.meshing.pairs import GearPair, flank_pair
+from semiwear.scene import Material, Placement, Scene
 
 __all__ = ["elastic", "prisms", "tooth_compliance"]
 
@@ -68,13 +68,13 @@ def _places(lines: ContactLines, body: int) -> LinePlaces:
 
 
 @lru_cache(maxsize=16)
-def prisms(table: FaceGearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
+def prisms(table: GearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
     """Prism matrices of a body; they depend on geometry and material alone and are kept between runs."""
-    shape = FaceGearMesh(table, Placement()).prism_body(body)
+    shape = flank_pair(table, Placement()).prism_body(body)
     return tuple(
         prism_section(
             section,
-            width=shape.width,
+            width=shape.tooth_length,
             youngs_modulus=material.youngs_modulus_MPa,
             poissons_ratio=material.poissons_ratio,
             harmonics=harmonics,

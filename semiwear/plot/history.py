@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "contact_stress_history",
+    "history_of",
     "meshes_against_depth",
     "root_stress_history",
     "transmission_error_history",
@@ -119,6 +120,31 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
             )
             ax.legend()
         ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
+    return ax
+
+
+def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
+    """Any quantity of `/history` that has one value a wear step, over the meshes.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/history`.
+    name : str
+        Variable, e.g. ``"contact_temperature_max"``.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        series = need(tree, "history", name)
+        (ax,) = axes_for(ax)
+        meshes, meshes_label = meshes_axis(series)
+        ax.plot(meshes, series.values, "o-", color="#333333")
+        ax.set(xlabel=meshes_label, ylabel=label(series, name.replace("_", " ")))
     return ax
 
 

@@ -66,7 +66,7 @@ _STYLE: Any = {
 }
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_UNIT_TEXT = {"um": "µm", "1": "", "deg": "°"}
+_UNIT_TEXT = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import numpy as np
 __all__ = ["code_marked", "element", "figure_text", "table", "unit_text"]
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_UNITS = {"um": "µm", "1": "", "deg": "°"}
+_UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
 
 
 def unit_text(units: str) -> str:

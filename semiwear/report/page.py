@@ -17,6 +17,7 @@ from semiwear.errors import SemiwearError
 from semiwear.references import load_reference
 from semiwear.report import sections
 from semiwear.report.comparison import Compared, Evidence, Verdict, compare
+from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import element
 from semiwear.report.paper import SEED_PAPER, TITLE, numbers
@@ -86,6 +87,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     parts = [
         f"<header><h1>{title}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
         _section("Key numbers", sections.key_numbers(tree)),
+        _section("What effects add", effects_section(tree)),
         _section("What ran, and why", sections.physics(attrs)),
         _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
         other,

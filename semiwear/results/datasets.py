@@ -100,7 +100,8 @@ def build_dataset(
 
 
 def check_tree(tree: xr.DataTree) -> None:
-    """Check that the variables of a tree are whole: required ones present, dims as in the schema, finite.
+    """Check that the variables of a tree are whole: required ones present, dims and units as in the schema,
+    finite.
 
     Variables that the schema does not know are left alone, so that a user can add some.
 
@@ -118,12 +119,22 @@ def check_tree(tree: xr.DataTree) -> None:
                 continue
             if dataset[entry.name].dims != entry.dims:
                 raise SemiwearError(f"{entry.path}: dims {dataset[entry.name].dims}, expected {entry.dims}")
+            for dim in entry.dims:
+                if dim not in dataset.coords and dim in COORDINATES:
+                    raise SemiwearError(f"/{group}/{dim}: missing, needed by {entry.path}")
         for name in map(str, dataset.variables):
             entry_or_none = variable(group, name)
             if entry_or_none is not None:
                 _array(dataset[name].values, entry_or_none, f"/{group}/{name}")
+                _check_units(dataset[name].attrs.get("units"), entry_or_none.units, f"/{group}/{name}")
         if group == "history" and "meshes" not in dataset.coords:
             raise SemiwearError("/history/meshes: missing")
+
+
+def _check_units(found: object, expected: str, path: str) -> None:
+    if found != expected:
+        said = "no units" if found is None else f"units {found!r}"
+        raise SemiwearError(f"{path}: {said}, expected {expected!r}")
 
 
 def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import uuid
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -17,14 +18,15 @@ import xarray as xr
 
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results.datasets import check_tree
-from semiwear.results.schema import SCHEMA_VERSION
+from semiwear.results.schema import GROUPS, SCHEMA_VERSION
 
-__all__ = ["open_results", "save"]
+__all__ = ["open_results", "save", "sync_folder"]
 
 _SEAL_MARK = b"semiwear sha256:"
 _SEAL_SIZE = len(_SEAL_MARK) + hashlib.sha256().digest_size
 _NETCDF_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _CHUNK = 1 << 20
+_ANEW = "open a file that semiwear saved, or compute it anew: semiwear run SCENE -o FILE"
 
 
 def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
@@ -62,8 +64,19 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
             written.flush()
             os.fsync(written.fileno())
         os.replace(temporary, target)
+        sync_folder(target.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk, where the system can: a renamed file then outlives a power cut."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
@@ -84,29 +97,42 @@ def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
     FileNotFoundError
         There is no such file.
     ResultFileError
-        The file is damaged, foreign, or of another schema version.
+        The file is damaged, foreign, of another schema version, or may not be read.
     """
     source = Path(path)
-    if not source.is_file():
-        raise FileNotFoundError(f"no result file {source}")
+    try:
+        return _opened(source)
+    except FileNotFoundError:
+        raise FileNotFoundError(f"no result file {source}: give the path of a file that semiwear saved") from None
+    except OSError as error:
+        raise ResultFileError(
+            f"{source}: cannot be read ({error.strerror or error}); see that you may read it"
+        ) from error
+
+
+def _opened(source: Path) -> xr.DataTree:
+    if source.is_dir():
+        raise ResultFileError(f"{source}: a folder; give the path of a result file in it, e.g. {source / 'worn.nc'}")
+    if source.exists() and not source.is_file():
+        raise ResultFileError(f"{source}: not a plain file; give the path of a result file")
     _check_seal(source)
     try:
         with xr.open_datatree(source, engine="netcdf4") as opened:
             version = str(opened.attrs.get("schema_version", ""))
             _check_version(version, source)
             tree = opened.load()
-    except ResultFileError:
-        raise
-    except PermissionError:
+    except (ResultFileError, FileNotFoundError, PermissionError):
         raise
     except Exception as error:  # netCDF4, HDF5 and xarray answer damage with almost any type
         raise ResultFileError(
-            f"{source}: cannot be read as a netCDF file, it is damaged or something else ({error})"
+            f"{source}: cannot be read as a netCDF file, it is damaged or something else ({error}); {_ANEW}"
         ) from error
+    if not set(tree.children) & set(GROUPS):
+        raise ResultFileError(f"{source}: damaged, it has no group of a result ({', '.join(GROUPS)}); {_ANEW}")
     try:
         check_tree(tree)
     except SemiwearError as error:
-        raise ResultFileError(f"{source}: damaged, {error}") from error
+        raise ResultFileError(f"{source}: damaged, {error}; {_ANEW}") from error
     return tree
 
 
@@ -116,17 +142,18 @@ def _check_seal(source: Path) -> None:
     with source.open("rb") as opened:
         start = opened.read(8)
         if not start.startswith(_NETCDF_MAGIC):
-            raise ResultFileError(f"{source}: not a netCDF file, or damaged at its start")
+            what = "empty" if size == 0 else "not a netCDF file, or damaged at its start"
+            raise ResultFileError(f"{source}: {what}; {_ANEW}")
         opened.seek(max(size - _SEAL_SIZE, 0))
         seal = opened.read()
         if not seal.startswith(_SEAL_MARK):
             raise ResultFileError(
                 f"{source}: a netCDF file without the seal of semiwear's results; it was cut off, changed, "
-                "or written by something else"
+                f"or written by something else; {_ANEW}"
             )
         opened.seek(0)
         if _digest(opened, size - _SEAL_SIZE) != seal.removeprefix(_SEAL_MARK):
-            raise ResultFileError(f"{source}: damaged, its bytes are not those that were saved")
+            raise ResultFileError(f"{source}: damaged, its bytes are not those that were saved; {_ANEW}")
 
 
 def _digest(opened: BinaryIO, size: int) -> bytes:
@@ -142,9 +169,9 @@ def _check_version(version: str, source: Path) -> None:
     if version == SCHEMA_VERSION:
         return
     if not version:
-        raise ResultFileError(f"{source}: a netCDF file, but not of semiwear (it has no schema_version)")
+        raise ResultFileError(f"{source}: a netCDF file, but not of semiwear (it has no schema_version); {_ANEW}")
     if not version.isdecimal():
-        raise ResultFileError(f"{source}: schema_version {version!r} is not one of semiwear")
+        raise ResultFileError(f"{source}: schema_version {version!r} is not one of semiwear; {_ANEW}")
     remedy = (
         "compute it anew with this semiwear"
         if int(version) < int(SCHEMA_VERSION)

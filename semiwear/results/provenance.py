@@ -6,7 +6,7 @@ import hashlib
 from datetime import UTC, datetime
 from importlib import metadata
 
-__all__ = ["provenance"]
+__all__ = ["provenance", "version"]
 
 
 def provenance(
@@ -45,7 +45,7 @@ def provenance(
     -------
     dict of str to str
     """
-    software = source or f"semiwear {_version()}"
+    software = source or f"semiwear {version()}"
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return {
         "title": title,
@@ -60,7 +60,8 @@ def provenance(
     }
 
 
-def _version() -> str:
+def version() -> str:
+    """Version of the installed semiwear, in words where it is not installed."""
     try:
         return metadata.version("semiwear")
     except metadata.PackageNotFoundError:

@@ -93,6 +93,7 @@ _POLONSKY = "Polonsky and Keer 1999, Wear 231, 206-219"
 _PARK = "Park and Kahraman 2009, Wear 267, 1595-1604"
 _BLOK = "Blok 1937, Proc. General Discussion on Lubrication 2, 222-235"
 _DOWSON = "Dowson and Higginson 1966, Elasto-Hydrodynamic Lubrication"
+_MESH = "contact mesh of this run"
 _CLOCK = "wall clock of this run"
 _GRID = "numerical grid of this run"
 
@@ -441,6 +442,42 @@ _TABLE = (
         "1",
         "greatest product of pressure over its peak and gap over approach",
         _POLONSKY,
+        optional=True,
+    ),
+    Variable(
+        "diagnostics",
+        "elements_across",
+        _ON_ROLL,
+        "1",
+        "elements across the contact where it is widest",
+        _MESH,
+        optional=True,
+    ),
+    Variable(
+        "diagnostics",
+        "reaches_border",
+        _ON_ROLL,
+        "1",
+        "whether the contact reaches the border of the refined patch",
+        _MESH,
+        optional=True,
+    ),
+    Variable(
+        "diagnostics",
+        "edge_contact",
+        _ON_ROLL,
+        "1",
+        "whether an edge carries load or the greatest pressure, which then depends on the mesh",
+        _MESH,
+        optional=True,
+    ),
+    Variable(
+        "diagnostics",
+        "smallest_gap",
+        _ON_CYCLE,
+        "mm",
+        "smallest gap under load, a penetration where negative",
+        _MESH,
         optional=True,
     ),
     Variable("diagnostics", "seconds", ("stage",), "s", "time spent in the stage", _CLOCK, optional=True),

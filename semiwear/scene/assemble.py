@@ -8,11 +8,11 @@ from typing import Any
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.across import find_conflicts
 from semiwear.scene.cross_rules import CROSS_RULES
-from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.cylindrical_rules import CYLINDRICAL_CROSS_RULES
 from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_needs
 from semiwear.scene.model import Check, Scene
 from semiwear.scene.reading import Reading, read_fields
-from semiwear.scene.schema import DEFAULTS, REQUIRED, build, fields_of
+from semiwear.scene.schema import Schema, build, schema_of_data
 
 __all__ = ["scene_from_dict"]
 
@@ -42,12 +42,15 @@ def scene_from_dict(
     SceneError
         With every problem found.
     """
-    reading = read_fields(data)
-    conflicts = find_conflicts(_with_defaults(reading), [*CROSS_RULES, *EFFECT_CROSS_RULES])
+    schema = schema_of_data(data)
+    reading = read_fields(data, schema)
+    # a rule over fields that this kind of gear pair does not have is never applied
+    rules = [*CROSS_RULES, *CYLINDRICAL_CROSS_RULES, *EFFECT_CROSS_RULES]
+    conflicts = find_conflicts(_with_defaults(reading, schema), rules)
     found = [*problems, *reading.problems, *find_missing_needs(reading), *conflicts]
-    if reading.refused or any(reading.lacks(key) for key in REQUIRED):
+    if reading.refused or any(reading.lacks(key) for key in schema.required):
         raise SceneError(found, name)
-    scene = build(reading.given, reading.tables, check)
+    scene = build(schema, reading.given, reading.tables, check)
     if check is not None:
         found += _further_problems(scene, check, found)
     if found:
@@ -55,15 +58,15 @@ def scene_from_dict(
     return scene
 
 
-def _with_defaults(reading: Reading) -> dict[str, Any]:
+def _with_defaults(reading: Reading, schema: Schema) -> dict[str, Any]:
     """Every value that is known: given, default or derived; None for the control point when there is none."""
-    values = reading.given | {key: default for key, default in DEFAULTS.items() if reading.lacks(key)}
-    for name, derived in DERIVED_DEFAULTS.items():
+    values = reading.given | {key: default for key, default in schema.defaults.items() if reading.lacks(key)}
+    for name, derived in schema.derived.items():
         needs = [f"gear_pair.{need}" for need in derived.needs]
         if reading.lacks(f"gear_pair.{name}") and all(need in values for need in needs):
             values[f"gear_pair.{name}"] = derived.formula(*(values[need] for need in needs))
     if reading.lacks("wear.control_point"):
-        values |= dict.fromkeys(fields_of("wear.control_point"))
+        values |= dict.fromkeys(schema.fields_of("wear.control_point"))
     return values
 
 

@@ -1,14 +1,15 @@
-"""Defaults that follow from other fields of a face gear pair.
+"""Defaults that follow from other fields of a gear pair; the table of the face gear.
 
 One table serves the dataclass, which fills them in, and the rules across fields, which test them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-__all__ = ["DERIVED_DEFAULTS", "DerivedDefault"]
+__all__ = ["DERIVED_DEFAULTS", "DerivedDefault", "filled_in"]
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,15 @@ class DerivedDefault:
 
     needs: tuple[str, ...]
     formula: Callable[..., float]
+
+
+def filled_in(pair: Any, defaults: Mapping[str, DerivedDefault]) -> frozenset[str]:
+    """Fill a pair's fields that are None with their defaults, in the order of the table; the fields' names."""
+    derived = [name for name in defaults if getattr(pair, name) is None]
+    for name in derived:
+        default = defaults[name]
+        object.__setattr__(pair, name, default.formula(*(getattr(pair, need) for need in default.needs)))
+    return frozenset(derived)
 
 
 def _modules(factor: float) -> DerivedDefault:

@@ -9,8 +9,7 @@ from semiwear.errors import Problem
 from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.model import Scene
 from semiwear.scene.reading import unknown_key
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import NEVER_EMPTY, TABLES, parent, to_dict
+from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 
 __all__ = ["replace_fields"]
 
@@ -24,10 +23,12 @@ _RIVALS = {
 def replace_fields(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """The scene with dotted keys set to new values, or removed by None; see `Scene.replace`."""
     data = to_dict(scene, without_derived=True)
+    kind = changes.get("gear_pair.type")
+    schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
     problems: list[Problem] = []
     for key, value in changes.items():
-        if not isinstance(key, str) or (key not in RULES and key not in TABLES) or not key:
-            problems.append(_unknown(str(key), value))
+        if not isinstance(key, str) or (key not in schema.rules and key not in schema.tables) or not key:
+            problems.append(_unknown(str(key), value, schema))
             continue
         _set(data, key, value)
         rival = _RIVALS.get(key)
@@ -56,8 +57,8 @@ def _set(data: dict[str, Any], key: str, value: Any) -> None:
         _set(data, parent(key), None)
 
 
-def _unknown(key: str, value: Any) -> Problem:
+def _unknown(key: str, value: Any, schema: Schema) -> Problem:
     table = parent(key)
-    while table not in TABLES:
+    while table not in schema.tables:
         table = parent(table)
-    return unknown_key(table, key[len(table) :].removeprefix("."), value)
+    return unknown_key(table, key[len(table) :].removeprefix("."), value, schema)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import cast
+from math import cos, radians
+from typing import ClassVar, cast
 
-from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.defaults import DERIVED_DEFAULTS, filled_in
 
 __all__ = ["FaceGearPair"]
 
@@ -56,6 +57,8 @@ class FaceGearPair:
         Thickness of the gear under its root. Default 2.5 m.
     """
 
+    references: ClassVar[tuple[str, ...]] = ("Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18",)
+
     type: str
     pinion_teeth: int
     shaper_teeth: int
@@ -83,11 +86,7 @@ class FaceGearPair:
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
 
     def __post_init__(self) -> None:
-        derived = [name for name in DERIVED_DEFAULTS if getattr(self, name) is None]
-        for name in derived:
-            default = DERIVED_DEFAULTS[name]
-            object.__setattr__(self, name, default.formula(*(getattr(self, need) for need in default.needs)))
-        object.__setattr__(self, "_derived", frozenset(derived))
+        object.__setattr__(self, "_derived", filled_in(self, DERIVED_DEFAULTS))
 
     @property
     def pinion_pitch_radius_mm(self) -> float:
@@ -103,3 +102,13 @@ class FaceGearPair:
     def gear_pitch_radius_mm(self) -> float:
         """Gear radius of the pitch point, m z2/2 [mm]."""
         return 0.5 * self.module_mm * self.gear_teeth
+
+    @property
+    def normal_per_arc(self) -> float:
+        """Normal distance between flanks per arc of the pinion's pitch circle, cos(alpha)."""
+        return cos(radians(self.pressure_angle_deg))
+
+    @property
+    def description(self) -> str:
+        """What it is, in a few words."""
+        return f"face gear {self.pinion_teeth}/{self.gear_teeth}, shaper {self.shaper_teeth}"

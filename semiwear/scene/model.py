@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from semiwear.errors import Problem
+from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
 from semiwear.scene.effects import Effects
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.tables import (
@@ -29,6 +30,8 @@ __all__ = [
     "BodyCoefficients",
     "Check",
     "ControlPoint",
+    "CylindricalControlPoint",
+    "CylindricalPair",
     "Effects",
     "FaceGearPair",
     "Material",
@@ -59,7 +62,7 @@ class Scene:
 
     title: str = ""
     reference: str | None = None
-    gear_pair: FaceGearPair
+    gear_pair: FaceGearPair | CylindricalPair
     material: Materials = field(default_factory=Materials)
     operation: Operation
     wear: Wear | None = None

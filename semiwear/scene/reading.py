@@ -9,8 +9,7 @@ from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.closest import closeness
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, REQUIRED, TABLES, children, parent
+from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema, parent
 from semiwear.scene.values import shown
 
 __all__ = ["Reading", "read_fields", "unknown_key"]
@@ -28,6 +27,8 @@ class Reading:
 
     Attributes
     ----------
+    schema : Schema
+        The fields that the scene may hold.
     given : dict
         Dotted key to value, for every field that is there and in its range.
     refused : set of str
@@ -38,6 +39,7 @@ class Reading:
         What is wrong so far.
     """
 
+    schema: Schema
     given: dict[str, Any] = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)
     tables: set[str] = field(default_factory=set)
@@ -57,47 +59,47 @@ class Reading:
         return table not in OPTIONAL_TABLES and self._expects(parent(table))
 
 
-def read_fields(data: Mapping[str, Any]) -> Reading:
+def read_fields(data: Mapping[str, Any], schema: Schema) -> Reading:
     """Read every field of a nested mapping by its own rule; report wrong values, unknown names and gaps."""
-    reading = Reading()
+    reading = Reading(schema)
     unknown: deque[tuple[str, str, Any]] = deque()
     _read_table("", data, reading, unknown)
     while unknown:
         _read_unknown(*unknown.popleft(), reading, unknown)
-    for key in sorted(REQUIRED, key=list(RULES).index):
+    for key in sorted(schema.required, key=list(schema.rules).index):
         if reading.lacks(key):
             table = parent(key)
-            reading.problems.append(Problem(key, None, RULES[key].allowed, f"needed by [{table}]: add it"))
+            reading.problems.append(Problem(key, None, schema.rules[key].allowed, f"needed by [{table}]: add it"))
     return reading
 
 
 def _read_table(table: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
     if not isinstance(raw, Mapping):
         reading.refused.add(table)
-        reading.problems.append(Problem(table, shown(raw), "a table", _table_fix(table)))
+        reading.problems.append(Problem(table, shown(raw), "a table", _table_fix(table, reading.schema)))
         return
     reading.tables.add(table)
     if table in NEVER_EMPTY and all(value is None for value in raw.values()):
         reading.refused.add(table)
-        allowed = f"a table with one or more of {', '.join(_last(child) for child in children(table))}"
-        reading.problems.append(Problem(table, shown(dict(raw)), allowed, _table_fix(table)))
+        allowed = f"a table with one or more of {', '.join(_last(child) for child in reading.schema.children(table))}"
+        reading.problems.append(Problem(table, shown(dict(raw)), allowed, _table_fix(table, reading.schema)))
     for name, value in raw.items():
         if value is None:  # TOML has no null: a caller's None stands for a field left out
             continue
         key = f"{table}.{name}" if table else str(name)
         # A quoted name with a dot in it must not pass for a path.
         known = isinstance(name, str) and name != "" and "." not in name
-        if known and key in RULES:
+        if known and key in reading.schema.rules:
             _read_value(key, value, reading)
-        elif known and key in TABLES:
+        elif known and key in reading.schema.tables:
             _read_table(key, value, reading, unknown)
         else:
             unknown.append((table, str(name), value))
 
 
-def _table_fix(table: str) -> str:
+def _table_fix(table: str, schema: Schema) -> str:
     if table in NEVER_EMPTY or table == "effects":
-        examples = [child for child in TABLES if child.startswith(f"{table}.") and child not in NEVER_EMPTY]
+        examples = [child for child in schema.tables if child.startswith(f"{table}.") and child not in NEVER_EMPTY]
         return f"write the header of an effect, e.g. [{examples[0]}], or leave it out"
     if table.startswith("effects."):
         return f"write the header [{table}]; an effect runs if its table is there, even an empty one"
@@ -109,7 +111,7 @@ def _last(key: str) -> str:
 
 
 def _read_value(key: str, raw: Any, reading: Reading) -> None:
-    value, problem = RULES[key].apply(key, raw)
+    value, problem = reading.schema.rules[key].apply(key, raw)
     if problem is None:
         reading.given[key] = value
     else:
@@ -118,39 +120,41 @@ def _read_value(key: str, raw: Any, reading: Reading) -> None:
 
 
 def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
-    meanings = _meanings(table, name)
+    schema = reading.schema
+    meanings = _meanings(table, name, schema)
     meant = meanings[0] if len(meanings) == 1 else None
-    problem = unknown_key(table, name, raw)
+    problem = unknown_key(table, name, raw, schema)
     if meant is not None and not reading.has(meant):
-        if meant in REQUIRED and reading.lacks(meant):
+        if meant in schema.required and reading.lacks(meant):
             problem = Problem(problem.field, problem.value, problem.allowed, f"{problem.fix} It is missing.")
         # Read on under the name that was meant, so that its value is tested in the same go.
-        if meant in TABLES and isinstance(raw, Mapping):
+        if meant in schema.tables and isinstance(raw, Mapping):
             _read_table(meant, raw, reading, unknown)
-        elif meant in RULES:
+        elif meant in schema.rules:
             _read_value(meant, raw, reading)
     reading.problems.append(problem)
 
 
-def unknown_key(table: str, name: str, raw: Any) -> Problem:
+def unknown_key(table: str, name: str, raw: Any, schema: Schema) -> Problem:
     """The problem of a name that no table of a scene has."""
     key = f"{table}.{name}" if table else name or '""'
-    meanings = _meanings(table, name)
+    meanings = _meanings(table, name, schema)
     where = f"[{table}]" if table else "the top level"
     allowed = f"a name of {where}"
     if len(meanings) != 1:
-        allowed += f": {', '.join(_last(child) for child in children(table))}"
+        allowed += f": {', '.join(_last(child) for child in schema.children(table))}"
     if meanings:
         near = (_last(meant) if parent(meant) == table else meant for meant in meanings)
         fix = f"did you mean {' or '.join(near)}?"
     else:
-        fix = "remove it"
+        others = [kind for kind, other in SCHEMAS.items() if key in other.rules]
+        fix = f'remove it: it is of gear_pair.type = "{others[0]}"' if others else "remove it"
     return Problem(key, shown(raw), allowed, fix)
 
 
-def _meanings(table: str, name: str) -> list[str]:
+def _meanings(table: str, name: str, schema: Schema) -> list[str]:
     """Dotted keys of the fields and tables that a misspelled or misplaced name may stand for; few, or none."""
-    scores = {key: _likelihood(table, name, key) for key in (*RULES, *TABLES) if key}
+    scores = {key: _likelihood(table, name, key) for key in (*schema.rules, *schema.tables) if key}
     best = max(scores.values())
     likeliest = [key for key, score in scores.items() if score == best]
     return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []

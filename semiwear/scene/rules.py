@@ -21,6 +21,18 @@ def _edge_radius() -> Rule:
     return at_least_zero("give 0 for a sharp edge, 0.2 for a deburred one")
 
 
+def _youngs_modulus() -> Rule:
+    """From soft polymers to diamond, which tells the units apart."""
+
+    def fix(value: float) -> str:
+        for unit, factor in (("GPa", 1e3), ("Pa", 1e-6)):
+            if 0.5e3 <= factor * value <= 1.5e6:
+                return f"this looks like {unit}: give {factor * value:g}; 207000 for steel"
+        return "in MPa: 207000 for steel"
+
+    return Rule(number, "500 to 1500000 MPa", lambda value: 500.0 <= value <= 1.5e6, fix)
+
+
 def _increasing_depths() -> Rule:
     def holds(depths: tuple[float, ...]) -> bool:
         return bool(depths) and depths[0] > 0.0 and all(a < b for a, b in pairwise(depths))
@@ -102,7 +114,7 @@ def _numerics(**rules: Rule) -> dict[str, Rule]:
 def _material(body: str) -> dict[str, Rule]:
     return {
         f"material.{body}.name": anything(),
-        f"material.{body}.youngs_modulus_MPa": positive("in MPa: 207000 for steel", "MPa"),
+        f"material.{body}.youngs_modulus_MPa": _youngs_modulus(),
         f"material.{body}.poissons_ratio": Rule(
             number, "above 0 and below 0.5", lambda value: 0.0 < value < 0.5, advice("0.3 for steel")
         ),
@@ -119,7 +131,7 @@ RULES: dict[str, Rule] = {
     "title": anything(),
     "reference": choice("seed_paper", otherwise="leave the field out when there is nothing to compare with"),
     **_pair(
-        type=choice("face_gear"),
+        type=choice("face_gear", "cylindrical"),
         pinion_teeth=between(whole, 12, 1000, _TEETH),
         shaper_teeth=between(whole, 12, 1000, _TEETH),
         gear_teeth=between(whole, 12, 1000, _TEETH),
@@ -157,6 +169,7 @@ RULES: dict[str, Rule] = {
     "wear.control_point.radius_mm": positive("gear radius of the control point"),
     "wear.control_point.height_mm": Rule(number, "a number of mm", lambda value: True, advice("")),
     **_numerics(
+        accuracy=between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
         fidelity=choice("line", "patch"),
         wear_mapping=choice("interpolated", "marched"),
         wear_scheme=choice("implicit", "explicit"),

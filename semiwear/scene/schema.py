@@ -1,12 +1,16 @@
-"""Where each field lives: the tables of a scene file and the dataclasses behind them."""
+"""Where each field lives: the tables of a scene file and the dataclasses behind them, for every kind of gear pair."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import MISSING, asdict, fields
+from dataclasses import MISSING, asdict, dataclass, fields
+from functools import cached_property
 from typing import Any
 
-from semiwear.scene.defaults import DERIVED_DEFAULTS
+from semiwear.scene.closest import closest
+from semiwear.scene.cylindrical import CYLINDRICAL_DEFAULTS, CylindricalControlPoint, CylindricalPair
+from semiwear.scene.cylindrical_rules import CYLINDRICAL_RULES
+from semiwear.scene.defaults import DERIVED_DEFAULTS, DerivedDefault
 from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.model import (
@@ -21,6 +25,7 @@ from semiwear.scene.model import (
     Wear,
     WearUntil,
 )
+from semiwear.scene.rule import Rule
 from semiwear.scene.rules import RULES
 
 __all__ = [
@@ -30,34 +35,37 @@ __all__ = [
     "NEVER_EMPTY",
     "OPTIONAL_TABLES",
     "REQUIRED",
+    "SCHEMAS",
     "TABLES",
+    "Schema",
     "build",
-    "children",
     "fields_of",
     "parent",
+    "schema_of_data",
+    "schema_of_scene",
     "to_dict",
 ]
 
-TABLES: dict[str, type] = {
+OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
+# These only hold effects: written without any, they would do nothing and look as if they did.
+NEVER_EMPTY = ("effects.modification", "effects.wear_law")
+INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
+
+_COMMON_TABLES: dict[str, type] = {
     "": Scene,
-    "gear_pair": FaceGearPair,
     "material": Materials,
     "material.pinion": Material,
     "material.gear": Material,
     "operation": Operation,
     "wear": Wear,
     "wear.until": WearUntil,
-    "wear.control_point": ControlPoint,
     "numerics": Numerics,
     "effects": Effects,
     "effects.modification": Modifications,
     "effects.wear_law": WearLaws,
 } | {f"effects.{name}": table for name, table in EFFECTS.items()}
-OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
-# These only hold effects: written without any, they would do nothing and look as if they did.
-NEVER_EMPTY = ("effects.modification", "effects.wear_law")
-INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
-DERIVED_KEYS = frozenset(f"gear_pair.{name}" for name in DERIVED_DEFAULTS)
+_OWN_TABLES = ("gear_pair", "wear.control_point")
+_TYPE = "gear_pair.type"
 
 
 def parent(key: str) -> str:
@@ -65,33 +73,134 @@ def parent(key: str) -> str:
     return key.rpartition(".")[0]
 
 
-def fields_of(table: str) -> list[str]:
-    """Dotted keys of the values that stand directly in a table."""
-    return [key for key in RULES if parent(key) == table]
+@dataclass(frozen=True, eq=False)
+class Schema:
+    """The fields that a scene with one kind of gear pair may hold.
+
+    Attributes
+    ----------
+    kind : str
+        The value of ``gear_pair.type``.
+    own_tables : mapping
+        From the tables that depend on the kind of gear pair to their dataclasses.
+    own_rules : mapping
+        Rules of the fields in these tables, in the order in which a scene is written; `RULES` has the others.
+    derived : mapping
+        Defaults of fields of the gear pair that follow from others.
+    """
+
+    kind: str
+    own_tables: Mapping[str, type]
+    own_rules: Mapping[str, Rule]
+    derived: Mapping[str, DerivedDefault]
+
+    @cached_property
+    def tables(self) -> dict[str, type]:
+        """From dotted names to dataclasses."""
+        return {**_COMMON_TABLES, **self.own_tables}
+
+    @cached_property
+    def rules(self) -> dict[str, Rule]:
+        """One rule a field, in the order in which a scene is written."""
+        rules: dict[str, Rule] = {}
+        for key, rule in RULES.items():
+            table = parent(key)
+            if table in _OWN_TABLES:
+                rules |= {_TYPE: RULES[_TYPE]} if key == _TYPE else {}
+                rules |= {own: found for own, found in self.own_rules.items() if parent(own) == table}
+            else:
+                rules[key] = rule
+        return rules
+
+    @cached_property
+    def declared(self) -> dict[str, Any]:
+        """Defaults as the dataclasses declare them, MISSING where there is none."""
+        by_name = {
+            (table, entry.name): entry.default for table, owner in self.tables.items() for entry in fields(owner)
+        }
+        return {key: by_name[parent(key), key.rpartition(".")[2]] for key in self.rules}
+
+    @cached_property
+    def derived_keys(self) -> frozenset[str]:
+        """Fields whose default follows from others."""
+        return frozenset(f"gear_pair.{name}" for name in self.derived)
+
+    @cached_property
+    def required(self) -> frozenset[str]:
+        """Fields without a default."""
+        return frozenset(key for key, default in self.declared.items() if default is MISSING)
+
+    @cached_property
+    def defaults(self) -> dict[str, Any]:
+        """Plain defaults."""
+        without = self.required | self.derived_keys
+        return {key: default for key, default in self.declared.items() if key not in without}
+
+    def fields_of(self, table: str) -> list[str]:
+        """Dotted keys of the values that stand directly in a table."""
+        return [key for key in self.rules if parent(key) == table]
+
+    def children(self, table: str) -> list[str]:
+        """Dotted keys of all that may stand directly in a table: values, then tables."""
+        return self.fields_of(table) + [name for name in self.tables if name and parent(name) == table]
 
 
-def children(table: str) -> list[str]:
-    """Dotted keys of all that may stand directly in a table: values, then tables."""
-    return fields_of(table) + [name for name in TABLES if name and parent(name) == table]
+def _tables_in_order(pair: type, control_point: type) -> dict[str, type]:
+    return {"gear_pair": pair, "wear.control_point": control_point}
 
 
-def _declared_defaults() -> dict[str, Any]:
-    declared = {(table, entry.name): entry.default for table, owner in TABLES.items() for entry in fields(owner)}
-    return {key: declared[parent(key), key.rpartition(".")[2]] for key in RULES}
+_FACE_GEAR = Schema(
+    "face_gear",
+    _tables_in_order(FaceGearPair, ControlPoint),
+    {key: rule for key, rule in RULES.items() if parent(key) in _OWN_TABLES},
+    DERIVED_DEFAULTS,
+)
+_CYLINDRICAL = Schema(
+    "cylindrical",
+    _tables_in_order(CylindricalPair, CylindricalControlPoint),
+    CYLINDRICAL_RULES,
+    CYLINDRICAL_DEFAULTS,
+)
+SCHEMAS: dict[str, Schema] = {schema.kind: schema for schema in (_FACE_GEAR, _CYLINDRICAL)}
+"""Schemas by kind of gear pair."""
+
+TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
+    _FACE_GEAR.tables,
+    _FACE_GEAR.defaults,
+    _FACE_GEAR.required,
+    _FACE_GEAR.derived_keys,
+)
+fields_of = _FACE_GEAR.fields_of
 
 
-_DECLARED = _declared_defaults()
-REQUIRED = frozenset(key for key, default in _DECLARED.items() if default is MISSING)
-DEFAULTS: dict[str, Any] = {
-    key: default for key, default in _DECLARED.items() if key not in REQUIRED and key not in DERIVED_KEYS
-}
+def schema_of_data(data: Mapping[str, Any]) -> Schema:
+    """The schema that nested mappings mean, right or wrong: by the type, else by the names that fit best."""
+    pair = data.get("gear_pair")
+    if not isinstance(pair, Mapping):
+        named = closest("gear_pair", (name for name, table in data.items() if isinstance(table, Mapping)))
+        pair = {} if named is None else data[named]
+    kind = pair.get("type")
+    if isinstance(kind, str) and (meant := closest(kind, SCHEMAS)) is not None:
+        return SCHEMAS[meant]
+
+    def fitting(schema: Schema) -> int:
+        return sum(f"gear_pair.{name}" in schema.rules for name in pair)
+
+    return max(SCHEMAS.values(), key=fitting)
 
 
-def build(values: Mapping[str, Any], tables: Collection[str], check: Check | None = None) -> Scene:
+def schema_of_scene(scene: Scene) -> Schema:
+    """The schema of a scene."""
+    owners = {schema.own_tables["gear_pair"]: schema for schema in SCHEMAS.values()}
+    return owners[type(scene.gear_pair)]
+
+
+def build(schema: Schema, values: Mapping[str, Any], tables: Collection[str], check: Check | None = None) -> Scene:
     """A scene.
 
     Parameters
     ----------
+    schema : Schema
     values : mapping
         Values under their dotted keys; what is left out takes its default.
     tables : collection of str
@@ -101,28 +210,28 @@ def build(values: Mapping[str, Any], tables: Collection[str], check: Check | Non
     """
 
     def arguments(table: str) -> dict[str, Any]:
-        return {key.rpartition(".")[2]: values[key] for key in fields_of(table) if key in values}
+        return {key.rpartition(".")[2]: values[key] for key in schema.fields_of(table) if key in values}
 
     def present(container: str) -> dict[str, Any]:
-        keys = [key for key in children(container) if key in tables and key in OPTIONAL_TABLES]
-        return {key.rpartition(".")[2]: TABLES[key](**arguments(key)) for key in keys}
+        keys = [key for key in schema.children(container) if key in tables and key in OPTIONAL_TABLES]
+        return {key.rpartition(".")[2]: schema.tables[key](**arguments(key)) for key in keys}
 
     wear = None
     if "wear" in tables:
         watched = arguments("wear.control_point")
         wear = Wear(
             until=WearUntil(**arguments("wear.until")),
-            control_point=ControlPoint(**watched) if watched else None,
+            control_point=schema.tables["wear.control_point"](**watched) if watched else None,
             **arguments("wear"),
         )
     return Scene(
-        gear_pair=FaceGearPair(**arguments("gear_pair")),
+        gear_pair=schema.tables["gear_pair"](**arguments("gear_pair")),
         material=Materials(
             pinion=Material(**arguments("material.pinion")), gear=Material(**arguments("material.gear"))
         ),
         operation=Operation(**arguments("operation")),
         wear=wear,
-        numerics=Numerics(**arguments("numerics")),
+        numerics=_numerics(arguments("numerics")),
         effects=Effects(
             modification=Modifications(**present("effects.modification")),
             wear_law=WearLaws(**present("effects.wear_law")),
@@ -131,6 +240,11 @@ def build(values: Mapping[str, Any], tables: Collection[str], check: Check | Non
         _check=check,
         **arguments(""),
     )
+
+
+def _numerics(given: dict[str, Any]) -> Numerics:
+    """The table, which remembers what was given: an asked accuracy decides the rest."""
+    return Numerics(**given, _given=frozenset(name for name, value in given.items() if value != "auto"))
 
 
 def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
@@ -145,7 +259,10 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
     """
     nested: dict[str, Any] = {}
     hidden = {f"gear_pair.{name}" for name in scene.gear_pair._derived} if without_derived else set()
-    for key, value in _flat(scene):
+    if without_derived or scene.numerics.accuracy is not None:
+        hidden |= {f"numerics.{name}" for name in scene.numerics.left_out}
+    rules = schema_of_scene(scene).rules
+    for key, value in _flat(scene, rules):
         if value is None or key in hidden:
             continue
         *path, name = key.split(".")
@@ -153,7 +270,7 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
         for step in path:
             table = table.setdefault(step, {})
         # Read once more: the constructors accept module_mm=6, and equal scenes must be written alike.
-        table[name] = _plain(RULES[key].read(value))
+        table[name] = _plain(rules[key].read(value))
     return nested
 
 
@@ -165,8 +282,8 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _flat(scene: Scene) -> Iterator[tuple[str, Any]]:
-    for key in RULES:
+def _flat(scene: Scene, rules: Mapping[str, Rule]) -> Iterator[tuple[str, Any]]:
+    for key in rules:
         value: Any = scene
         for step in key.split("."):
             value = None if value is None else getattr(value, step)

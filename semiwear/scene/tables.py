@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
+from semiwear.scene.cylindrical import CylindricalControlPoint
 
 __all__ = [
     "BODIES",
+    "RESOLUTION",
     "BodyCoefficients",
     "ControlPoint",
     "Material",
@@ -89,6 +91,11 @@ class ControlPoint:
     radius_mm: float
     height_mm: float
 
+    @property
+    def station_mm(self) -> float:
+        """Face coordinate of the driven flank [mm]."""
+        return self.radius_mm
+
 
 @dataclass(frozen=True, kw_only=True)
 class BodyCoefficients:
@@ -124,7 +131,7 @@ class Wear:
     coefficient_mm2_per_N: float | BodyCoefficients
     until: WearUntil
     worn_bodies: tuple[str, ...] = ("gear",)
-    control_point: ControlPoint | None = None
+    control_point: ControlPoint | CylindricalControlPoint | None = None
 
     def coefficient(self, body: str) -> float:
         """Wear coefficient of a body, ``"pinion"`` or ``"gear"`` [mm2/N].
@@ -146,12 +153,26 @@ class Wear:
         return value
 
 
+RESOLUTION = (
+    "wear_steps",
+    "roll_positions",
+    "face_slices",
+    "cells_per_half_width",
+    "profile_points",
+    "harmonics",
+)
+"""Fields of `Numerics` that an asked accuracy decides."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
     """Table ``[numerics]``: models and resolution.
 
     Attributes
     ----------
+    accuracy : float or None
+        Error asked for, relative to the greatest value of each kind of quantity: of the fields in `RESOLUTION` those
+        that a scene does not give are then chosen for it. Default None: the numbers below.
     fidelity : str
         Contact model: ``"line"`` (default, line loads with Hertz across them) or ``"patch"`` (pressure resolved in
         two dimensions).
@@ -180,6 +201,7 @@ class Numerics:
         Iterations of the load sharing at one roll position. Default 60.
     """
 
+    accuracy: float | None = None
     fidelity: str = "line"
     wear_mapping: str = "interpolated"
     wear_scheme: str = "implicit"
@@ -192,3 +214,22 @@ class Numerics:
     tooth_compliance: str = "prism"
     harmonics: int = 33
     max_iterations: int = 60
+    # Which fields of `RESOLUTION` were given. It matters once an accuracy is asked for, and only then to equality.
+    _given: frozenset[str] = field(repr=False, compare=False, default=frozenset())
+    _kept: frozenset[str] = field(init=False, repr=False, default=frozenset())
+
+    def __post_init__(self) -> None:
+        changed = {entry.name for entry in fields(self) if getattr(self, entry.name) != entry.default}
+        given = frozenset(name for name in RESOLUTION if name in self._given or name in changed)
+        object.__setattr__(self, "_given", given)
+        object.__setattr__(self, "_kept", frozenset() if self.accuracy is None else given)
+
+    @property
+    def chosen_for_accuracy(self) -> tuple[str, ...]:
+        """Fields that the asked accuracy decides; none where none is asked for."""
+        return () if self.accuracy is None else tuple(name for name in RESOLUTION if name not in self._given)
+
+    @property
+    def left_out(self) -> frozenset[str]:
+        """Fields of `RESOLUTION` that were left to their defaults."""
+        return frozenset(RESOLUTION) - self._given

@@ -29,7 +29,9 @@ def read_toml(text: str, name: str) -> dict[str, Any]:
         raise SceneError([_syntax_problem(text, str(error))], name) from None
     except (ValueError, RecursionError) as error:
         # Not syntax: an integer of thousands of digits, or lists nested without end.
-        problem = Problem("file", "unreadable values", "TOML with plain values", str(error))
+        what = "shorten it" if isinstance(error, ValueError) else "take the lists apart"
+        found = "a number of thousands of digits" if isinstance(error, ValueError) else "lists nested without end"
+        problem = Problem("file", found, "TOML with plain values", what)
         raise SceneError([problem], name) from None
 
 
@@ -37,7 +39,30 @@ def _syntax_problem(text: str, message: str) -> Problem:
     lines = text.splitlines() or [""]
     place = re.search(r"at line (\d+)", message)
     number = min(int(place.group(1)), len(lines)) if place else len(lines)
-    return Problem(f"line {number}", shown(lines[number - 1].strip()), "TOML syntax", message)
+    line = lines[number - 1].strip()
+    return Problem(f"line {number}", shown(line), "TOML syntax", f"{message}{_likely_fix(line, message)}")
+
+
+def _likely_fix(line: str, message: str) -> str:
+    """What usually is meant by a line that is no TOML."""
+    value = line.partition("=")[2].partition("#")[0].strip()
+    if "Unclosed array" in message:
+        return "; close the list with ] on this line or on one before"
+    if line.startswith("["):
+        return "; each table has one header, [name], in a line of its own"
+    if "overwrite" in message:
+        return "; the field is there twice: remove one"
+    if re.match(r"[-+]?\d+,\d", value):
+        return "; write a decimal point, not a comma"
+    if re.match(r"[-+.\d]+(e[-+]?\d+)? *[a-zA-Z%°]", value):
+        return "; leave the unit out, it is in the field's name"
+    if value.count('"') % 2:
+        return '; close the text with "'
+    if "=" not in line:
+        return "; write name = value, or # before a remark"
+    if value.casefold() in ("", "none", "null", "nil"):
+        return "; leave the line out where there is no value"
+    return "; write text in quotes, true and false in small letters" if value[:1].isalpha() else ""
 
 
 def write_toml(data: Mapping[str, Any], *, inline: Collection[str] = ()) -> str:

@@ -19,9 +19,10 @@ from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn
+from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
 
-__all__ = ["ControlPoint", "LoadCase", "WearState", "WearStepper"]
+__all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,74 +36,8 @@ _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of t
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 1e-3  # of it: then all mesh positions are solved
 _DEPTH_ITERATIONS = 40
-
-
-@dataclass(frozen=True)
-class LoadCase:
-    """A share of the meshes, and the teeth as they are loaded then.
-
-    Attributes
-    ----------
-    share : float
-    teeth : LoadedTeeth
-    others : float
-        Mean load of all cases over the load of this one.
-    """
-
-    share: float
-    teeth: LoadedTeeth
-    others: float = 1.0
-
-
-@dataclass(frozen=True)
-class WearState:
-    """Worn flanks and their elastic contact.
-
-    Attributes
-    ----------
-    meshes : float
-        Engagements of one driven tooth so far.
-    contact : LoadedState
-    pace : float
-        Meshes that the last step to a depth took, over those that the wear rate at its start had promised.
-    cases : tuple of LoadedState
-        Contact in each load case; empty when there is only one, that of `contact`.
-    """
-
-    meshes: float
-    contact: LoadedState
-    pace: float = 1.0
-    cases: tuple[LoadedState, ...] = ()
-
-    @property
-    def wear(self) -> FloatArray:
-        """Wear depth of the driven flank on the grid [mm]."""
-        return self.contact.wear
-
-    @property
-    def worn(self) -> Worn:
-        """Wear depths of both flanks [mm]."""
-        return Worn(self.contact.wear, self.contact.partner_wear)
-
-    @property
-    def loaded(self) -> tuple[LoadedState, ...]:
-        """Contact in each load case."""
-        return self.cases or (self.contact,)
-
-
-@dataclass(frozen=True)
-class ControlPoint:
-    """A point of the driven flank whose wear controls the steps.
-
-    Attributes
-    ----------
-    face : float [mm]
-    profile : (face,) array [mm]
-        Profile coordinate at which each slice is read: the point's height there.
-    """
-
-    face: float
-    profile: FloatArray
+_FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
+_FACTOR_ITERATIONS = 8
 
 
 @dataclass(frozen=True)
@@ -149,18 +84,25 @@ class WearStepper:
 
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
-        step = _Step(self, state)
-        return self._committed(step, meshes)
+        return self.commit(self.trial(state, meshes))
 
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
+        return self.commit(self.trial_to_depth(state, point, depth))
+
+    def trial(self, state: WearState, meshes: float) -> Trial:
+        """What a step of known length would wear."""
+        return self._tried(_Step(self, state), meshes)
+
+    def trial_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> Trial:
+        """What a step to a depth of the control point [mm] would wear."""
         step = _Step(self, state)
-        meshes = step.meshes_to(point, depth, nearby=True)
-        end = self._committed(step, meshes)
-        if abs(self.depth_at(point, end.wear) - depth) > _DEPTH_MISSED * (depth - self.depth_at(point, state.wear)):
+        trial = self._tried(step, step.meshes_to(point, depth, nearby=True))
+        missed = abs(self.depth_at(point, trial.worn.driven) - depth)
+        if missed > _DEPTH_MISSED * (depth - self.depth_at(point, state.wear)):
             # a long step brings to the point what was far from it
-            end = self._committed(step, step.meshes_to(point, depth, nearby=False))
-        return end
+            trial = self._tried(step, step.meshes_to(point, depth, nearby=False))
+        return trial
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm]."""
@@ -170,7 +112,17 @@ class WearStepper:
         """Wear coefficients times the meshes of a step."""
         return Doses(meshes * self.coefficients.driven, meshes * self.coefficients.driving)
 
-    def _committed(self, step: _Step, meshes: float) -> WearState:
+    def commit(self, trial: Trial) -> WearState:
+        """The state after a trial: elastic contact on its worn flanks."""
+        worn, loads = trial.worn, trial.loads
+        cases = tuple(
+            case.teeth.load(worn.driven, start, worn.driving)
+            for case, start in zip(self.cases, loads, strict=bool(self.cases))
+        )
+        contact = self.teeth.load(worn.driven, loads[0], worn.driving)
+        return WearState(trial.start.meshes + trial.meshes, contact, trial.pace, cases)
+
+    def _tried(self, step: _Step, meshes: float) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
         loads = step.loads(meshes)
         worn = step.worn(loads, meshes)
@@ -182,18 +134,15 @@ class WearStepper:
                 f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
                 "wear.coefficient_mm2_per_N"
             )
-        state = step.state
-        cases = tuple(
-            case.teeth.load(worn.driven, start, worn.driving)
-            for case, start in zip(self.cases, loads, strict=bool(self.cases))
-        )
-        start = state.contact.loads if self.cases else loads[0]
-        contact = self.teeth.load(worn.driven, start, worn.driving)
-        return WearState(state.meshes + meshes, contact, step.pace, cases)
+        return Trial(step.state, meshes, loads, worn, step.pace)
 
 
 class _CaseStep:
-    """What a step knows about the start of one load case."""
+    """What a step knows about one load case.
+
+    The factor on the wear coefficient that spreads the wear is the one with which the loads were found: then the wear
+    that a load causes is the gap that the load has felt, and no step is unstable.
+    """
 
     def __init__(self, stepper: WearStepper, case: LoadCase, state: LoadedState, motion: Sweep):
         self.stepper, self.case, self.state, self.motion = stepper, case, state, motion
@@ -201,11 +150,14 @@ class _CaseStep:
         rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
         self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self.rate = np.zeros(0)
+        self.factor: FloatArray | None = self._factor(state.loads) if stepper.factor is not None else None
 
     def prepare(self, meshes: float) -> float:
         """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
         force = self.state.loads.force
         now = self._own(0.0)
+        if self.factor is not None:
+            now = now * self.factor
         # wear that the present loads would leave, where they are; elasticity spreads it when it is large
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
         elastic = 2.0 * float(np.abs(self.case.teeth.solver.approach(self.state.loads)).mean())
@@ -225,22 +177,35 @@ class _CaseStep:
         if stepper.coefficients.driving:
             partner = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
             total = total + partner if total.size else partner
-        if stepper.factor is not None:
-            total = total * stepper.factor(teeth, self.state.loads, coarse)
         return self.case.others * total
+
+    def _factor(self, loads: Any) -> FloatArray:
+        assert self.stepper.factor is not None
+        return self.stepper.factor(self.case.teeth, loads, self.state.coarse)
 
     def loads(self, meshes: float, positions: Sequence[int] | None, start: Any | None) -> Any:
         """Loads that hold over the step."""
         if not self.stepper.implicit:
             return self.state.loads
-        solver = self.case.teeth.solver
-        return solver.solve(self.state.coarse, start or self.state.loads, meshes * self.rate, positions)
+        loads = self._solve(meshes, positions, start or self.state.loads)
+        if self.factor is None:
+            return loads
+        for _ in range(_FACTOR_ITERATIONS):
+            # more load makes more wear and so less load: half of each change overshoots least
+            change = np.where(loads.force > 0.0, self._factor(loads) - self.factor, 0.0)
+            if np.abs(change).max() <= _FACTOR_TOLERANCE * self.factor.max():
+                break
+            self.factor = self.factor + 0.5 * change
+            loads = self._solve(meshes, positions, loads)
+        return loads
+
+    def _solve(self, meshes: float, positions: Sequence[int] | None, start: Any) -> Any:
+        rate = self.rate if self.factor is None else self.rate * self.factor
+        return self.case.teeth.solver.solve(self.state.coarse, start, meshes * rate, positions)
 
     def passage(self, loads: Any) -> Passage:
         """Part of the case in the wear."""
-        weight: float | FloatArray = self.case.share
-        if self.stepper.factor is not None:
-            weight = weight * self.stepper.factor(self.case.teeth, loads, self.state.coarse)
+        weight = self.case.share if self.factor is None else self.case.share * self.factor
         return Passage(self.case.teeth, loads, weight)
 
 

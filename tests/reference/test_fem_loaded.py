@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,10 +11,9 @@ import xarray as xr
 import semiwear as sw
 from fem_reference.contact import ContactMeshError
 from fem_reference.loaded import loaded_contact
-from fem_reference.mesh_position import _wear_compliance
-from fem_reference.rigid_lines import RigidLine
+from fem_reference.passage import Passage
 from fem_reference.root_load import RootStress, _carry
-from fem_reference.simulation import Passage, simulate
+from fem_reference.simulation import simulate
 from fem_reference.tooth_mesh import LOADED
 from semiwear.errors import SceneError
 from semiwear.results import check_tree
@@ -55,7 +56,7 @@ def test_forces_balance_the_torque(small: sw.Scene, solved: xr.DataTree) -> None
 
 
 def test_agrees_with_the_core(solved: xr.DataTree, core: xr.DataTree) -> None:
-    """Coarsely; validation/bench_fem.py is the real comparison."""
+    """Coarsely; validation/finite_elements.py is the real comparison."""
     ours, theirs = xr.align(core["engagement"].to_dataset(), solved["engagement"].to_dataset(), join="right")
     assert np.abs(ours.load_share - theirs.load_share).max() < 0.03
     error = [float(tree["mesh_cycle"].transmission_error_loaded[0, 0]) for tree in (core, solved)]
@@ -113,19 +114,33 @@ def test_forces_keep_their_sum_and_moment_on_the_root_meshes(shipped: sw.Scene) 
     assert carry @ points == pytest.approx(tooth.points(face, profile)[0], abs=0.05)
 
 
-def test_wear_to_come_is_the_columns_line_load(shipped: sw.Scene) -> None:
-    """Forces in one column open the gap of all its nodes by the depth of their line load."""
-    stations = np.linspace(480.0, 560.0, 81)
-    position = np.stack([0.0 * stations, 0.0 * stations, stations], axis=1)
-    zero = np.zeros(81)
-    line = RigidLine(0.0, stations, zero, zero, zero + 0.03, position, zero, stations)
-    face = np.repeat(np.arange(500.0, 511.0, 2.0), 3)
-    matrix = _wear_compliance(1e-5 + zero, line, face)
-    force = np.repeat([0.0, 100.0, 100.0, 100.0, 100.0, 0.0], 3)
-    gap = matrix @ force
-    assert gap[3:15] == pytest.approx(1e-5 * 300.0 / 2.0)
-    assert gap[:3] == pytest.approx(0.0)
-    assert matrix == pytest.approx(matrix.T)
+def test_moved_nodes_are_wear_as_gap(small: sw.Scene, solved: xr.DataTree) -> None:
+    """40 um off a band of the flank: nodes really moved or a gap over the fresh mesh, within 1 % of what it does."""
+    wear = np.zeros((small.numerics.profile_points, small.numerics.face_slices))
+    wear[60:100] = 40.0 * np.sin(np.linspace(0.0, np.pi, 40))[:, None]
+    gap, moved = (
+        loaded_contact(small, [POSITION], wear, root_stress=False, strict=False, worn_flank=how, **COARSE)
+        for how in ("gap", "moved_nodes")
+    )
+    error = [float(tree["mesh_cycle"].transmission_error_loaded[0, 0]) for tree in (solved, gap, moved)]
+    assert abs(error[1] - error[0]) > 0.3
+    assert error[2] == pytest.approx(error[1], abs=0.01 * abs(error[1]))
+    assert moved["engagement"].load_share.values == pytest.approx(gap["engagement"].load_share.values, abs=3e-3)
+    peak = [float(tree["engagement"].contact_pressure_max.max()) for tree in (gap, moved)]
+    assert peak[1] == pytest.approx(peak[0], rel=0.01)
+
+
+def test_an_unknown_way_of_wearing_is_refused(small: sw.Scene) -> None:
+    with pytest.raises(SceneError, match="moved_nodes"):
+        loaded_contact(small, [POSITION], worn_flank="ale")
+
+
+@pytest.mark.parametrize("torque", [0.0, -100.0, np.nan])
+def test_torque_must_drive(small: sw.Scene, torque: float) -> None:
+    """Scenes cannot be loaded like that; one that was made by hand is refused all the same."""
+    turned = replace(small, operation=replace(small.operation, pinion_torque_Nm=torque))
+    with pytest.raises(SceneError, match="pinion_torque_Nm"):
+        loaded_contact(turned, [POSITION], root_stress=False)
 
 
 def test_passage_of_the_line(small: sw.Scene) -> None:
@@ -157,3 +172,11 @@ def test_simulate_says_what_it_needs(small: sw.Scene) -> None:
         simulate(small)  # the shipped scene wears to control depths
     with pytest.raises(SceneError, match="cycles"):
         simulate(small, meshes=1e7, cycles=0)
+    both = {"wear.worn_bodies": ("pinion", "gear"), "wear.until.meshes": 1e7, "wear.control_point": None}
+    with pytest.raises(SceneError, match="worn_bodies"):
+        simulate(small.replace(both))
+
+
+def test_effects_that_are_not_in_here_are_refused(small: sw.Scene) -> None:
+    with pytest.raises(SceneError, match=r"effects\.friction"):
+        loaded_contact(small.replace({"effects.friction": {}}), [POSITION])

@@ -121,7 +121,7 @@ def test_influence_is_reciprocal_and_positive(influence):
 
 @pytest.mark.parametrize(("at", "observed", "tolerance"), [(2, 2, 0.04), (2, 3, 0.05), (1, 1, 0.06)])
 def test_influence_agrees_with_the_prism(influence, at, observed, tolerance):
-    """Point loads on the pinion, whose section does not change: the prism shares neither elements nor method."""
+    """Loads on the pinion, whose section does not change: the prism shares neither elements nor method."""
     t = SCENE.gear_pair
     tooth = InvoluteTooth(
         25, 6.35, radians(25.0), t.pinion_addendum_mm, t.rack_addendum_mm, t.rack_tip_radius_mm, 50.0
@@ -131,7 +131,8 @@ def test_influence_agrees_with_the_prism(influence, at, observed, tolerance):
     np.testing.assert_allclose(pinion.load_profile, prism.load_profile, atol=1e-6)
     np.testing.assert_allclose(pinion.depth[:, 2], prism.depth, rtol=1e-3)
     wave = np.arange(len(prism.deflection)) * np.pi / 80.0
-    both = np.cos(wave * 20.0 * at) * np.cos(wave * 20.0 * observed)
+    spread = np.sinc(wave * 20.0 / (2.0 * np.pi)) ** 2  # linearly to the stations beside, 20 mm away
+    both = spread * np.cos(wave * 20.0 * at) * np.cos(wave * 20.0 * observed)
     for k, offset in enumerate(OFFSETS[1:4], start=1):
         found = pinion.deflection.sel(tooth_offset=offset).values[:, observed, :, at]
         expected = np.einsum("n,nij->ij", both, prism.deflection[:, k])

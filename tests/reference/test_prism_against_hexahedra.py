@@ -33,8 +33,8 @@ STATIONS = np.array([0.0, 1.5, 4.0, 5.0, 6.0, 7.0, 8.0, 11.0, 17.0, 26.0, 33.0, 
 def trapezoid(pitch: float = 40.0, rim: float = 19.0) -> ToothSection:
     """Tooth with straight flanks at 15 degrees and a circular fillet of 2 mm on a plane rim.
 
-    The profile coordinate draws the load heights, and with them the elements, towards the fillet: hexahedra
-    of 1.8 mm next to a load 1.8 mm above the fillet err by 25 % in its stress.
+    Load heights, and with them the elements, crowd towards the fillet: hexahedra of 1.8 mm next to a load 1.8 mm
+    above the fillet err by 25 % in its stress.
     """
     height, half_tip, radius, angle = 14.0, 3.2, 2.0, np.radians(15.0)
     centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
@@ -42,8 +42,7 @@ def trapezoid(pitch: float = 40.0, rim: float = 19.0) -> ToothSection:
     fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
     y = np.linspace(height, fillet[0, 1], 40)
     flank = np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1)
-    profile = ((y - y[-1]) / (y[0] - y[-1])) ** 0.6
-    return ToothSection(flank, profile, fillet, RackRim(pitch, -rim))
+    return ToothSection(flank, y, fillet, RackRim(pitch, -rim))
 
 
 # --- hexahedra ---------------------------------------------------------------------------------------------
@@ -178,7 +177,7 @@ LOADS = {
 @pytest.fixture(scope="module")
 def hexahedra():
     """For each load: mid-surface deflection, z, tangential fillet stress (points, z) over the whole width."""
-    section = section_mesh(trapezoid(), heights=HEIGHTS, fillet_elements=8, elements_across=4, elements_below=3)
+    section = section_mesh(trapezoid(), heights=HEIGHTS, fillet_elements=6, elements_across=5, elements_below=3)
     tooth = HexahedralTooth(section, STATIONS)
     normal = section.flank_normal
     whole_levels = np.concatenate([tooth.levels, WIDTH - tooth.levels[-2::-1]])
@@ -274,8 +273,13 @@ def by_prism(prism, load, z, levels):
     height, (start, end), observed = load
     wave = np.arange(len(prism.deflection))[:, None] * np.pi / WIDTH
     force = np.cos(wave * levels) @ nodal_line_load(levels, start, end)
-    deflection = np.sum(np.cos(wave[:, 0] * observed) * force * prism.deflection[:, 2, height, height])
-    return deflection, np.einsum("nz,n,nf->fz", np.cos(wave * z), force, prism.stress[:, 1, :, height])
+    here = np.cos(wave[:, 0] * observed)
+    deflection = np.sum(here * force * prism.deflection[:, 2, height, height])
+    stress = np.einsum("nz,n,nf->fz", np.cos(wave * z), force, prism.stress[:, 1, :, height])
+    # the jumps that free the ends
+    jumps = force @ prism.end_deflection[:, :, height]
+    deflection += here @ prism.end_deflection[:, :, height] @ jumps
+    return deflection, stress + np.einsum("nz,nef,e->fz", np.cos(wave * z), prism.end_stress, jumps)
 
 
 @pytest.mark.parametrize("name", LOADS)

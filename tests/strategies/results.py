@@ -141,6 +141,10 @@ def synthetic_tree(
         "load_balance_residual": 1e-9 * (1 + step),
         "complementarity_residual": 1e-12 * (1 + step),
         "seconds": np.array([0.4, 1.1, 2.6]),
+        "elements_across": 4.0 + 0.0 * engagement["load_share"],
+        "reaches_border": 0.0 * engagement["load_share"],
+        "edge_contact": 1.0 * (np.abs(roll) > 0.8) + 0.0 * engagement["load_share"],
+        "smallest_gap": -1e-7 + 0.0 * mesh_cycle["transmission_error_loaded"],
         "effect_seconds": np.array([0.1, 0.2]),
         "error_estimate": np.array([0.004, 0.02]),
     }

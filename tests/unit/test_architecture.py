@@ -27,8 +27,9 @@ LAYERS = (
     ("wear",),
     ("results", "check", "effect_clock", "observers"),
     ("plan", "collect"),
+    ("life",),
     ("simulate",),
-    ("analyses",),
+    ("analyses", "screen"),
     ("plot",),
     ("report", "sweep", "accuracy"),
     ("__init__",),
@@ -195,5 +196,5 @@ def test_contact_and_wear_know_no_kind_of_gear(folder):
     assert files
     for path in files:
         text = path.read_text(encoding="utf-8").casefold()
-        for word in ("face_gear", "face gear", "face-gear", "facegear"):
+        for word in ("face_gear", "face gear", "face-gear", "facegear", "cylindrical", "helical"):
             assert word not in text, f"{path.relative_to(ROOT)}: {word}"

@@ -11,7 +11,7 @@ import xarray as xr
 import semiwear as sw
 from fem_reference.fem_results import line_motion
 from fem_reference.kinematics import PairKinematics
-from fem_reference.rigid_lines import RigidFlank, forecast
+from fem_reference.rigid_lines import RigidFlank, RigidLine, forecast
 from fem_reference.wear import FlankWear, NoWear, face_stations, flank_profile, wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.meshing.face_gear_pair import FaceGearMesh
@@ -143,3 +143,31 @@ def test_bad_wear_is_refused(pair: PairKinematics) -> None:
     for wrong in (np.full(shape, np.nan), np.full(shape, -1.0), np.zeros((3, 4)), np.ones((2, *shape))):
         with pytest.raises(SceneError, match="wear_depth"):
             wear_depth_of(wrong, pair)
+
+
+def test_half_width_of_a_ridge() -> None:
+    """Hertz's half-width over a parabola; on a worn ridge as wide as the ridge is at that height."""
+    across = np.broadcast_to(np.linspace(-2.0, 2.0, 161), (2, 161))
+    parabola = 0.5 * 0.03 * across[0] ** 2
+    ridge = parabola + np.minimum(np.abs(across[0]), 0.3) * 0.05
+    zero = np.zeros(2)
+    line = RigidLine(
+        roll=0.0,
+        face=np.array([500.0, 502.0]),
+        profile=zero,
+        gap=zero,
+        position=np.array([[0.0, 0.0, 500.0], [0.0, 0.0, 502.0]]),
+        pinion_profile=zero,
+        pinion_face=zero,
+        spacing=zero + 1.0,
+        across=across,
+        gap_across=np.stack([parabola, ridge]),
+    )
+    modulus, load = 115385.0, np.array([600.0, 600.0])
+    rise = 2.0 * load / (np.pi * modulus)
+    hertz = np.sqrt(4.0 * load[0] / (np.pi * modulus * 0.03))
+    found = line.half_width(rise)
+    assert found[0] == pytest.approx(hertz, rel=0.01)
+    # 0.015 x^2 + 0.05 x = rise
+    assert found[1] == pytest.approx((np.sqrt(0.05**2 + 0.06 * rise[1]) - 0.05) / 0.03, rel=0.02)
+    assert line.arc == pytest.approx([0.0, 2.0])

@@ -7,6 +7,8 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
+from fem_reference import root_stress
+from semiwear.compliance import tooth
 from semiwear.compliance.influence import InfluenceData, InfluenceOnLines
 from semiwear.compliance.tooth import BodyOnLines, LinePlaces
 from semiwear.errors import SceneError
@@ -89,13 +91,17 @@ def test_stress_at_the_end_of_the_flank_does_not_count(small, influence_file):
     )
 
 
+def test_root_begins_at_one_place_for_the_core_and_for_finite_elements():
+    assert tooth.ROOT_FROM == root_stress.ROOT_FROM
+
+
 def test_root_stress_is_the_sum_over_teeth_and_loads():
     random = np.random.default_rng(3)
     heights, stations, fillet, per_cycle, rolls, faces = 4, 5, 3, 2, 8, 6
     stress = random.standard_normal((OFFSETS, fillet, stations, heights, stations))
     for ahead in (1, -1):
         body = InfluenceData(
-            np.linspace(0.0, 8.0, stations), np.ones((heights, stations)),
+            np.linspace(0.0, 1.0, heights), np.linspace(0.0, 8.0, stations), np.ones((heights, stations)),
             np.zeros((OFFSETS, heights, stations, heights, stations)), stress, ahead, 2e5, 0.3,
         )  # fmt: skip
         places = LinePlaces(

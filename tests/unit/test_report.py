@@ -150,14 +150,14 @@ def test_the_page_needs_nothing_but_itself(page):
     assert not re.search(r"""(src|href|url)\s*[=(]\s*["']?(https?:)?//""", page)
     assert "<script" not in page and "<link" not in page and "@import" not in page
     sources = re.findall(r'src="([^"]{0,30})', page)
-    assert len(sources) == len(PICTURES) and all(src.startswith("data:image/png;base64,") for src in sources)
+    assert len(sources) >= len(PICTURES) and all(src.startswith("data:image/png;base64,") for src in sources)
     assert "default-src 'none'" in page
 
 
 def test_every_picture_has_a_text(page):
     for alt in re.findall(r"<img [^>]*?alt=\"([^\"]*)\"", page):
         assert len(alt) > 40
-    assert page.count("<figcaption>") == len(PICTURES)
+    assert page.partition("<h2>Pictures</h2>")[2].count("<figcaption>") == len(PICTURES)
 
 
 def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):

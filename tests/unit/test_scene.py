@@ -173,6 +173,7 @@ class TestDefaults:
             "width",
             "points",
             "harmonics",
+            "accuracy",
             "coefficient",
             "lambda",
             "strength",

@@ -1,0 +1,27 @@
+"""The kind of gear pair that these finite elements mesh."""
+
+from __future__ import annotations
+
+from semiwear.errors import SceneError
+from semiwear.scene import FaceGearPair, Scene
+
+__all__ = ["face_gear_pair"]
+
+
+def face_gear_pair(scene: Scene) -> FaceGearPair:
+    """The scene's table ``[gear_pair]``.
+
+    Raises
+    ------
+    SceneError
+        For another kind of gear pair than a face gear.
+    """
+    pair = scene.gear_pair
+    if not isinstance(pair, FaceGearPair):
+        raise SceneError.of(
+            "gear_pair.type",
+            pair.type,
+            '"face_gear"',
+            "these finite elements mesh face gears only: use the core",
+        )
+    return pair

@@ -1,0 +1,242 @@
+"""Meshes of both bodies whose refined patches follow the contact lines, and the surfaces on them that may touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference.contact import ContactPair
+from fem_reference.elasticity import ElasticBody
+from fem_reference.face_gear_mesh import face_gear_mesh
+from fem_reference.face_gear_scene import face_gear_pair
+from fem_reference.kinematics import Pose
+from fem_reference.moved_nodes import moved_flanks
+from fem_reference.pinion_mesh import pinion_mesh
+from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus
+from fem_reference.root_load import BODIES
+from fem_reference.surface import Surface
+from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, Refinement, ToothMesh
+from semiwear.errors import SceneError
+
+__all__ = ["WORN_FLANK", "Candidates", "MeshSettings", "candidates", "line_meshes"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+WORN_FLANK = ("gap", "moved_nodes")
+"""How wear enters: as a gap over the fresh mesh, or by nodes moved along their normals."""
+
+_MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
+_LEAST_WIDTH = 0.4  # of the widest pair's half-width: what the others are meshed for at least
+_LIGHT, _LIGHT_WIDTH = 0.1, 0.8  # share of the load below which elements may be larger, and how large in the same way
+_APPROACH = 1.5  # forecast approaches that are allowed for
+_APART = 1.0  # mm: the gap where nothing lies opposite
+_REACH = 2.0  # mm, of facets that are tried against each other
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Resolution of the contact meshes.
+
+    Attributes
+    ----------
+    elements_per_half_width : float
+        Elements across the half-width to expect of the contact on the flank as it is, worn or not.
+    element_length : float
+        Length of elements along the line [mm].
+    gear_teeth, pinion_teeth : int
+        Teeth in the meshes; the bore and the back face are held, the cut planes free.
+    growth : float
+        Growth of elements outside the patch, mm for each mm.
+    patch : float
+        Half the refined width over the forecast half-width.
+    wider : dict from pair to float
+        Factors on `patch` for single pairs.
+    worn_flank : str
+        One of `WORN_FLANK`.
+    """
+
+    elements_per_half_width: float = 3.0
+    element_length: float = 2.5
+    gear_teeth: int = 5
+    pinion_teeth: int = 9
+    growth: float = 0.6
+    patch: float = 1.4
+    wider: Mapping[int, float] = field(default_factory=dict)
+    worn_flank: str = "gap"
+
+    def __post_init__(self) -> None:
+        if self.worn_flank not in WORN_FLANK:
+            raise SceneError.of("worn_flank", self.worn_flank, f"one of {', '.join(WORN_FLANK)}")
+
+
+def line_meshes(
+    flank: RigidFlank, mesh_position: float, expected: Forecast, settings: MeshSettings
+) -> dict[str, ToothMesh]:
+    """Meshes of gear and pinion in their own frames for a mesh position."""
+    scene = flank.pair.scene
+    divisions = Divisions.of_module(face_gear_pair(scene).module_mm)
+    divisions = replace(divisions, depth=4, face_size=2.0 * settings.element_length)
+    refined = _refinements(flank, expected, settings)
+    gear = face_gear_mesh(
+        scene, teeth=settings.gear_teeth, refinements=refined["gear"], divisions=divisions, detailed=()
+    )
+    if settings.worn_flank == "moved_nodes":
+        gear = moved_flanks(gear, flank.wear, {-j for j in expected.lines})
+    pinion = pinion_mesh(
+        scene, teeth=settings.pinion_teeth, refinements=refined["pinion"], divisions=divisions, detailed=()
+    )
+    return {"gear": gear, "pinion": pinion}
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Surfaces of a pair that may touch, and what lies between them; arrays are over all nodes of the gear.
+
+    Attributes
+    ----------
+    contact : ContactPair
+        Its gap is that of `fresh` alone.
+    fresh : array [mm]
+        Distance of the flanks as they are meshed, roundings of the edges included.
+    moved : array [mm]
+        Wear by which the nodes were moved already.
+    face, profile : arrays [mm]
+        Places on the gear's flank; zero elsewhere.
+    pinion_face, pinion_profile : arrays [mm]
+        What they meet.
+    on_flank : int array
+        Nodes for which these hold.
+    """
+
+    contact: ContactPair
+    fresh: FloatArray
+    moved: FloatArray
+    face: FloatArray
+    profile: FloatArray
+    pinion_face: FloatArray
+    pinion_profile: FloatArray
+    on_flank: IntArray
+
+    def gap(self, flank: RigidFlank) -> FloatArray:
+        """Gap at all nodes with the wear of a flank [mm]."""
+        gap, at = self.fresh.copy(), self.on_flank
+        worn = flank.wear.depth(self.face[at], self.profile[at]) - self.moved[at]
+        gap[at] = np.minimum(gap[at] + worn, _APART)
+        return gap
+
+
+def _patch(flank: RigidFlank, expected: Forecast, pair: int, settings: MeshSettings) -> tuple[RigidLine, float]:
+    """Middle of the patch of a pair, the fresh line, and half its width [mm]: all that may touch, and a margin."""
+    line, load = expected.lines[pair], expected.line_load[pair]
+    middle = RigidFlank(flank.pair).line(line.roll)
+    widest = max(float(width.max()) for width in expected.half_width.values())
+    width = max(float(expected.half_width[pair].max()), _LEAST_WIDTH * widest)
+    rise = 2.0 * load / (np.pi * effective_modulus(flank.pair.scene))
+    # hardly loaded pairs stay small: what they miss is told by `reaches_border`
+    aside = max(line.farthest(rise, middle.profile) - width, 0.0) if expected.share(pair) > _LIGHT else 0.0
+    return middle, settings.wider.get(pair, 1.0) * (settings.patch * width + aside)
+
+
+def _element_size(expected: Forecast, pair: int, settings: MeshSettings) -> float:
+    """Size of the elements across the line of a pair [mm]."""
+    usual = max(expected.usual_half_width(k) for k in expected.lines)
+    least = _LEAST_WIDTH if expected.share(pair) > _LIGHT else _LIGHT_WIDTH
+    return max(expected.usual_half_width(pair), least * usual) / settings.elements_per_half_width
+
+
+def _refinements(flank: RigidFlank, expected: Forecast, settings: MeshSettings) -> dict[str, dict[int, Refinement]]:
+    """Refined patches of all loaded teeth of both bodies: pair j is pinion tooth j on gear tooth -j."""
+    result: dict[str, dict[int, Refinement]] = {name: {} for name in BODIES}
+    for j, line in expected.lines.items():
+        middle, half = _patch(flank, expected, j, settings)
+        near = line.gap - expected.least < 1.5 * expected.approach
+        tables = {
+            "gear": (-j, middle.face, middle.profile), "pinion": (j, middle.pinion_face, middle.pinion_profile),
+        }  # fmt: skip
+        for name, (tooth, face, profile) in tables.items():
+            result[name][tooth] = Refinement(
+                profile_middle=_curve(face, profile),
+                profile_half_range=half,
+                face_range=(float(face[near].min()) - 1.0, float(face[near].max()) + 1.0),
+                element_size_profile=_element_size(expected, j, settings),
+                element_size_face=settings.element_length,
+                growth=settings.growth,
+            )
+    return result
+
+
+def _curve(face: FloatArray, profile: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    return lambda wanted: np.interp(wanted, face, profile)
+
+
+def candidates(
+    flank: RigidFlank,
+    expected: Forecast,
+    j: int,
+    settings: MeshSettings,
+    meshes: Mapping[str, ToothMesh],
+    bodies: Mapping[str, ElasticBody],
+    poses: Mapping[str, Pose],
+) -> Candidates:
+    """Candidates of a pair with their exact gap."""
+    pair, (line, half) = flank.pair, _patch(flank, expected, j, settings)
+    gear, pinion = meshes["gear"].flanks[-j, LOADED], meshes["pinion"].flanks[j, LOADED]
+    face = np.broadcast_to(gear.face, gear.profile.shape)
+    worn = flank.wear.depth(face, gear.profile)
+    moved = settings.worn_flank == "moved_nodes"
+    own, normal = pair.gear.points(face, gear.profile)
+    met = pair.met_by(own - worn[..., None] * normal if moved else own, normal, line.roll)
+    fresh = met.gap + pair.rounding(face, gear.profile, met)
+    fresh = np.where(np.isfinite(fresh), np.minimum(fresh, _APART), _APART)
+    gap = fresh if moved else fresh + worn
+    place = np.abs(gear.profile - np.interp(gear.face, line.face, line.profile))
+    # bodies give way, they do not come closer: no node touches whose gap exceeds the approach
+    highest = _APPROACH * settings.wider.get(j, 1.0) * expected.approach
+    near = (place < half) & (gap - expected.least < highest)
+    other = np.abs(pinion.profile - np.interp(pinion.face, line.pinion_face, line.pinion_profile)) < _MASTER * half
+
+    count = len(bodies["gear"].points)
+
+    def at_nodes(values: FloatArray, elsewhere: float = 0.0) -> FloatArray:
+        result = np.full(count, elsewhere)
+        result[gear.nodes] = values
+        return result
+
+    normals = np.zeros((count, 3))
+    normals[gear.nodes] = poses["gear"].vectors(gear.normals)
+    at_fresh = at_nodes(fresh, _APART)
+    contact = ContactPair(
+        slave=_surface("gear", bodies["gear"].points, gear, near, poses["gear"]),
+        master=_surface("pinion", bodies["pinion"].points, pinion, other, poses["pinion"]),
+        gap=at_fresh,
+        lever=pair.pinion.base_radius,
+        normals=None if moved else normals,
+        reach=_REACH,
+        name=f"pair {j:+d}",
+    )
+    return Candidates(
+        contact,
+        at_fresh,
+        at_nodes(worn if moved else 0.0 * worn),
+        at_nodes(face),
+        at_nodes(gear.profile),
+        at_nodes(met.pinion_face),
+        at_nodes(met.pinion_profile),
+        np.unique(gear.nodes),
+    )
+
+
+def _surface(name: str, points: FloatArray, grid: FlankGrid, chosen: NDArray[np.bool_], pose: Pose) -> Surface:
+    """Facets of a flank with a chosen node, counter-clockwise from outside, and the flank's real edges."""
+    n = grid.nodes
+    quads = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)
+    wanted = chosen[:-1, :-1] | chosen[1:, :-1] | chosen[1:, 1:] | chosen[:-1, 1:]
+    corner = points[quads[0, 0]]
+    outward = np.cross(corner[2] - corner[0], corner[3] - corner[1]) @ pose.vectors(grid.normals[0, 0])
+    quads = quads[wanted]
+    edges = {"tip": n[-1], "inner end": n[:, 0], "outer end": n[:, -1], "fillet": n[0]}
+    return Surface(name, points, quads if outward > 0.0 else quads[:, ::-1], edges)

@@ -1,0 +1,202 @@
+"""A run to an accuracy: coarse runs tell what each resolution contributes, one finer run gives the result.
+
+1. A coarse run, and one for each parameter in which that alone is finer.
+2. Richardson's estimate of every contribution; the parameters that dominate are refined until the sum is allowed.
+3. A run there. Its difference from the coarse run must not exceed what the estimates say of the latter; where it does
+   the estimates are raised in proportion, and if they then say too much, parameters are refined once more.
+
+Wear steps look after themselves (`semiwear.wear.adaptive`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+import numpy as np
+from xarray import DataTree
+
+from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
+from semiwear.errors import ConvergenceError, SceneError
+from semiwear.results.kinds import Errors, History, difference, history, worst
+from semiwear.scene import Scene
+from semiwear.simulate import Progress
+from semiwear.simulate import simulate as simulate_as_given
+
+__all__ = ["simulate"]
+
+_ROUNDS = 3
+_SHARE = 0.85  # of an asked accuracy for the resolution; as squares it leaves half of it for the wear steps
+_PILOT_STATES = 4  # worn states of a coarse run
+
+
+def simulate(
+    scene: Scene,
+    *,
+    progress: Progress | None = None,
+    fidelity: str | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+) -> DataTree:
+    """Wear the flank of a scene and follow what it does to contact, root stress and transmission error.
+
+    Where the scene has `numerics.accuracy`, the numbers in its `[numerics]` that it leaves out are chosen for it, and
+    `/diagnostics/error_estimate` tells the error of every quantity in `/history`, over the greatest value of its kind
+    (wear depths, pressures, ...), against the converged solution of the same fidelity.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table [wear].
+    progress : Progress, optional
+        Hears of every finished wear step.
+    fidelity : str, optional
+        Instead of ``numerics.fidelity``.
+    checkpoint : path, optional
+        A file that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
+        It stays until you delete it: do so when you have saved the result. Not together with an accuracy that still
+        has numbers to choose.
+    resume : bool
+        Go on from the wear steps in `checkpoint`, from the beginning where there is no such file. On one kind of
+        processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
+        `/diagnostics`. Without it, an earlier run's file is replaced when the first wear step is finished.
+
+    Returns
+    -------
+    DataTree
+        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`), and
+        `/life` where the scene has `[effects.run_life]`; `wear_step` 0 is unworn. Its scene holds the numbers that
+        were chosen.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no wear, or `fidelity` is unknown.
+    ConvergenceError
+        If a load or wear step cannot be solved, or the accuracy is not reached; it names the place and what to
+        change, and its `result` holds what was found.
+    ResultFileError
+        If the checkpoint is of another run, damaged, in use, or cannot be written.
+    """
+    if fidelity is not None:
+        scene = scene.replace({"numerics.fidelity": fidelity})
+    if scene.numerics.accuracy is None or scene.wear is None:
+        return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
+    if checkpoint is not None:
+        fix = "run without it once; the scene in that result holds the chosen numbers: take out its accuracy"
+        raise SceneError.of("checkpoint", os.fspath(checkpoint), "none together with numerics.accuracy", fix)
+    return _Search(scene).run(progress)
+
+
+class _Search:
+    """Coarse runs of a scene, and what they say."""
+
+    def __init__(self, scene: Scene) -> None:
+        numerics = scene.numerics
+        assert numerics.accuracy is not None
+        self.scene, self.asked = scene, numerics.accuracy
+        self.parameters = parameters_of(numerics)
+        self.open = {p.name for p in self.parameters} & set(numerics.chosen_for_accuracy)
+        self.coarse = {p.name: p.start if p.name in self.open else getattr(numerics, p.name) for p in self.parameters}
+        self.pilot_scene, self.pilot_states = _pilot(scene)
+        self.pilot = self._pilot_history(self.coarse)
+        self.parts = tuple(self._contributions())
+        self.fixed_steps = self._fixed_step_errors()
+
+    def run(self, progress: Progress | None) -> DataTree:
+        """The result."""
+        factors: dict[str, float] = {}
+        allowed = _SHARE * self.asked
+        for _ in range(_ROUNDS):
+            values = chosen_resolution(self.parts, factors, allowed)
+            tree = simulate_as_given(self._with(self.scene, values), progress=progress)
+            factors = self._factors(tree, values)
+            errors = self._errors(tree, values, factors)
+            if worst(errors) <= self.asked or not self.open:
+                break
+            if chosen_resolution(self.parts, factors, allowed) == values:
+                break
+        _tell(tree, errors, self.asked)
+        if worst(errors) > self.asked and self.open:
+            name = max(errors, key=lambda key: errors[key])
+            raise ConvergenceError(
+                f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.2g} of the greatest value of "
+                f"its kind, with {_listed(values)}; ask for less, or leave out numbers of [numerics] "
+                "(the error's `result` holds what was found)",
+                tree,
+            )
+        return tree
+
+    def _contributions(self) -> list[Contribution]:
+        parts = []
+        for parameter in self.parameters:
+            value, open_ = self.coarse[parameter.name], parameter.name in self.open
+            # of a number that is given, a coarser one is cheaper to compare with
+            other = 2 * value if parameter.refined and open_ else max(value // 2, _least(parameter.name))
+            if other == value:
+                other = 2 * value
+            change = difference(self._pilot_history(self.coarse | {parameter.name: other}), self.pilot)
+            parts.append(Contribution.between(parameter, value, other, change, open_))
+        return parts
+
+    def _fixed_step_errors(self) -> Errors:
+        """What a given number of wear steps leaves, against adaptive ones."""
+        if "wear_steps" in self.scene.numerics.chosen_for_accuracy:
+            return {}
+        free = self.pilot_scene.replace({"numerics.wear_steps": None})
+        reference = history(simulate_as_given(self._with(free, self.coarse)))
+        return difference(self.pilot, reference)
+
+    def _factors(self, tree: DataTree, values: Mapping[str, int]) -> dict[str, float]:
+        """By how much the coarse run errs more than its estimates say, quantity by quantity."""
+        if values == self.coarse:
+            return {}
+        found = difference(self.pilot, history(tree, self.pilot_states))
+        said = together(part.errors for part in self.parts)
+        return {name: max(1.0, size / said[name]) for name, size in found.items() if said.get(name, 0.0) > 0.0}
+
+    def _errors(self, tree: DataTree, values: Mapping[str, int], factors: Mapping[str, float]) -> Errors:
+        """Estimated errors of a result: of the resolution and of the wear steps."""
+        steps = tree["diagnostics"].to_dataset()["error_estimate"]
+        told = {str(name): float(size) for name, size in zip(steps["quantity"].values, steps.values, strict=True)}
+        resolution = {
+            name: factors.get(name, 1.0) * size
+            for name, size in together(contributions_at(self.parts, values).values()).items()
+        }
+        return together([told, self.fixed_steps, resolution])
+
+    def _pilot_history(self, values: Mapping[str, int]) -> History:
+        return history(simulate_as_given(self._with(self.pilot_scene, values)))
+
+    def _with(self, scene: Scene, values: Mapping[str, int]) -> Scene:
+        return scene.replace({f"numerics.{name}": value for name, value in values.items()})
+
+
+def _least(name: str) -> int:
+    """The coarsest value that a scene may have."""
+    return {"roll_positions": 8, "face_slices": 11, "profile_points": 31, "cells_per_half_width": 2}.get(name, 3)
+
+
+def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
+    """The scene with few of its control depths, and which wear states of the whole run these are."""
+    assert scene.wear is not None
+    depths = scene.wear.until.control_depths_um
+    changes: dict[str, object] = {"effects.run_life": None}
+    if depths is None:
+        return scene.replace(changes), None
+    kept = np.unique(np.ceil(np.arange(1, _PILOT_STATES + 1) * len(depths) / _PILOT_STATES).astype(int))
+    changes["wear.until.control_depths_um"] = [depths[k - 1] for k in kept]
+    return scene.replace(changes), [0, *(int(k) for k in kept)]
+
+
+def _tell(tree: DataTree, errors: Errors, asked: float) -> None:
+    """Write the estimates into a result."""
+    group = tree["diagnostics"].to_dataset()
+    estimates = group["error_estimate"]
+    told = np.array([errors[str(name)] for name in estimates["quantity"].values])
+    tree["diagnostics"].dataset = group.assign(error_estimate=estimates.copy(data=told))
+    tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.2g} estimated"
+
+
+def _listed(values: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())

@@ -1,0 +1,33 @@
+"""Limits of a scene that need tooth geometry; one file a kind of gear pair.
+
+`geometric_problems` is passed to `load_scene` and stays with the scene, so that these limits and the plain ones of
+`semiwear.scene` are reported at once.
+"""
+
+from __future__ import annotations
+
+from semiwear.check.cylindrical import cylindrical_problems
+from semiwear.check.face_gear import face_gear_problems
+from semiwear.errors import Problem
+from semiwear.scene import CylindricalPair, Scene
+
+__all__ = ["geometric_problems"]
+
+
+def geometric_problems(scene: Scene) -> list[Problem]:
+    """What is wrong with a scene's teeth.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene whose fields are each in their own range.
+
+    Returns
+    -------
+    list of Problem
+        Empty when the teeth can be cut and mesh without interference. A field is named once at most. The
+        numbers in a message are rounded to the safe side: such a limit, typed in, is accepted.
+    """
+    if isinstance(scene.gear_pair, CylindricalPair):
+        return cylindrical_problems(scene)
+    return face_gear_problems(scene)

@@ -1,0 +1,288 @@
+"""Limits of a cylindrical gear pair that need tooth geometry: undercut, pointing, interference, contact ratio.
+
+References
+----------
+ISO 21771:2007 (form and active diameters, contact ratios, tip interference of internal pairs); ISO 53 (basic rack).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import acos, atan, cos, isfinite, pi, sin
+from typing import cast
+
+import numpy as np
+
+from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up
+from semiwear.errors import Problem
+from semiwear.geometry.cylindrical import CylindricalTooth
+from semiwear.geometry.involute import involute_function
+from semiwear.meshing.cylindrical_pair import CylindricalMesh
+from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
+from semiwear.scene.cylindrical import zero_backlash_distance
+
+__all__ = ["cylindrical_problems"]
+
+_USUAL = "spur_fzg_c"
+_SHIFT_DIGITS = 1e-3  # modules: a centre distance is met by shifts written with a few digits
+_MOST_ROLLS = 2.9  # from the pitch point: farther no tooth pair is looked for
+
+
+def cylindrical_problems(scene: Scene) -> list[Problem]:
+    """What is wrong with a cylindrical pair's teeth; see `semiwear.check.geometric_problems`."""
+    table = cast(CylindricalPair, scene.gear_pair)
+    distance = list(_teeth_fit_the_centre_distance(scene, table))
+    if distance:
+        return distance
+    return find_problems(scene, CylindricalMesh(table, Placement()), _LIMITS, _USUAL, _LAST)
+
+
+def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iterator[Problem]:
+    """The centre distance is one at which the base circles leave a line of action, and the teeth do not jam."""
+    t = table
+    tight = _tight_distance(t, 0.0)
+    side = -1.0 if t.internal else 1.0
+    if not isfinite(tight):
+        fix = f"there is no centre distance for such shifts: {'lower' if t.internal else 'raise'} their sum"
+        allowed = f"a {'smaller' if t.internal else 'greater'} profile shift"
+        yield problem_of(scene, "gear_profile_shift", allowed, fix)
+        return
+    if not isfinite(t.working_pressure_angle):
+        allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"
+        fix = "there is no line of action between the base circles: leave it out for the distance without backlash"
+        yield problem_of(scene, "centre_distance_mm", allowed, fix)
+        return
+    slack = side * _SHIFT_DIGITS * t.normal_module_mm * cos(t.working_pressure_angle)
+    if side * (t.centre_distance_mm - tight + slack) < 0.0:
+        allowed = f"{'up to' if t.internal else 'at least'} {(down if t.internal else up)(tight)} mm"
+        fix = "the teeth jam: leave it out for the distance without backlash, or lower the sum of the profile shifts"
+        yield problem_of(scene, "centre_distance_mm", allowed, fix)
+
+
+def _tight_distance(t: CylindricalPair, more_shift: float) -> float:
+    shift = t.pinion_profile_shift + more_shift
+    return zero_backlash_distance(
+        t.normal_module_mm, t.pressure_angle_deg, t.helix_angle_deg, t.pinion_teeth, t.gear_teeth, shift,
+        t.gear_profile_shift,
+    )  # fmt: skip
+
+
+def _teeth(mesh: CylindricalMesh) -> tuple[tuple[str, CylindricalTooth], ...]:
+    return ("pinion", mesh.pinion), ("gear", mesh.gear)
+
+
+def _rack_does_not_undercut(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The rack's straight flank ends before the point in which the line of action touches the base circle."""
+    for body, tooth in _teeth(mesh):
+        if tooth.internal or tooth.form_roll_angle >= 0.0:
+            continue
+        deepest = tooth.reference_radius * sin(tooth.pressure_angle) ** 2
+        least = tooth.profile_shift + (tooth.straight_depth - deepest) / tooth.normal_module
+        fix = f"{tooth.teeth} teeth are below the limit of undercut: they need a profile shift, or more teeth"
+        yield problem_of(scene, f"{body}_profile_shift", f"at least {up(least)}", fix)
+
+
+def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The two flanks of a tooth do not meet below its tip."""
+    for body, tooth in _teeth(mesh):
+        field = f"{body}_tip_diameter_mm"
+        if tooth.internal and tooth.tip_radius < tooth.base_radius:
+            fix = "an involute ends at the base circle: give more, or a positive profile shift"
+            yield problem_of(scene, field, f"at least {up(2.0 * tooth.base_radius)} mm (base circle)", fix)
+        elif tooth.side * (tooth.tip_radius - tooth.reference_radius) <= -tooth.rack_addendum:
+            fix = "the tip lies below the root: leave it out for its default"
+            yield problem_of(scene, field, f"{'below' if tooth.internal else 'above'} the root diameter", fix)
+        elif tooth.half_thickness(tooth.tip_radius) <= 0.0:
+
+            def land(radius: float, tooth: CylindricalTooth = tooth) -> float:
+                return tooth.half_thickness(radius)
+
+            limit = 2.0 * crossing(land, tooth.reference_radius, tooth.tip_radius)
+            fix = "the teeth are pointed: give " + ("more" if tooth.internal else "less, or less profile shift")
+            allowed = f"above {up(limit)} mm" if tooth.internal else f"below {down(limit)} mm"
+            yield problem_of(scene, field, allowed, fix)
+
+
+def _internal_fillet_fits(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The arc that is an internal gear's fillet fits into the tooth space."""
+    gear = mesh.gear
+    if not gear.internal or gear.root_land_half_angle >= 0.0:
+        return
+
+    def land(radius: float) -> float:
+        return replace(gear, rack_tip_radius=radius).root_land_half_angle
+
+    if land(0.0) < 0.0:
+        fix = "the flanks meet before the root: give less, usually 1.25 modules, or less profile shift"
+        yield problem_of(scene, "gear_rack_addendum_mm", "a root that leaves a land in the tooth space", fix)
+        return
+    greatest = crossing(land, 0.0, gear.rack_tip_radius)
+    fix = "the tooth space is fully round: give less, or lower gear_rack_addendum_mm"
+    yield problem_of(scene, "gear_rack_tip_radius_mm", f"0 to {down(greatest)} mm", fix)
+
+
+def _roots_are_clear(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """A tip does not reach the other body's root."""
+    pinion, gear = mesh.pinion, mesh.gear
+    distance = mesh.table.centre_distance_mm
+    pinion_limit = gear.side * (distance - gear.root_radius)
+    gear_limit = distance - pinion.root_radius if not gear.internal else distance + pinion.root_radius
+    if pinion.tip_radius >= pinion_limit:
+        fix = "its tips need bottom clearance in the gear's roots: give less, or raise gear_rack_addendum_mm"
+        yield problem_of(scene, "pinion_tip_diameter_mm", f"below {down(2.0 * pinion_limit)} mm", fix)
+    if gear.side * (gear.tip_radius - gear_limit) >= 0.0:
+        fix = "its tips need bottom clearance in the pinion's roots, or raise pinion_rack_addendum_mm"
+        less = "above" if gear.internal else "below"
+        yield problem_of(scene, "gear_tip_diameter_mm", f"{less} {2.0 * gear_limit:.6g} mm", fix)
+
+
+def _tips_clear_the_fillets(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """On the path of contact each tip meets the other's involute: not its fillet, nor inside its base circle."""
+    first, last = mesh.path_limits
+    pinion, gear = mesh.pinion, mesh.gear
+    pinion_working, gear_working = mesh.working_radii
+    # deepest roll angles that the tips reach
+    on_pinion = pinion.roll_at(pinion_working) - first / pinion.base_radius
+    on_gear = gear.roll_at(gear_working) + gear.side * last / gear.base_radius
+    if on_pinion < pinion.form_roll_angle:
+        reach = pinion.base_radius * (pinion.roll_at(pinion_working) - max(pinion.form_roll_angle, 0.0))
+        roll = gear.roll_at(gear_working) + gear.side * reach / gear.base_radius
+        limit = 2.0 * gear.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
+        fix = "the gear's tip would touch the pinion's fillet: lower pinion_rack_tip_radius_mm, or shift the profiles"
+        allowed = f"at least {up(limit)} mm" if gear.internal else f"up to {down(limit)} mm"
+        yield problem_of(scene, "gear_tip_diameter_mm", allowed, fix)
+    if gear.side * (on_gear - gear.form_roll_angle) < 0.0:
+        reach = gear.side * gear.base_radius * (gear.roll_at(gear_working) - max(gear.form_roll_angle, 0.0))
+        roll = pinion.roll_at(pinion_working) + reach / pinion.base_radius
+        limit = 2.0 * pinion.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
+        fix = "the pinion's tip would touch the gear's fillet: lower gear_rack_tip_radius_mm, or shift the profiles"
+        yield problem_of(scene, "pinion_tip_diameter_mm", f"up to {down(limit)} mm", fix)
+
+
+def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """A pair is still in mesh when the next one enters; and no more are in mesh than can be followed."""
+    ratio = mesh.transverse_contact_ratio + mesh.overlap_ratio
+    if ratio < 1.0:
+        allowed = f"tip diameters with a contact ratio of 1 at least; it is {down(ratio)}"
+        fix = "the teeth part before the next pair enters: raise the tips, the helix angle or the number of teeth"
+        yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
+    first, last = (length / mesh.base_pitch for length in mesh.path_limits)
+    half = 0.5 * mesh.overlap_ratio + abs(mesh.table.face_offset_mm) / mesh.base_pitch
+    if max(first, -last) + half > _MOST_ROLLS:
+        allowed = f"a contact ratio of at most about {2 * _MOST_ROLLS:.0f}; it is {up(ratio)}"
+        fix = "more tooth pairs in mesh than can be followed: lower the helix angle or the face width"
+        yield problem_of(scene, "helix_angle_deg", allowed, fix)
+
+
+def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The pinion's tip leaves the gear's tooth space without touching the gear's tips, away from the path of contact.
+
+    Where the tip cylinders cross, the pinion must have turned out of the space (ISO 21771; "fouling").
+    """
+    pinion, gear = mesh.pinion, mesh.gear
+    if not gear.internal:
+        return
+    if _passing(mesh) >= 0.0:
+        return
+    difference = gear.teeth - pinion.teeth
+    fix = (
+        f"the tips foul beside the path of contact: {difference} teeth more than the pinion are too few, or lower it"
+    )
+
+    def passing(diameter: float) -> float:
+        table = replace(mesh.table, pinion_tip_diameter_mm=diameter)
+        return _passing(CylindricalMesh(table, Placement()))
+
+    low = 2.0 * pinion.reference_radius
+    allowed = "a gear with more teeth"
+    if passing(low) >= 0.0:
+        allowed = f"below {down(crossing(passing, low, 2.0 * pinion.tip_radius))} mm"
+    yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
+
+
+def _passing(mesh: CylindricalMesh) -> float:
+    """Angle of the gear by which tips pass each other where the tip cylinders cross [rad]; negative: they foul."""
+    pinion, gear = mesh.pinion, mesh.gear
+    distance = mesh.table.centre_distance_mm
+    r1, r2 = pinion.tip_radius, gear.tip_radius
+    cosine_1 = (r2**2 - r1**2 - distance**2) / (2.0 * distance * r1)
+    cosine_2 = (distance**2 + r2**2 - r1**2) / (2.0 * distance * r2)
+    if not (abs(cosine_1) < 1.0 and abs(cosine_2) < 1.0):
+        return pi
+    working = involute_function(mesh.table.working_pressure_angle)
+
+    def involute_at(tooth: CylindricalTooth) -> float:
+        return tooth.tip_roll_angle - atan(tooth.tip_roll_angle)
+
+    turned = (acos(cosine_1) + involute_at(pinion) - working) * pinion.teeth / gear.teeth
+    return turned + working - involute_at(gear) - acos(cosine_2)
+
+
+def _rims_are_there(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """There is material under the roots."""
+    if mesh.pinion.rim_thickness <= 0.0:
+        allowed = f"less than the pinion's root radius ({down(mesh.pinion.root_radius)} mm)"
+        yield problem_of(scene, "pinion_bore_radius_mm", allowed, "give a radius, not a diameter")
+    if not mesh.gear.internal and mesh.gear.rim_thickness >= mesh.gear.root_radius:
+        allowed = f"less than the gear's root radius ({down(mesh.gear.root_radius)} mm)"
+        yield problem_of(scene, "gear_rim_thickness_mm", allowed, "the gear is a ring on a bore: give less")
+
+
+def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The roundings of a tooth's two tip edges leave a top land and a flank."""
+    middle = np.zeros(1)
+    sharp, rounded = mesh.borders(middle, sharp=True), mesh.borders(middle)
+    for body, tooth, radius, inset, flank in (
+        (
+            "pinion",
+            mesh.pinion,
+            sharp.partner_tip_edge_radius,
+            sharp.partner_tip - rounded.partner_tip,
+            sharp.partner_tip - sharp.partner_root,
+        ),
+        (
+            "gear",
+            mesh.gear,
+            sharp.tip_edge_radius,
+            float((sharp.tip - rounded.tip)[0]),
+            float((sharp.tip - sharp.root)[0]),
+        ),
+    ):
+        room = min(tooth.half_thickness(tooth.tip_radius), flank)
+        # a tooth without a land is pointed, which is another limit
+        if inset > 0.0 and 0.0 < room < inset:
+            fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
+            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(radius * room / inset)} mm", fix)
+
+
+def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
+    """The control point lies between fillet and tip edge, where the pinion reaches the flank."""
+    point = None if scene.wear is None else scene.wear.control_point
+    if not isinstance(point, CylindricalControlPoint):
+        return
+    gear, (_, working) = mesh.gear, mesh.working_radii
+    last = mesh.path_limits[1]
+    roll = gear.roll_at(working) + gear.side * last / gear.base_radius
+    reached = gear.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
+    low, high = gear.side * (reached - working), gear.side * (gear.tip_radius - working)
+    if not low <= point.height_mm <= high:
+        allowed = f"{up(low)} to {down(high)} mm, the active flank"
+        fix = "the height above the working pitch cylinder, where the pinion meets the flank"
+        yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)
+
+
+_LAST: tuple[Limit, ...] = (_control_point_is_on_the_flank,)
+# every limit, and the field of the gear pair that is named when it cannot be computed
+_LIMITS: dict[Limit, str] = {
+    _rack_does_not_undercut: "pinion_profile_shift",
+    _teeth_are_not_pointed: "pinion_tip_diameter_mm",
+    _internal_fillet_fits: "gear_rack_tip_radius_mm",
+    _roots_are_clear: "pinion_tip_diameter_mm",
+    _tips_clear_the_fillets: "gear_tip_diameter_mm",
+    _teeth_hand_over: "pinion_tip_diameter_mm",
+    _tips_of_an_internal_pair_pass: "pinion_tip_diameter_mm",
+    _rims_are_there: "pinion_bore_radius_mm",
+    _edge_roundings_fit: "pinion_tip_edge_radius_mm",
+    _control_point_is_on_the_flank: "gear_tip_diameter_mm",
+}

@@ -1,0 +1,78 @@
+"""Section of a report for what effects add to a result; absent where none ran."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+
+import xarray as xr
+
+from semiwear.plot.history import history_of
+from semiwear.plot.style import label, styled
+from semiwear.report.markup import element, figure_text, unit_text
+from semiwear.report.pictures import figure_uri
+
+__all__ = ["effects_section"]
+
+_TITLES = {
+    "mesh_efficiency": "Efficiency of the mesh",
+    "friction_power_loss_mean": "Friction loss",
+    "contact_temperature_max": "Contact temperature",
+    "lambda_ratio_min": "Film over roughness",
+    "wear_depth_max_pinion": "Greatest wear of the pinion",
+}
+"""Histories that a result has only where an effect or a worn pinion asks for them."""
+
+_SIZE = (4.4, 2.8)
+
+
+def effects_section(tree: xr.DataTree) -> str:
+    """Tiles of the life and of what effects tell, and their course over the wear steps; empty without any."""
+    told = list(_told(tree))
+    tiles = "".join(
+        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
+        for name, value, note in [*_life(tree), *(_tile(title, series) for title, series in told)]
+    )
+    if not tiles:
+        return ""
+    charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)
+    cards = element("div", charts, class_="cards small") if charts else ""
+    return element("ul", tiles, class_="tiles") + cards
+
+
+def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
+    if "history" in tree.children:
+        history = tree["history"].to_dataset()
+        yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
+
+
+def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
+    if "life" not in tree.children:
+        return
+    life = {str(name): float(value) for name, value in tree["life"].to_dataset().data_vars.items()}
+    hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"
+    yield f"Life until {life['depth_limit']:g} µm of wear", f"{figure_text(life['meshes_to_limit'])} meshes", hours
+    for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
+        change = figure_text(life[f"sensitivity_to_{name}"], 3)
+        yield f"Life against {what}", f"{change} %", f"for 1 % more {what}"
+
+
+def _tile(title: str, series: xr.DataArray) -> tuple[str, str, str]:
+    first, last = (_value(series, step) for step in (0, -1))
+    return title, last, f"{first} unworn" if series.size > 1 else "unworn"
+
+
+def _value(series: xr.DataArray, step: int) -> str:
+    return f"{figure_text(float(series[step]))} {unit_text(series.attrs['units'])}".strip()
+
+
+def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
+    with styled():
+        uri = figure_uri(
+            _SIZE, 1, lambda axes: history_of(tree, str(series.name), axes[0]).set_ylabel(label(series, title))
+        )
+    alt = f"{title} over the wear steps: {_value(series, 0)} at first, {_value(series, -1)} at last."
+    long_name = str(series.attrs["long_name"])
+    caption = f"<figcaption>{escape(long_name[:1].upper() + long_name[1:])}.</figcaption>"
+    image = f'<img src="{uri}" alt="{escape(alt)}" width="440" height="280">'
+    return element("article", f"<figure><h3>{escape(title)}</h3>{image}{caption}</figure>", class_="card")

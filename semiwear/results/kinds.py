@@ -1,0 +1,99 @@
+"""Kinds of reported quantities, and how far two results are apart.
+
+A difference is told relative to the greatest value of its kind over the whole run: a wear depth to the greatest wear
+depth, a pressure to the greatest pressure, a transmission error to the greatest transmission error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from xarray import DataTree
+
+__all__ = ["Errors", "History", "difference", "greatest", "history", "kind_of", "step_errors", "worst"]
+
+FloatArray = NDArray[np.float64]
+History = dict[str, FloatArray]
+"""Reported quantities by name, each with the wear states as first axis."""
+Errors = dict[str, float]
+"""Relative errors of reported quantities by name."""
+
+_SHARED = ("wear_depth", "contact_pressure", "transmission_error", "subsurface_stress")  # kinds with several members
+
+
+def kind_of(name: str) -> str:
+    """The kind of a reported quantity: what it is compared with."""
+    # a depth below the surface is no stress
+    if name.endswith("stress_depth"):
+        return name
+    return next((kind for kind in _SHARED if name.startswith(kind)), name)
+
+
+def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
+    """Quantities of `/history` at all wear states or at some; the meshes count where depths were prescribed.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result.
+    states : sequence of int, optional
+        Indices of wear states.
+    """
+    data = tree["history"].to_dataset()
+    found = {str(name): np.asarray(values.values, float) for name, values in data.data_vars.items()}
+    found["meshes"] = np.asarray(data["meshes"].values, float)
+    return found if states is None else {name: values[list(states)] for name, values in found.items()}
+
+
+def greatest(values: History) -> dict[str, float]:
+    """Greatest magnitude of each kind over all wear states."""
+    scale: dict[str, float] = {}
+    for name, array in values.items():
+        kind = kind_of(name)
+        scale[kind] = max(scale.get(kind, 0.0), float(np.abs(array).max(initial=0.0)))
+    return scale
+
+
+def difference(values: History, reference: History) -> Errors:
+    """How far a history is from another, over the greatest value of each kind in the other.
+
+    Where the two have other numbers of states, only their last ones are compared.
+    """
+    scale = greatest(reference)
+    errors: Errors = {}
+    for name, there in reference.items():
+        if name not in values:
+            continue
+        here, unit = values[name], scale[kind_of(name)]
+        if here.shape[0] != there.shape[0]:
+            here, there = here[-1:], there[-1:]
+        errors[name] = float(np.abs(here - there).max(initial=0.0)) / unit if unit > 0.0 else 0.0
+    return errors
+
+
+def worst(errors: Mapping[str, float]) -> float:
+    """The greatest of some errors."""
+    return max(errors.values(), default=0.0)
+
+
+def step_errors(share: float, values: Mapping[str, FloatArray]) -> Errors:
+    """What an error of the wear means for every reported quantity.
+
+    What wear has changed is taken to be as wrong as the wear itself, relative to the change.
+
+    Parameters
+    ----------
+    share : float
+        Error of the wear depths, over the depths at the end.
+    values : mapping of str to array
+        Reported quantities, each with the wear states as first axis.
+    """
+    arrays = {name: np.asarray(array, float) for name, array in values.items()}
+    scale = greatest(arrays)
+    errors: Errors = {}
+    for name, array in arrays.items():
+        unit = scale[kind_of(name)]
+        errors[name] = share * float(np.abs(array - array[:1]).max(initial=0.0)) / unit if unit > 0.0 else 0.0
+    return errors

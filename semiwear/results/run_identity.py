@@ -1,0 +1,119 @@
+"""What a run's finished wear steps stand on: its scene, the files it reads, the code and the libraries."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Iterator, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from semiwear.results.provenance import version
+
+__all__ = ["differences", "run_identity"]
+
+_PACKAGE = Path(__file__).parents[1]
+_ROOMS = (
+    "scene",
+    "geometry",
+    "meshing",
+    "compliance",
+    "contact",
+    "wear",
+    "plan",
+)  # what a wear step is computed with
+_LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
+_SCENE = "scene"
+_UNTOUCHED = ("title", "reference")  # fields that no wear step depends on
+_DEPTHS = "wear.until.control_depths_um"
+_ITERATIONS = "numerics.max_iterations"
+_MOST_SHOWN = 8
+
+
+def run_identity(scene_toml: str) -> dict[str, str]:
+    """What must be the same for a wear step to come out the same, bit for bit, on one kind of processor.
+
+    Parameters
+    ----------
+    scene_toml : str
+        The whole scene.
+
+    Returns
+    -------
+    dict of str to str
+        The scene, versions, and digests of the code and of the files that the scene names.
+    """
+    found = {_SCENE: scene_toml, "semiwear": version(), "semiwear's code": _code_digest()}
+    found |= {library: metadata.version(library) for library in _LIBRARIES}
+    for _, value in _flat(tomllib.loads(scene_toml)):
+        if isinstance(value, str) and _is_file(value):
+            found[f"content of {value}"] = hashlib.sha256(Path(value).read_bytes()).hexdigest()[:16]
+    return found
+
+
+def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) -> list[str]:
+    """In what the run that was kept differs from the one that would go on, as lines for a reader.
+
+    Two changes of a scene leave finished wear steps as they are and are none: other control depths after those
+    that are reached, and, at fidelity `line`, more iterations than were enough.
+
+    Parameters
+    ----------
+    kept, now : mapping of str to str
+        From `run_identity`.
+    finished : int
+        Wear steps that are kept.
+    """
+    lines = _scene_differences(kept.get(_SCENE, ""), now[_SCENE], finished)
+    for name in [*now, *(name for name in kept if name not in now)]:
+        then, here = kept.get(name, "absent"), now.get(name, "absent")
+        if name != _SCENE and then != here:
+            lines.append(f"{name}: {then} in the checkpoint, {here} now")
+    return lines
+
+
+def _scene_differences(kept: str, now: str, finished: int) -> list[str]:
+    then, here = dict(_flat(tomllib.loads(kept))), dict(_flat(tomllib.loads(now)))
+    lines = []
+    for key in [*here, *(key for key in then if key not in here)]:
+        old, new = then.get(key), here.get(key)
+        if old == new or key in _UNTOUCHED:
+            continue
+        if key == _DEPTHS and old and new and old[:finished] == new[:finished]:
+            continue
+        if key == _ITERATIONS and here.get("numerics.fidelity") == "line" and (new or 0) >= (old or 0):
+            continue
+        lines.append(f"{key}: {_shown(old)} in the checkpoint, {_shown(new)} now")
+    more = len(lines) - _MOST_SHOWN
+    return lines if more <= 0 else [*lines[:_MOST_SHOWN], f"{more} more fields of the scene"]
+
+
+def _shown(value: Any) -> str:
+    return "absent" if value is None else repr(value)
+
+
+def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Fields under their dotted keys; a table without fields stands for itself, since it may be an effect."""
+    for name, value in table.items():
+        key = f"{path}{name}"
+        if not isinstance(value, Mapping):
+            yield key, value
+        elif value:
+            yield from _flat(value, f"{key}.")
+        else:
+            yield key, "a table"
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):
+        return False  # no name of a file at all
+
+
+def _code_digest() -> str:
+    sha256 = hashlib.sha256()
+    for path in sorted(path for room in _ROOMS for path in (_PACKAGE / room).rglob("*.py")):
+        sha256.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return sha256.hexdigest()[:16]

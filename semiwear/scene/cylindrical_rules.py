@@ -1,0 +1,152 @@
+"""Rules of a cylindrical gear pair: of each field by itself, and across fields without tooth geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from semiwear.errors import Problem
+from semiwear.scene.across import RuleBook, across
+from semiwear.scene.cylindrical import full_round_radius
+from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice, positive
+from semiwear.scene.values import number, whole
+
+__all__ = ["CYLINDRICAL_CROSS_RULES", "CYLINDRICAL_RULES"]
+
+CYLINDRICAL_CROSS_RULES: RuleBook = []
+_across = partial(across, CYLINDRICAL_CROSS_RULES)
+
+_LENGTH = "a length, or leave the field out for its default"
+_EDGE = "give 0 for a sharp edge, 0.2 for a deburred one"
+_CUTTER_TIP = "leave the field out for its default, 0.38 modules"
+_TEETH = (12, 300)
+
+
+def _gear_teeth() -> Rule:
+    least, most = _TEETH
+
+    def fix(teeth: int) -> str:
+        return "count the teeth of the whole gear; an internal gear's number is negative (ISO 21771)"
+
+    allowed = f"whole number, {least} to {most}, or {-most} to {-least} for an internal gear"
+    return Rule(whole, allowed, lambda teeth: least <= abs(teeth) <= most, fix)
+
+
+def _any_number(fix: str, unit: str = "mm") -> Rule:
+    return Rule(number, f"a number of {unit}", lambda value: True, advice(fix))
+
+
+def _profile_shift() -> Rule:
+    return between(number, -2.0, 2.0, "in modules: the shift divided by the normal module, -0.5 to 1 is usual")
+
+
+CYLINDRICAL_RULES: dict[str, Rule] = {
+    f"gear_pair.{name}": rule
+    for name, rule in {
+        "pinion_teeth": between(whole, *_TEETH, "count the teeth of the whole pinion"),
+        "gear_teeth": _gear_teeth(),
+        "normal_module_mm": positive("the module in the normal section, as of the tool"),
+        "pressure_angle_deg": between(number, 10.0, 35.0, "in degrees: 20 is usual", "degrees"),
+        "pinion_face_width_mm": positive("the length of the pinion's teeth along the axis"),
+        "gear_face_width_mm": positive(_LENGTH),
+        "helix_angle_deg": between(number, 0.0, 45.0, 'without a sign: the hand is the field "hand"', "degrees"),
+        "hand": choice("right", "left"),
+        "pinion_profile_shift": _profile_shift(),
+        "gear_profile_shift": _profile_shift(),
+        "centre_distance_mm": positive("a positive length, of an internal gear as well"),
+        "face_offset_mm": _any_number("the pinion's middle from the gear's, along the axis"),
+        "pinion_tip_diameter_mm": positive(_LENGTH),
+        "gear_tip_diameter_mm": positive(_LENGTH),
+        "pinion_rack_addendum_mm": positive(_LENGTH),
+        "gear_rack_addendum_mm": positive(_LENGTH),
+        "pinion_rack_tip_radius_mm": at_least_zero(_CUTTER_TIP),
+        "gear_rack_tip_radius_mm": at_least_zero(_CUTTER_TIP),
+        "pinion_tip_edge_radius_mm": at_least_zero(_EDGE),
+        "gear_tip_edge_radius_mm": at_least_zero(_EDGE),
+        "pinion_end_edge_radius_mm": at_least_zero(_EDGE),
+        "gear_end_edge_radius_mm": at_least_zero(_EDGE),
+        "pinion_bore_radius_mm": positive(_LENGTH),
+        "gear_rim_thickness_mm": positive(_LENGTH),
+    }.items()
+} | {
+    "wear.control_point.face_mm": _any_number("from the middle of the gear's face width"),
+    "wear.control_point.height_mm": _any_number("above the working pitch cylinder"),
+}
+
+
+def _mm(length: float) -> str:
+    return f"{length:.6g}"
+
+
+@_across("gear_pair", "pinion_teeth", "gear_teeth")
+def _ring_is_larger_than_its_pinion(pinion_teeth: int, gear_teeth: int) -> Iterator[Problem]:
+    if -pinion_teeth <= gear_teeth < 0:
+        fix = "an internal gear has more teeth than its pinion, usually ten more at least"
+        yield Problem("gear_pair.gear_teeth", gear_teeth, f"below {-pinion_teeth}", fix)
+
+
+@_across("gear_pair", "pinion_face_width_mm", "gear_face_width_mm", "face_offset_mm")
+def _faces_share_the_middle(pinion: float, gear: float, offset: float) -> Iterator[Problem]:
+    if abs(offset) >= pinion / 2.0:
+        allowed = f"above {_mm(-pinion / 2.0)} and below {_mm(pinion / 2.0)} mm"
+        fix = "the pinion must cover the middle of the gear's face"
+        yield Problem("gear_pair.face_offset_mm", offset, allowed, fix)
+
+
+for _body in ("pinion", "gear"):
+
+    @_across(
+        "gear_pair",
+        "normal_module_mm",
+        "pressure_angle_deg",
+        f"{_body}_rack_addendum_mm",
+        f"{_body}_rack_tip_radius_mm",
+        "gear_teeth",
+    )
+    def _rack_crest_can_be_rounded(
+        module: float, alpha_deg: float, addendum: float, radius: float, gear_teeth: int, body: str = _body
+    ) -> Iterator[Problem]:
+        if body == "gear" and gear_teeth < 0:
+            return  # its fillet is an arc in the tooth space: a limit of its geometry
+        greatest = full_round_radius(module, alpha_deg, addendum)
+        if greatest < 0.0:
+            allowed = "less: the rack's flanks cross below its crest"
+            fix = "lower the addendum, usually 1.25 modules, or the pressure angle"
+            yield Problem(f"gear_pair.{body}_rack_addendum_mm", addendum, allowed, fix)
+        elif radius > greatest:
+            fix = f"the crest is fully round at {_mm(greatest)} mm: give less, or lower {body}_rack_addendum_mm"
+            yield Problem(f"gear_pair.{body}_rack_tip_radius_mm", radius, f"0 to {_mm(greatest)} mm", fix)
+
+    @_across("gear_pair", f"{_body}_face_width_mm", f"{_body}_end_edge_radius_mm")
+    def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
+        if radius >= width / 2.0:
+            allowed = f"less than half the face width ({_mm(width / 2.0)} mm)"
+            fix = "an edge radius is small, usually 0.2 mm"
+            yield Problem(f"gear_pair.{body}_end_edge_radius_mm", radius, allowed, fix)
+
+
+@_across("wear", "wear.until.control_depths_um", "wear.control_point.face_mm")
+def _control_point_is_there(depths: tuple[float, ...] | None, face: float | None) -> Iterator[Problem]:
+    if depths is not None and face is None:
+        allowed = "a table with face_mm and height_mm"
+        fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"
+        yield Problem("wear.control_point", None, allowed, fix)
+
+
+@_across("wear", "worn_bodies", "wear.until.control_depths_um", "wear.control_point.face_mm")
+def _watched_flank_wears(
+    bodies: tuple[str, ...], depths: tuple[float, ...] | None, face: float | None
+) -> Iterator[Problem]:
+    if "gear" in bodies or (depths is None and face is None):
+        return
+    watching = "wear.until.control_depths_um" if depths is not None else "wear.control_point"
+    fix = f'{watching} is of the gear: add "gear", or give wear.until.meshes and remove [wear.control_point]'
+    yield Problem("wear.worn_bodies", list(bodies), f'with "gear", as needed by {watching}', fix)
+
+
+@_across("gear_pair", "gear_face_width_mm", "pinion_face_width_mm", "face_offset_mm", "wear.control_point.face_mm")
+def _control_point_is_in_the_face(gear: float, pinion: float, offset: float, face: float | None) -> Iterator[Problem]:
+    low, high = max(-gear / 2.0, offset - pinion / 2.0), min(gear / 2.0, offset + pinion / 2.0)
+    if face is not None and not low <= face <= high:
+        allowed = f"{_mm(low)} to {_mm(high)} mm, the part of the gear's face that the pinion covers"
+        yield Problem("wear.control_point.face_mm", face, allowed, "counted from the middle of the gear's face")

@@ -1,0 +1,362 @@
+"""Screening: which effects a scene calls for, and what each would cost.
+
+One mesh cycle of the unworn teeth is run with the scene as it is, then with each absent effect added at its
+documented default, and with each present one removed. Nothing is changed by it.
+"""
+
+from __future__ import annotations
+
+import textwrap
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from semiwear import collect
+from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
+from semiwear.plan import plan
+from semiwear.plan.choices import table
+from semiwear.plan.effects import hardness_laws
+from semiwear.results import VARIABLES
+from semiwear.scene import EFFECTS, Scene
+from semiwear.simulate import NoProgress, Progress
+
+__all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
+
+QUANTITIES = (
+    "wear rate",
+    "pressure",
+    "root stress pinion",
+    "root stress gear",
+    "transmission error mean",
+    "transmission error amplitude",
+)
+"""What is compared, in the order of the table."""
+
+_SPEED = "operation.pinion_speed_rpm"
+_HARDNESS, _LIFE = "wear_law.hardness", "run_life"
+_RUNS = 2  # before and after the effects; other work on the machine only adds to the time
+_HEAD = ("effect", "on", "wear", "pressure", "root p", "root g", "TE mean", "TE ampl", "time", "verdict")
+
+
+@dataclass(frozen=True)
+class ScreenedEffect:
+    """What an effect makes of one mesh cycle.
+
+    Attributes
+    ----------
+    effect : str
+        Named as in `EFFECTS`.
+    present : bool
+        Whether the scene has it, so that it was removed; otherwise it was added.
+    changes : mapping
+        Relative change of each of `QUANTITIES` that there is; empty where the effect was not run.
+    time : float or None
+        Processor time over that of the scene as it is.
+    note : str
+        What came with the effect or went with it, what it tells, or why it was not run.
+    """
+
+    effect: str
+    present: bool
+    changes: Mapping[str, float]
+    time: float | None
+    note: str = ""
+
+    @property
+    def greatest(self) -> float:
+        """Greatest relative change, without its sign; 0 where the effect was not run."""
+        return max((abs(change) for change in self.changes.values()), default=0.0)
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Which effects a scene calls for: printed as a table.
+
+    Attributes
+    ----------
+    scene : Scene
+    threshold : float
+        Relative change from which an effect counts.
+    base : mapping
+        `QUANTITIES` of the scene as it is: wear rate [um a mesh], MPa and arcsec.
+    seconds : float
+        Processor time of its mesh cycle, teeth included.
+    rows : tuple of ScreenedEffect
+        Every effect.
+    """
+
+    scene: Scene
+    threshold: float
+    base: Mapping[str, float]
+    seconds: float
+    rows: tuple[ScreenedEffect, ...]
+
+    @property
+    def called_for(self) -> tuple[str, ...]:
+        """Absent effects that change something by the threshold or more, the greatest change first."""
+        absent = [row for row in self.rows if not row.present and row.greatest >= self.threshold]
+        return tuple(row.effect for row in sorted(absent, key=lambda row: -row.greatest))
+
+    @property
+    def could_go(self) -> tuple[str, ...]:
+        """Present effects that were removed and changed less than the threshold."""
+        return tuple(row.effect for row in self.rows if row.present and row.changes and not self._counts(row))
+
+    def to_dataset(self) -> xr.Dataset:
+        """`change` over effect and quantity, `time_ratio` and `present` over effect; NaN for what was not run."""
+        change = [[row.changes.get(name, np.nan) for name in QUANTITIES] for row in self.rows]
+        return xr.Dataset(
+            {
+                "change": (("effect", "quantity"), np.array(change)),
+                "time_ratio": ("effect", np.array([np.nan if r.time is None else r.time for r in self.rows])),
+                "present": ("effect", np.array([row.present for row in self.rows])),
+            },
+            {"effect": [row.effect for row in self.rows], "quantity": list(QUANTITIES)},
+        )
+
+    def __str__(self) -> str:
+        called, share = ", ".join(self.called_for) or "none", f"{100.0 * self.threshold:g} %"
+        parts = [
+            _folded(f"as it is: {self._as_it_is()}"),
+            _folded(
+                "change of one unworn mesh cycle in % when an absent effect is added at its default or a present one "
+                "removed; time: processor time, once as it is:"
+            ),
+            table(_HEAD, [self._cells(row) for row in self.rows]),
+            _folded(f"called for at {share}: {called}"),
+        ]
+        if self.could_go:
+            parts.append(_folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
+        return "\n\n".join(parts)
+
+    def _counts(self, row: ScreenedEffect) -> bool:
+        return row.greatest >= self.threshold
+
+    def _cells(self, row: ScreenedEffect) -> tuple[str, ...]:
+        changes = [_percent(row.changes[name]) if name in row.changes else "-" for name in QUANTITIES]
+        cells = [*changes, "-" if row.time is None else f"x{row.time:.2f}"]
+        cells = [cell.rjust(len(head)) for cell, head in zip(cells, _HEAD[2:-1], strict=True)]
+        return (row.effect, "yes" if row.present else "no", *cells, f"{self._verdict(row)}{row.note}")
+
+    def _verdict(self, row: ScreenedEffect) -> str:
+        if not row.changes:
+            return ""
+        words = ("matters", "could go") if row.present else ("called for", "no")
+        return words[0 if self._counts(row) else 1] + ("; " if row.note else "")
+
+    def _as_it_is(self) -> str:
+        base = self.base
+        parts = [f"greatest pressure {base['pressure']:.0f} MPa"]
+        if "wear rate" in base:
+            parts.insert(0, f"greatest wear {1e6 * base['wear rate']:.3g} um in a million meshes")
+        if "root stress gear" in base:
+            parts.append(f"root stress {base['root stress pinion']:.0f} and {base['root stress gear']:.0f} MPa")
+        error = base["transmission error mean"], base["transmission error amplitude"]
+        parts.append("transmission error {:.2f} arcsec, amplitude {:.2f}".format(*error))
+        return f"{'; '.join(parts)} ({self.seconds:.1f} s)"
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    """One mesh cycle: `QUANTITIES`, what observers tell, processor time [s], and the teeth with one mesh's wear."""
+
+    values: dict[str, float]
+    told: dict[str, str]
+    seconds: float
+    teeth: LoadedTeeth
+    wear: np.ndarray | None
+
+
+class _NotRun(Exception):
+    """Why an effect is not run."""
+
+
+@one_blas_thread()
+def screen(
+    scene: Scene, threshold: float = 0.02, *, speed_rpm: float = 1000.0, progress: Progress | None = None
+) -> Screening:
+    """Which effects a scene calls for, and what each would cost.
+
+    Effects that act through worn depth are judged where the run ends; those that only tell something change nothing.
+    The greatest wear of unworn teeth may lie where a tip edge presses, which runs in first.
+
+    Parameters
+    ----------
+    scene : Scene
+    threshold : float
+        An absent effect is called for where it changes the greatest wear rate, pressure (away from edges), root
+        stress, or mean or amplitude of the transmission error by this share or more. Default 0.02.
+    speed_rpm : float
+        Pinion speed for effects that need one where the scene gives none. Default 1000.
+    progress : Progress, optional
+        Hears of every effect.
+
+    Raises
+    ------
+    SceneError
+        If the threshold is not above 0.
+    ConvergenceError
+        If the scene as it is cannot be solved; an effect that cannot is listed with the reason.
+    """
+    if not 0.0 < threshold < np.inf:
+        raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")
+    hears, total = progress or NoProgress(), len(EFFECTS) + 1
+    base = _mesh_cycle(scene)
+    before = _least_seconds(scene)
+    hears.step(1, total, "the scene as it is")
+    rows = []
+    for k, name in enumerate(EFFECTS):
+        rows.append(_screened(scene, name, base, speed_rpm))
+        hears.step(k + 2, total, name)
+    seconds = min(before, _least_seconds(scene))
+    ratios = [replace(row, time=None if row.time is None else row.time / seconds) for row in rows]
+    return Screening(scene, threshold, base.values, seconds, tuple(ratios))
+
+
+def _least_seconds(scene: Scene) -> float:
+    return min(_mesh_cycle(scene).seconds for _ in range(_RUNS))
+
+
+def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
+    """The row of an effect; its time in seconds."""
+    present = scene.effects.get(name) is not None
+    if name == _LIFE:
+        note = "tells a life and changes nothing; takes about as long as three wear runs"
+        return ScreenedEffect(name, present, {}, None, note if scene.wear is not None else "not run: needs [wear]")
+    try:
+        changes, notes = _without(scene, name) if present else _with(scene, name, speed_rpm)
+        other = scene.replace(changes)
+        cycle = _mesh_cycle(other)
+        seconds = min(cycle.seconds, _mesh_cycle(other).seconds)  # the first may compile
+    except _NotRun as reason:
+        return ScreenedEffect(name, present, {}, None, f"not run: {reason}")
+    except SceneError as error:
+        reasons = "; ".join(str(problem) for problem in error.problems)
+        return ScreenedEffect(name, present, {}, None, f"not run: {reasons}")
+    except SemiwearError as error:
+        return ScreenedEffect(name, present, {}, None, f"not run: {error}")
+    change = {key: _relative(value, base.values[key]) for key, value in cycle.values.items() if key in base.values}
+    if name == _HARDNESS:
+        factor, note = _hardness_at_the_end(*((scene, base) if present else (other, cycle)), base.values["wear rate"])
+        later = (1.0 / factor if present else factor) - 1.0
+        change["wear rate"] = max(change["wear rate"], later, key=abs)
+        notes.append(note)
+    told = cycle.told.get(name) or base.told.get(name)
+    if told:
+        notes.append(f"{told}{' now' if present else ''}")
+    return ScreenedEffect(name, present, change, seconds, "; ".join(notes))
+
+
+def _folded(text: str) -> str:
+    return textwrap.fill(text, 118, subsequent_indent="    ")
+
+
+def _percent(change: float) -> str:
+    return "0" if change == 0.0 else f"{100.0 * change:+.1f}"
+
+
+def _relative(value: float, before: float) -> float:
+    if value == before:
+        return 0.0
+    return value / before - 1.0 if before != 0.0 else float(np.inf)
+
+
+def _needs(key: str, own: Mapping[str, Any]) -> list[str]:
+    """What an effect with these fields needs; a field that is not there has its default."""
+    kind = EFFECTS[key]
+    values = {field.name: field.default for field in fields(kind)} | dict(own)  # type: ignore[arg-type]
+    further = [need for (field, value), needs in kind.needs_if.items() if values[field] == value for need in needs]
+    return [*kind.needs, *further]
+
+
+def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[dict[str, Any], list[str]]:
+    """Changes that add an effect and what it needs, and what is to be said of them."""
+    changes: dict[str, Any] = {}
+    notes: list[str] = []
+    wanted = [name]
+    while wanted:
+        one = wanted.pop()
+        own = EFFECTS[one].screening_table(scene)
+        changes[f"effects.{one}"] = own
+        if one != name:
+            notes.append(f"with {one}")
+        for need in _needs(one, own):
+            if need == "wear" and scene.wear is None:
+                raise _NotRun("needs [wear]")
+            if need == _SPEED and scene.operation.pinion_speed_rpm is None and need not in changes:
+                changes[need] = speed_rpm
+                notes.append(f"at {speed_rpm:g} rpm")
+            other = need.removeprefix("effects.")
+            if other in EFFECTS and scene.effects.get(other) is None and need not in changes:
+                wanted.append(other)
+    return changes, notes
+
+
+def _without(scene: Scene, name: str) -> tuple[dict[str, Any], list[str]]:
+    """Changes that remove an effect and what needs it, and what is to be said of them."""
+    gone = [name]
+    for one in gone:
+        for other, own in scene.effects.present():
+            needs = _needs(other, {field.name: getattr(own, field.name) for field in fields(own)})  # type: ignore[arg-type]
+            if f"effects.{one}" in needs and other not in gone:
+                gone.append(other)
+    return {f"effects.{one}": None for one in gone}, [f"together with {one}, which needs it" for one in gone[1:]]
+
+
+def _hardness_at_the_end(scene: Scene, cycle: _Cycle, rate: float) -> tuple[float, str]:
+    """Factor of the hardness law on the wear rate at the depth where the run ends, and that in words.
+
+    `rate` is the greatest unworn wear rate [um a mesh], of a scene that ends after a number of meshes.
+    """
+    law, wear = scene.effects.wear_law.hardness, scene.wear
+    assert law is not None and wear is not None
+    until = wear.until
+    depth = until.control_depths_um[-1] if until.control_depths_um is not None else rate * float(until.meshes or 0.0)
+    found = hardness_laws(scene, cycle.teeth)
+    assert found is not None and cycle.wear is not None
+    factors = np.broadcast_to(found[DRIVEN].factor(np.asarray(1e-3 * depth)), cycle.wear.shape)
+    factor = float(factors.flat[int(np.argmax(cycle.wear))])
+    begins = law.case_depth_um - 0.5 * law.transition_um
+    if depth <= begins:
+        return factor, f"acts only beyond {begins:g} um, the run ends at {depth:.3g} um"
+    return factor, f"wear rate at {depth:.3g} um, where the run ends; nothing before {begins:g} um"
+
+
+def _mesh_cycle(scene: Scene) -> _Cycle:
+    begin = time.process_time()
+    physics = plan(scene)
+    teeth = physics.loaded_teeth()
+    values: dict[str, float] = {}
+    wear = None
+    if scene.wear is None:
+        contact = teeth.load(np.zeros(teeth.grid.profile.shape))
+    else:
+        stepper = replace(physics.wear_stepper(teeth), implicit=False)
+        start = stepper.start()
+        contact, worn = start.contact, stepper.step(start, 1.0).worn
+        wear = worn.driven
+        values["wear rate"] = 1e3 * max(float(depth.max()) for depth in worn if depth is not None)
+    pressure = teeth.pressures(contact)
+    values["pressure"] = float(pressure.inner.max())
+    per_cycle = teeth.rolls.phase.size
+    for name, body in zip(BODIES, teeth.solver.bodies, strict=bool(teeth.solver.bodies)):
+        values[f"root stress {name}"] = float(body.root_stress(contact.loads.force, per_cycle).max())
+    error = collect.mesh_cycle(teeth, contact)["transmission_error_loaded"]
+    values |= {"transmission error mean": float(error.mean()), "transmission error amplitude": float(np.ptp(error))}
+    told: dict[str, str] = {}
+    for observer in physics.observers(teeth):
+        found = observer.history(teeth, observer.engagement(teeth, contact, pressure))
+        told[observer.effect] = ", ".join(_in_words(name, value) for name, value in found.items())
+    return _Cycle(values, told, time.process_time() - begin, teeth, wear)
+
+
+def _in_words(name: str, value: np.ndarray) -> str:
+    units = VARIABLES["history", name].units
+    return f"{name} {float(value):.4g} {units if units != '1' else ''}".rstrip()

@@ -1,0 +1,73 @@
+"""Wear states as plain arrays, and back: what a run needs to go on from them as if it had never stopped.
+
+Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the gaps of pressed edges
+(they depend on the loads on the way) and how far candidates were searched. Footprints are found again from the wear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.wear.stepping import WearState, WearStepper
+
+__all__ = ["restored_state", "search_as_far", "state_arrays"]
+
+_NUMBERS = tuple(entry.name for entry in fields(WearState) if entry.name not in ("contact", "cases"))
+
+_NUMBERS = ("meshes", "pace", "error")  # of a state
+
+
+def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray]:
+    """A wear state as arrays.
+
+    Parameters
+    ----------
+    stepper : WearStepper
+        The one that has just reached the state.
+    state : WearState
+
+    Returns
+    -------
+    dict of str to array
+        In mm, N, rad; from which `restored_state` makes the same state, bit for bit.
+    """
+    arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
+    arrays["stride"] = np.array(state.stride, dtype=float)
+    if state.contact.partner_wear is not None:
+        arrays["partner_wear"] = state.contact.partner_wear
+    for k, contact in enumerate((state.contact, *state.cases)):
+        arrays[f"{k}.gap"] = contact.coarse.gap
+        loads: Any = contact.loads
+        arrays |= {f"{k}.{entry.name}": getattr(loads, entry.name) for entry in fields(loads)}
+    return arrays | {f"{k}.searched": teeth.solver.searched for k, teeth in enumerate(_all_teeth(stepper))}
+
+
+def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> WearState:
+    """The wear state that `state_arrays` has taken apart; `KeyError` where an array is missing."""
+    contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(_all_teeth(stepper))]
+    numbers = {name: float(arrays[name]) for name in _NUMBERS}
+    stride = tuple(arrays["stride"].tolist())
+    return WearState(contact=contacts[0], cases=tuple(contacts[1:]), stride=stride, **numbers)
+
+
+def search_as_far(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> None:
+    """Have the solvers know the candidates that they knew in this state."""
+    for k, teeth in enumerate(_all_teeth(stepper)):
+        teeth.solver.search(arrays[f"{k}.searched"])
+
+
+def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
+    return (stepper.teeth, *(case.teeth for case in stepper.cases))
+
+
+def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> LoadedState:
+    wear, partner = arrays["wear"], arrays.get("partner_wear")
+    fine, coarse = teeth.touch(teeth.removed(wear, partner))
+    kind = type(teeth.solver.no_loads())
+    loads = kind(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(kind)})
+    return LoadedState(wear, fine, replace(coarse, gap=arrays[f"{k}.gap"]), loads, partner)

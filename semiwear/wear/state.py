@@ -1,0 +1,116 @@
+"""What wear steps go from and to: worn flanks, their contact, and the loads they wear under."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.wear.mapping import Worn
+
+__all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A share of the meshes, and the teeth as they are loaded then.
+
+    Attributes
+    ----------
+    share : float
+    teeth : LoadedTeeth
+    others : float
+        Mean load of all cases over the load of this one.
+    """
+
+    share: float
+    teeth: LoadedTeeth
+    others: float = 1.0
+
+
+@dataclass(frozen=True)
+class WearState:
+    """Worn flanks and their elastic contact.
+
+    Attributes
+    ----------
+    meshes : float
+        Engagements of one driven tooth so far.
+    contact : LoadedState
+    pace : float
+        Meshes that the last step to a depth took, over those that the wear rate at its start had promised.
+    cases : tuple of LoadedState
+        Contact in each load case; empty when there is only one, that of `contact`.
+    error : float
+        Estimated error that the steps so far have left, over the wear at the end of the run; 0 where steps are fixed
+        and nothing is estimated.
+    stride : tuple of float
+        What such estimates suggest for the next step (`semiwear.wear.adaptive`); empty without them.
+    """
+
+    meshes: float
+    contact: LoadedState
+    pace: float = 1.0
+    cases: tuple[LoadedState, ...] = ()
+    error: float = 0.0
+    stride: tuple[float, ...] = ()
+
+    @property
+    def wear(self) -> FloatArray:
+        """Wear depth of the driven flank on the grid [mm]."""
+        return self.contact.wear
+
+    @property
+    def worn(self) -> Worn:
+        """Wear depths of both flanks [mm]."""
+        return Worn(self.contact.wear, self.contact.partner_wear)
+
+    @property
+    def loaded(self) -> tuple[LoadedState, ...]:
+        """Contact in each load case."""
+        return self.cases or (self.contact,)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A step that was solved and not yet taken.
+
+    Attributes
+    ----------
+    start : WearState
+    meshes : float
+        Its length.
+    loads : sequence
+        Loads of every case that hold over the step.
+    worn : Worn
+        Wear depths at its end [mm].
+    pace : float
+        As in `WearState`.
+    """
+
+    start: WearState
+    meshes: float
+    loads: Sequence[Any]
+    worn: Worn
+    pace: float
+
+
+@dataclass(frozen=True)
+class ControlPoint:
+    """A point of the driven flank whose wear controls the steps.
+
+    Attributes
+    ----------
+    face : float [mm]
+    profile : (face,) array [mm]
+        Profile coordinate at which each slice is read: the point's height there.
+    """
+
+    face: float
+    profile: FloatArray

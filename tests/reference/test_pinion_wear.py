@@ -1,0 +1,287 @@
+"""Wear of the driving flank: the swept line on its own surface, its volume, and its place in the mesh.
+
+A pinion tooth meshes N2/N1 times as often as a gear tooth, under the same loads and the same sliding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import LinearNDInterpolator
+
+import semiwear as sw
+from semiwear.plan import plan
+from semiwear.wear.mapping import Worn
+from semiwear.wear.swept_line import fresh_sweep, partner_wear_of_mesh, sweep
+from tests.strategies.effect_scenes import SMALL
+
+PINION_TEETH, GEAR_TEETH = 25, 160
+RATIO = GEAR_TEETH / PINION_TEETH
+AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
+LOAD = 300.0  # N/mm
+BOTH = {"wear.worn_bodies": ["pinion", "gear"]}
+# tooth compliance changes loads, not what they wear off; local contact alone is quick on a fine grid
+FINE = sw.load_scene("face_gear_25x160").replace(
+    BOTH
+    | {
+        "numerics.tooth_compliance": "rigid",
+        "wear.control_point": None,
+        "wear.until.meshes": 1e6,
+        "numerics.wear_steps": 1,
+    }
+)
+K_PINION, K_GEAR = 2.5e-13, 1e-13
+DIFFERENT = {"wear.coefficient_mm2_per_N": {"pinion": K_PINION, "gear": K_GEAR}}
+
+
+def turned(x, y, angle):
+    return x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)
+
+
+def sliding_speed(position, normal):
+    """|v_s| [mm per radian of the pinion], by moving both bodies a little; the pinion turns towards -z about z."""
+    step = 1e-5
+    moved = []
+    for angle in (-step, step):
+        x, y = turned(position[..., 0], position[..., 1] + AXIS_OFFSET, -angle)
+        pinion = np.stack([x, y - AXIS_OFFSET, position[..., 2]], axis=-1)
+        z, x = turned(position[..., 2], position[..., 0], -angle / RATIO)
+        moved.append(pinion - np.stack([x, position[..., 1], z], axis=-1))
+    slip = (moved[1] - moved[0]) / (2.0 * step)
+    slip = slip - np.sum(slip * normal, axis=-1, keepdims=True) * normal
+    return np.linalg.norm(slip, axis=-1)
+
+
+def speed_over_pinion(lines):
+    """v_n1 [mm per radian]: of the line over the involute, which unrolls into a plane (arc length, axis)."""
+    arc, axis, roll, face = lines.partner_profile, lines.partner_face, lines.roll, lines.face
+    along = np.stack([np.gradient(arc, face, axis=1), np.gradient(axis, face, axis=1)], axis=-1)
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    move = np.stack([np.gradient(arc, roll, axis=0), np.gradient(axis, roll, axis=0)], axis=-1)
+    return np.abs(move[..., 0] * along[..., 1] - move[..., 1] * along[..., 0]) * PINION_TEETH / (2.0 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def fresh():
+    teeth = plan(FINE).loaded_teeth()
+    state = teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
+    return teeth, state
+
+
+def free_of_borders(teeth, distance=2.0):
+    """Places on the lines farther from the ends of both flanks than some half-widths, and not where lines turn."""
+    lines, reach = teeth.fine, distance * teeth.half_width
+    free = (np.minimum(lines.profile - lines.low, lines.high - lines.profile) * lines.spacing) > reach
+    free &= np.isfinite(lines.separation[0])
+    free[1:-1] &= free[2:] & free[:-2]
+    free[[0, -1]] = False
+    free[:, :2] = free[:, -2:] = False
+    return free
+
+
+def test_sliding_over_the_pinions_own_line_speed(fresh):
+    """`partner_specific_sliding` of fresh lines is |v_s|/v_n1 from the motions and the unrolled involute."""
+    teeth = fresh[0]
+    lines, pair = teeth.fine, teeth.pair
+    met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
+    expected = sliding_speed(met.position, met.normal) / speed_over_pinion(lines)
+    found = fresh_sweep(pair, lines).partner_specific_sliding
+    free = free_of_borders(teeth)
+    assert free.sum() > 3000
+    assert np.abs(found - expected)[free].max() < 0.01 * expected[free].max()
+
+
+def expected_on_pinion(teeth, amount):
+    """A quantity known on the lines, at the pinion's nodes; NaN where no free line passes."""
+    lines, own, free = teeth.fine, teeth.partner.grid, free_of_borders(teeth)
+    places = np.column_stack([lines.partner_profile[free], lines.partner_face[free]])
+    values = LinearNDInterpolator(places, amount[free])(
+        own.profile, np.broadcast_to(own.face[:, None], own.profile.shape)
+    )
+    low = np.min(lines.partner_profile, axis=0, where=free, initial=np.inf)
+    high = np.max(lines.partner_profile, axis=0, where=free, initial=-np.inf)
+    # triangles span what lies beyond the free stretches of their three slices: it is not known
+    for beside in (-1, 0, 1):
+        reached = (own.profile > np.roll(low, beside)[:, None]) & (own.profile < np.roll(high, beside)[:, None])
+        values[~reached] = np.nan
+    return values
+
+
+def swept_depth_on_pinion(teeth, line_load):
+    """q |v_s|/v_n1 at the pinion's nodes [N/mm], from the motions alone."""
+    lines = teeth.fine
+    met = teeth.pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
+    speed = np.maximum(speed_over_pinion(lines), 1e-6)
+    return expected_on_pinion(teeth, line_load * sliding_speed(met.position, met.normal) / speed)
+
+
+def off_the_cusp(teeth, values):
+    """Known nodes more than a contact width from where the line slides least, and off the ends of the face."""
+    lines, own = teeth.fine, teeth.partner.grid
+    sliding = np.where(free_of_borders(teeth), np.hypot(*np.moveaxis(lines.sliding, -1, 0)), np.inf)
+    cusp = lines.partner_profile[np.argmin(sliding, axis=0), np.arange(own.face.size)]
+    clear = np.isfinite(values) & (np.abs(own.profile - cusp[:, None]) > 2.0 * teeth.half_width)
+    clear[:3] = clear[-3:] = False
+    return clear
+
+
+def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
+    teeth, state = fresh
+    lines, slices = teeth.fine, np.arange(teeth.grid.face.size)
+    line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
+    motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
+    removed = teeth.removed(state.wear, state.partner_wear)
+    mesh = partner_wear_of_mesh(
+        lines, teeth.grid, teeth.partner, removed, motion, line_load, teeth.half_width, slices
+    )
+    expected = swept_depth_on_pinion(teeth, line_load)
+    clear = off_the_cusp(teeth, expected)
+    assert clear.sum() > 2000
+    assert np.abs(mesh - expected)[clear].max() < 0.02 * expected[clear].max()
+
+
+@pytest.fixture(scope="module")
+def one_step():
+    """A step so small that wear changes no load, with a coefficient for each body."""
+    physics = plan(FINE.replace(DIFFERENT))
+    teeth = physics.loaded_teeth()
+    stepper = physics.wear_stepper(teeth)
+    return teeth, stepper, stepper.step(stepper.start(), 1e5)
+
+
+def test_a_solved_load_wears_the_pinion_as_the_swept_line(one_step):
+    teeth, _, state = one_step
+    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.contact.loads))
+    expected = 1e5 * RATIO * K_PINION * swept_depth_on_pinion(teeth, line_load)
+    clear = off_the_cusp(teeth, expected)
+    assert clear.sum() > 1000
+    depth = state.contact.partner_wear
+    # the contact's width blurs the ends of the load, which are few of the nodes
+    assert np.quantile(np.abs(depth - expected)[clear], 0.95) < 0.02 * expected[clear].max()
+
+
+def volumes(teeth, worn):
+    """Volume worn off one tooth of each body [mm^3]."""
+    grid, own, pair = teeth.grid, teeth.partner.grid, teeth.pair
+    face, profile, step = grid.face[:, None], grid.profile, 1e-3
+    along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
+    across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
+    area = np.linalg.norm(np.cross(along, across), axis=-1)
+    width = (pair.face_limits[1] - pair.face_limits[0]) / grid.face.size
+    gear = width * np.trapezoid(worn.driven * area, profile, axis=1).sum()
+    # the pinion's profile coordinate is the arc length of its involute, and its face coordinate lies along its axis
+    pinion = width * np.trapezoid(worn.driving, own.profile, axis=1).sum()
+    return float(pinion), float(gear)
+
+
+def test_volumes_are_as_coefficients_times_meshes(one_step):
+    """Both flanks feel the same force over the same sliding distance: V1/V2 = k1 N2/(k2 N1)."""
+    teeth, _, state = one_step
+    pinion, gear = volumes(teeth, state.worn)
+    assert pinion / gear == pytest.approx(RATIO * K_PINION / K_GEAR, rel=0.01)
+
+
+def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
+    teeth, state = fresh
+    lines, pair = teeth.fine, teeth.pair
+    # what an edge's rounding bears wears no flank
+    load = np.where(free_of_borders(teeth), LOAD, 0.0)
+    motion = sweep(lines, state.fine, pair.roll_per_time)
+    removed = teeth.removed(state.wear, state.partner_wear)
+    slices = np.arange(teeth.grid.face.size)
+    mesh = partner_wear_of_mesh(lines, teeth.grid, teeth.partner, removed, motion, load, teeth.half_width, slices)
+    met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
+    time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
+    work = float(np.sum(load * lines.length * sliding_speed(met.position, met.normal) * time[:, None]))
+    assert volumes(teeth, Worn(state.wear, mesh))[0] == pytest.approx(work, rel=0.002)
+
+
+def test_depths_where_the_flanks_meet_are_as_their_line_speeds(one_step):
+    """h1/h2 = (k1 N2/N1) v_n2/(k2 v_n1): load and sliding are common, and the line sweeps over both flanks."""
+    teeth, _, state = one_step
+    lines, own = teeth.fine, teeth.partner.grid
+    motion = fresh_sweep(teeth.pair, lines)
+    free = free_of_borders(teeth, 4.0) & (motion.specific_sliding > 0.05)
+    checked = []
+    for i in range(4, lines.face.size - 4, 3):
+        rolls = np.flatnonzero(free[:, i])
+        gear = np.interp(lines.profile[rolls, i], teeth.grid.profile[i], state.worn.driven[i])
+        pinion = np.array(
+            [
+                np.interp(
+                    lines.partner_face[k, i],
+                    own.face,
+                    [
+                        np.interp(lines.partner_profile[k, i], own.profile[j], state.worn.driving[j])
+                        for j in range(own.face.size)
+                    ],
+                )
+                for k in rolls
+            ]
+        )
+        expected = (
+            RATIO * K_PINION / K_GEAR * motion.partner_specific_sliding[rolls, i] / motion.specific_sliding[rolls, i]
+        )
+        deep = gear > 0.1 * state.worn.driven.max()
+        checked.append((pinion[deep] / gear[deep]) / expected[deep])
+    ratio = np.concatenate(checked)
+    assert ratio.size > 100
+    # rolls are a hundredth of a base pitch apart, and where load begins and ends depths are blurred
+    assert abs(np.median(ratio) - 1.0) < 0.01
+    assert np.quantile(np.abs(ratio - 1.0), 0.9) < 0.05
+
+
+# ---------------------------------------------------------------- wear runs
+
+
+def depths(changes):
+    return sw.simulate(SMALL.replace(changes))["flank"].wear_depth.values
+
+
+def test_a_gear_that_hardly_wears_leaves_the_pinion_alone():
+    alone = depths({"wear.worn_bodies": ["pinion"]})
+    both = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 1e-13, "gear": 1e-28}})
+    assert alone[-1, 0].max() > 10.0
+    assert (alone[:, 1] == 0.0).all()
+    np.testing.assert_allclose(both[:, 0], alone[:, 0], rtol=0.0, atol=1e-9 * alone.max())
+
+
+def test_wear_of_both_depends_on_coefficient_times_meshes():
+    one = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 2e-13, "gear": 1e-13}})
+    two = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 8e-13, "gear": 4e-13}, "wear.until.meshes": 5e8})
+    np.testing.assert_allclose(two, one, rtol=0.0, atol=1e-10 * one.max())
+
+
+@pytest.mark.parametrize("scheme", ["implicit", "explicit"])
+def test_wear_of_both_never_shrinks(scheme):
+    meshes = 2e9 if scheme == "implicit" else 1e8  # explicit steps must be short
+    worn = depths(BOTH | {"numerics.wear_steps": 5, "wear.until.meshes": meshes, "numerics.wear_scheme": scheme})
+    assert (worn[0] == 0.0).all()
+    assert (np.diff(worn, axis=0) >= 0.0).all()
+    assert (worn[-1].max(axis=(1, 2)) > 1.0).all()
+
+
+def test_long_steps_of_both_are_stable():
+    """Six times as many meshes make the pinion the faster to wear: two steps are within 15 % of eight."""
+    two, eight = (depths(BOTH | {"numerics.wear_steps": n})[-1].max() for n in (2, 8))
+    assert two == pytest.approx(eight, rel=0.15)
+
+
+@pytest.mark.parametrize("depth", [0.001, 0.05])
+def test_an_even_depth_off_either_flank_only_delays(depth):
+    """Off the pinion or off the gear: the separation grows by it everywhere, and all else stays."""
+    physics = plan(SMALL.replace(BOTH))
+    teeth = physics.loaded_teeth()
+    gear, pinion = np.zeros(teeth.grid.profile.shape), np.zeros(teeth.partner.grid.profile.shape)
+    fresh = teeth.load(gear, None, pinion)
+    off_gear, off_pinion = teeth.load(gear + depth, None, pinion), teeth.load(gear, None, pinion + depth)
+    for state in (off_gear, off_pinion):
+        later = teeth.solver.approach(state.loads) - teeth.solver.approach(fresh.loads)
+        np.testing.assert_allclose(later, depth, rtol=0.0, atol=1e-6)
+        # the loads are found to 1e-6 of the widths, and elastic ones start elsewhere
+        np.testing.assert_allclose(
+            state.loads.force, fresh.loads.force, rtol=0.0, atol=1e-4 * fresh.loads.force.max()
+        )
+    np.testing.assert_allclose(
+        off_pinion.fine.gap[teeth.partner.near], off_gear.fine.gap[teeth.partner.near], rtol=1e-12
+    )

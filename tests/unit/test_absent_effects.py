@@ -1,0 +1,218 @@
+"""Absent means absent: no class of an effect is constructed, no module of it loaded, unless its table is there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.contact.line_contact import LineContact
+from semiwear.plan import plan
+from semiwear.scene import EFFECTS
+from tests.strategies.effect_scenes import SMALL, SPEED
+
+ROOT = Path(sw.__file__).parents[1]
+RUBBING = {"semiwear.contact.friction", "semiwear.contact.conditions", "semiwear.contact.line_conditions"}
+OBSERVED = RUBBING | {
+    "semiwear.observers",
+    "semiwear.contact.film_thickness",
+    "semiwear.contact.flash_temperature",
+}
+LAWS = OBSERVED - {"semiwear.observers"} | {"semiwear.wear.laws", "semiwear.wear.contact_factor"}
+MODIFICATION = {"semiwear.meshing.flank_modification"}
+
+# Modules that a table loads, those of what it needs included.
+MODULES = {
+    "misalignment": set(),
+    "modification.pinion": MODIFICATION,
+    "modification.gear": MODIFICATION,
+    "free_edges": {"semiwear.compliance.free_edges"},
+    "friction": OBSERVED | {"semiwear.contact.frictional_contact"},
+    "flash_temperature": OBSERVED,
+    "lubrication": OBSERVED,
+    "wear_law.hardness": LAWS - {"semiwear.wear.contact_factor", "semiwear.contact.line_conditions"},
+    "wear_law.lubrication": LAWS | OBSERVED,
+    "wear_law.temperature": LAWS | OBSERVED,
+    "wear_law.load": LAWS,
+    "load_spectrum": set(),
+    "pitch_error": set(),
+    "shaft_compliance": {"semiwear.compliance.mounting"},
+    "run_life": set(),
+}
+OPTIONAL = set().union(*MODULES.values()) | {"semiwear.meshing.deviation_grid"}
+CLASSES = [
+    ("semiwear.meshing.flank_modification", "FlankModification"),
+    ("semiwear.meshing.flank_modification", "Relief"),
+    ("semiwear.meshing.deviation_grid", "DeviationGrid"),
+    ("semiwear.meshing.surface_speed", "SurfaceSpeeds"),
+    ("semiwear.meshing.partner_flank", "PartnerFlank"),
+    ("semiwear.compliance.free_edges", "FreeEdges"),
+    ("semiwear.compliance.mounting", "Mounting"),
+    ("semiwear.contact.conditions", "ContactConditions"),
+    ("semiwear.contact.friction", "Friction"),
+    ("semiwear.contact.frictional_contact", "FrictionalContact"),
+    ("semiwear.contact.flash_temperature", "FlashTemperature"),
+    ("semiwear.contact.film_thickness", "FilmThickness"),
+    ("semiwear.wear.laws", "HardnessLaw"),
+    ("semiwear.wear.laws", "LoadLaw"),
+    ("semiwear.wear.laws", "LubricationLaw"),
+    ("semiwear.wear.laws", "TemperatureLaw"),
+    ("semiwear.wear.contact_factor", "ContactFactor"),
+    ("semiwear.wear.stepping", "LoadCase"),
+    ("semiwear.observers", "FrictionLoss"),
+    ("semiwear.observers", "Heat"),
+    ("semiwear.observers", "Film"),
+]
+TABLES = {
+    "modification.gear": {"effects.modification.gear.tip_relief_um": 10.0},
+    "flash_temperature": SPEED | {"effects.flash_temperature": {}},
+    "lubrication": SPEED | {"effects.lubrication": {}},
+    "wear_law.lubrication": SPEED | {"effects.lubrication": {}, "effects.wear_law.lubrication": {}},
+    "wear_law.temperature": SPEED | {"effects.flash_temperature": {}, "effects.wear_law.temperature": {}},
+    "load_spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0], "shares": [0.5, 0.5]}},
+    "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 5.0]},
+    "run_life": {"effects.run_life.depth_limit_um": 1.0},
+}
+TINY = SMALL.replace({"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.tooth_compliance": "rigid"})
+
+
+def table(name):
+    return TABLES.get(name, {f"effects.{name}": {}})
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """How often each class of an effect is constructed."""
+    counts = {}
+
+    def count(module, name):
+        kind = getattr(import_module(module), name)
+        construct = kind.__init__
+
+        def counting(self, *args, **kwargs):
+            counts[name] = counts.get(name, 0) + 1
+            construct(self, *args, **kwargs)
+
+        monkeypatch.setattr(kind, "__init__", counting)
+
+    for entry in CLASSES:
+        count(*entry)
+    return counts
+
+
+def test_nothing_of_an_absent_effect_is_constructed(counted):
+    sw.simulate(TINY)
+    # a run without a spectrum has its one load case
+    assert set(counted) <= {"LoadCase"}
+
+
+@pytest.mark.parametrize(
+    ("name", "built"),
+    [
+        ("modification.gear", {"FlankModification", "Relief"}),
+        ("free_edges", {"FreeEdges"}),
+        ("friction", {"Friction", "FrictionalContact", "FrictionLoss", "SurfaceSpeeds", "ContactConditions"}),
+        ("flash_temperature", {"FlashTemperature", "Friction", "Heat", "SurfaceSpeeds", "ContactConditions"}),
+        ("lubrication", {"FilmThickness", "Film", "SurfaceSpeeds", "ContactConditions"}),
+        ("wear_law.hardness", {"HardnessLaw"}),
+        ("wear_law.load", {"LoadLaw", "ContactFactor", "SurfaceSpeeds", "ContactConditions"}),
+        ("shaft_compliance", {"Mounting"}),
+    ],
+)
+def test_an_effect_builds_its_own_classes_alone(counted, name, built):
+    sw.simulate(TINY.replace(table(name)))
+    assert set(counted) - {"LoadCase"} == built
+
+
+def contact_calls(monkeypatch, scene):
+    """Calls of the contact solver and of its kernel in a run."""
+    calls = {"solve": 0, "kernel": 0}
+    solve, kernel = LineContact.solve, LineContact._solve_chosen
+
+    def counted_solve(self, *args, **kwargs):
+        calls["solve"] += 1
+        return solve(self, *args, **kwargs)
+
+    def counted_kernel(self, *args, **kwargs):
+        calls["kernel"] += 1
+        return kernel(self, *args, **kwargs)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(LineContact, "solve", counted_solve)
+        patched.setattr(LineContact, "_solve_chosen", counted_kernel)
+        sw.simulate(scene)
+    return calls
+
+
+def test_effects_that_only_tell_solve_nothing(monkeypatch):
+    plain = contact_calls(monkeypatch, TINY)
+    # the unworn state, then the loads of each of two steps and the contact at its end, edges again each time
+    assert 1 + 2 * 2 <= plain["solve"] <= 2 + 2 * 3
+    for name in ("flash_temperature", "lubrication", "misalignment"):
+        assert contact_calls(monkeypatch, TINY.replace(table(name))) == plain
+    assert contact_calls(monkeypatch, TINY.replace(table("friction")))["solve"] > plain["solve"]
+
+
+def test_a_scene_without_effects_has_no_hooks():
+    """Where effects would act there is nothing, not something that does nothing."""
+    physics = plan(TINY)
+    teeth = physics.loaded_teeth()
+    stepper = physics.wear_stepper(teeth)
+    assert type(teeth.solver) is LineContact
+    assert teeth.solver.more == ()
+    assert teeth.modification is None and teeth.partner is None
+    assert stepper.cases == () and stepper.factor is None and stepper.depth_factor is None
+    assert stepper.mapping.grow is np.add and stepper.mapping.grow_partner is np.add
+    assert physics.observers(teeth) == ()
+
+
+_LOADED = """
+import json, sys
+import semiwear as sw
+from semiwear.scene import parse_scene
+
+optional = set(sys.argv[1:])
+found = []
+for text in json.load(sys.stdin):
+    sw.simulate(parse_scene(text))
+    loaded = optional & set(sys.modules)
+    found.append(sorted(loaded))
+    # the next run starts without them
+    for name in loaded:
+        del sys.modules[name]
+        package, _, leaf = name.rpartition(".")
+        delattr(sys.modules[package], leaf)
+print(json.dumps(found))
+"""
+
+
+def loaded_modules(*scenes):
+    """Which modules of effects a new process has loaded after each of several runs."""
+    done = subprocess.run(
+        [sys.executable, "-c", _LOADED, *sorted(OPTIONAL)],
+        input=json.dumps([scene.to_toml() for scene in scenes]),
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return [set(entry) for entry in json.loads(done.stdout)]
+
+
+def test_every_effect_says_what_it_may_load():
+    assert set(MODULES) == set(EFFECTS)
+
+
+def test_no_module_of_an_absent_effect_is_loaded():
+    """None without effects, and with one effect its own modules alone."""
+    plain, *each = loaded_modules(TINY, *(TINY.replace(table(name)) for name in EFFECTS))
+    assert plain == set()
+    assert dict(zip(EFFECTS, each, strict=True)) == MODULES

@@ -1,0 +1,289 @@
+"""An asked accuracy: what it chooses, what it leaves alone, and what it tells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.accuracy import resolution, run
+from semiwear.accuracy.resolution import Contribution, Parameter, chosen_resolution, contributions_at, together
+from semiwear.results.kinds import difference, step_errors
+from semiwear.scene.load import parse_scene
+from semiwear.scene.tables import RESOLUTION
+from semiwear.wear.adaptive import AdaptiveStepper, doubled
+from semiwear.wear.mapping import Worn
+
+COARSE = {
+    "numerics.face_slices": 11,
+    "numerics.roll_positions": 8,
+    "numerics.profile_points": 31,
+    "numerics.harmonics": 3,
+    "wear.until.control_depths_um": [2.0, 4.0],
+    "wear.control_point.height_mm": -2.5,
+}
+
+# ---------------------------------------------------------------- the scene
+
+
+def test_without_an_accuracy_a_scene_is_as_it_was(shipped):
+    assert shipped.numerics.accuracy is None
+    assert shipped.numerics.chosen_for_accuracy == ()
+    assert "accuracy" not in shipped.to_toml()
+    assert all(f"\n{name} = " in shipped.to_toml() for name in RESOLUTION)
+    there_and_back = shipped.replace({"numerics.accuracy": 0.02}).replace({"numerics.accuracy": None})
+    assert there_and_back == shipped
+    assert there_and_back.sha256 == shipped.sha256
+
+
+def test_a_number_that_is_given_is_not_chosen_even_if_it_is_the_default(shipped):
+    scene = shipped.replace({"numerics.face_slices": shipped.numerics.face_slices, "numerics.accuracy": 0.02})
+    assert set(scene.numerics.chosen_for_accuracy) == set(RESOLUTION) - {"face_slices"}
+    given_all = {f"numerics.{name}": getattr(shipped.numerics, name) for name in RESOLUTION if name != "wear_steps"}
+    assert shipped.replace({"numerics.accuracy": 0.02, **given_all}).numerics.chosen_for_accuracy == ("wear_steps",)
+    assert scene.replace({"numerics.face_slices": None}).numerics.chosen_for_accuracy == RESOLUTION
+
+
+def test_toml_keeps_what_an_accuracy_may_choose(shipped):
+    scene = shipped.replace({"numerics.harmonics": 17, "numerics.accuracy": 0.05})
+    again = parse_scene(scene.to_toml())
+    assert again == scene
+    assert again.sha256 == scene.sha256
+    assert again.numerics.chosen_for_accuracy == scene.numerics.chosen_for_accuracy
+    assert "face_slices" not in scene.to_toml()
+    # another question, hence another scene
+    assert shipped.replace({"numerics.accuracy": 0.05}) != scene.replace({"numerics.harmonics": 33})
+
+
+@pytest.mark.parametrize("value", [0.0, 5e-5, 0.51, "fine"])
+def test_an_accuracy_out_of_range_is_refused(shipped, value):
+    with pytest.raises(sw.SceneError, match=r"numerics\.accuracy"):
+        shipped.replace({"numerics.accuracy": value})
+
+
+def test_the_plan_tells_what_will_be_chosen(shipped):
+    assert "numerics.accuracy" not in str(sw.plan(shipped))
+    scene = shipped.replace({"numerics.accuracy": 0.05, "numerics.harmonics": 17})
+    row = next(choice for choice in sw.plan(scene).choices if choice.slot == "accuracy")
+    chosen, kept = row.why.split("kept")
+    assert "face_slices" in chosen
+    assert "harmonics = 17" in kept
+
+
+# ---------------------------------------------------------------- kinds
+
+
+def test_differences_are_relative_to_the_greatest_of_a_kind():
+    reference = {"wear_depth_max_root": np.array([0.0, 40.0]), "wear_depth_max_pitch": np.array([0.0, 10.0])}
+    values = {"wear_depth_max_root": np.array([0.0, 41.0]), "wear_depth_max_pitch": np.array([0.0, 8.0])}
+    errors = difference(values, reference)
+    assert errors == pytest.approx({"wear_depth_max_root": 1.0 / 40.0, "wear_depth_max_pitch": 2.0 / 40.0})
+
+
+def test_a_wrong_depth_spoils_what_wear_has_changed_and_no_more():
+    values = {"load_share_max": np.array([0.8, 0.9]), "wear_depth_max_root": np.array([0.0, 20.0])}
+    errors = step_errors(0.05, values)
+    assert errors == pytest.approx({"load_share_max": 0.05 * 0.1 / 0.9, "wear_depth_max_root": 0.05})
+
+
+# ---------------------------------------------------------------- resolution
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0])
+@pytest.mark.parametrize("other", [10, 40])
+def test_two_runs_tell_an_error_that_follows_its_order(order, other):
+    parameter = Parameter("n", 20, 500, order, 1.0)
+
+    def error(n):
+        return 7.0 * n**-order
+
+    part = Contribution.between(parameter, 20, other, {"q": abs(error(other) - error(20))}, True)
+    assert part.errors["q"] == pytest.approx(error(20))
+    assert part.at(35)["q"] == pytest.approx(error(35))
+
+
+def parts_of(**errors):
+    return tuple(
+        Contribution(Parameter(name, 10, most, 1.0, 1.0), 10, {"q": size}, free)
+        for name, (size, most, free) in errors.items()
+    )
+
+
+def total(parts, values):
+    return together(contributions_at(parts, values).values())["q"]
+
+
+def test_what_dominates_is_refined_until_the_sum_is_allowed():
+    parts = parts_of(a=(0.2, 1000, True), b=(0.01, 1000, True))
+    values = chosen_resolution(parts, {}, 0.02)
+    assert total(parts, values) <= 0.02
+    assert total(parts, values) > 0.02 / 1.5, "paid for more than was asked for"
+    assert values["a"] > 80
+    assert values["b"] <= 15
+
+
+def test_more_is_asked_for_where_experience_says_so():
+    parts = parts_of(a=(0.2, 1000, True))
+    usual, more = (chosen_resolution(parts, factors, 0.02)["a"] for factors in ({}, {"q": 3.0}))
+    assert more == pytest.approx(3.0 * usual, rel=0.25)
+
+
+def test_given_numbers_and_limits_hold():
+    parts = parts_of(a=(0.2, 1000, False), b=(0.2, 40, True))
+    assert chosen_resolution(parts, {}, 1e-3) == {"a": 10, "b": 40}
+
+
+def test_patches_and_prisms_count_only_where_they_are(shipped):
+    names = [p.name for p in resolution.parameters_of(shipped.numerics)]
+    assert "cells_per_half_width" not in names
+    rigid = shipped.replace({"numerics.tooth_compliance": "rigid", "numerics.fidelity": "patch"})
+    names = [p.name for p in resolution.parameters_of(rigid.numerics)]
+    assert "cells_per_half_width" in names
+    assert "harmonics" not in names
+
+
+# ---------------------------------------------------------------- wear steps
+
+
+@dataclass(frozen=True)
+class Decay:
+    """A state of a load that decays as it wears: dh/dn = 1 - h, from h = 0."""
+
+    meshes: float
+    depth: float
+    pace: float = 1.0
+    error: float = 0.0
+    stride: tuple[float, ...] = ()
+
+    @property
+    def worn(self):
+        return Worn(np.array([self.depth]))
+
+
+@dataclass(frozen=True)
+class DecayTrial:
+    start: Decay
+    meshes: float
+    loads: tuple
+    worn: Worn
+    pace: float
+
+
+class Implicit:
+    """Its first-order implicit steps, in the manner of `WearStepper`."""
+
+    def __init__(self):
+        self.steps = 0
+
+    def start(self):
+        return Decay(0.0, 0.0)
+
+    def trial(self, state, meshes):
+        self.steps += 1
+        return DecayTrial(state, meshes, (), Worn(np.array([(state.depth + meshes) / (1.0 + meshes)])), 1.0)
+
+    def commit(self, trial):
+        return Decay(trial.start.meshes + trial.meshes, float(trial.worn.driven[0]))
+
+
+def exact(meshes):
+    return 1.0 - math.exp(-meshes)
+
+
+def test_a_doubled_step_is_better_than_its_halves_and_tells_how_far_they_are_apart():
+    stepper = Implicit()
+    for length in (0.05, 0.5):
+        step = doubled(stepper, stepper.start(), lambda at, part, z=length: stepper.trial(at, part * z - at.meshes))
+        whole, halves = length / (1.0 + length), 1.0 - 1.0 / (1.0 + 0.5 * length) ** 2
+        assert step.difference == pytest.approx(halves - whole)
+        assert abs(float(step.trial.worn.driven[0]) - exact(length)) < 0.5 * step.difference
+        assert step.trial.meshes == pytest.approx(length)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
+def test_adaptive_steps_keep_their_tolerance(tolerance):
+    adaptive = AdaptiveStepper(Implicit(), tolerance, 3.0)
+    state = adaptive.step(adaptive.start(), 3.0)
+    assert state.meshes == pytest.approx(3.0)
+    assert abs(state.depth - exact(3.0)) <= state.error * exact(3.0)
+    assert state.error <= 1.01 * tolerance
+
+
+def test_solutions_grow_no_faster_than_the_tolerance_shrinks():
+    def solved(tolerance):
+        adaptive = AdaptiveStepper(Implicit(), tolerance, 3.0)
+        adaptive.step(adaptive.start(), 3.0)
+        return adaptive.solved
+
+    assert solved(1e-2) < solved(1e-4) <= 100.0 * solved(1e-2)
+
+
+def test_adaptive_steps_go_on_where_the_last_ones_ended():
+    adaptive = AdaptiveStepper(Implicit(), 1e-3, 3.0)
+    state = adaptive.start()
+    spent = []
+    for _ in range(4):
+        before = adaptive.solved
+        state = adaptive.step(state, 0.75)
+        spent.append(adaptive.solved - before)
+    assert state.meshes == pytest.approx(3.0)
+    assert abs(state.depth - exact(3.0)) <= 1e-3
+    assert spent[-1] <= spent[0]
+
+
+def test_wear_never_shrinks_in_a_step_that_is_far_too_long():
+    class Overshooting(Implicit):
+        """Whole steps wear far too much, as explicit ones do."""
+
+        def trial(self, state, meshes):
+            self.steps += 1
+            return DecayTrial(state, meshes, (), Worn(np.array([state.depth + meshes**3])), 1.0)
+
+    stepper = Overshooting()
+    step = doubled(stepper, Decay(0.0, 0.5), lambda at, part: stepper.trial(at, part * 2.0 - at.meshes))
+    assert float(step.trial.worn.driven[0]) == 0.5
+
+
+# ---------------------------------------------------------------- whole runs
+
+
+@pytest.fixture(scope="module")
+def asked(shipped):
+    scene = shipped.replace(COARSE | {"numerics.roll_positions": None, "numerics.accuracy": 0.4})
+    return scene, sw.simulate(scene)
+
+
+def test_a_result_tells_its_error(asked):
+    _, tree = asked
+    estimate = tree["diagnostics"]["error_estimate"]
+    assert set(estimate["quantity"].values) == set(tree["history"].data_vars) | {"meshes"}
+    assert (estimate.values >= 0.0).all()
+    assert 0.0 < float(estimate.max()) <= 0.4
+    assert tree.attrs["accuracy"].startswith("0.4 asked for")
+
+
+def test_given_numbers_stay_and_chosen_ones_are_in_the_scene_of_the_result(asked):
+    _, tree = asked
+    assert tree["flank"].sizes["face"] == 11
+    assert tree["flank"].sizes["profile"] == 31
+    used = parse_scene(tree.attrs["scene_toml"])
+    assert used.numerics.roll_positions == tree["mesh_cycle"].sizes["mesh_position"]
+    assert used.numerics.chosen_for_accuracy == ("wear_steps", "cells_per_half_width")
+    np.testing.assert_allclose(tree["history"].wear_depth_control_point, [0.0, 2.0, 4.0], atol=1e-3)
+
+
+def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, monkeypatch):
+    scene = shipped.replace(COARSE | {"numerics.roll_positions": None, "numerics.accuracy": 1e-3})
+    within = tuple(replace(p, start=8, most=9) for p in resolution.PARAMETERS)
+    monkeypatch.setattr(run, "parameters_of", lambda numerics: within[:1])
+    with pytest.raises(sw.ConvergenceError, match=r"accuracy 0\.001 not reached") as caught:
+        sw.simulate(scene)
+    assert float(caught.value.result["diagnostics"]["error_estimate"].max()) > 1e-3
+
+
+def test_a_checkpoint_and_an_accuracy_do_not_go_together(shipped, tmp_path):
+    with pytest.raises(sw.SceneError, match="checkpoint"):
+        sw.simulate(shipped.replace({"numerics.accuracy": 0.1}), checkpoint=tmp_path / "kept.nc")

@@ -1,0 +1,85 @@
+"""Command line: screen, and plan with an earlier result."""
+
+import pytest
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.report.effects import effects_section
+from semiwear.report.markup import figure_text
+from semiwear.screen import ScreenedEffect, Screening
+
+TINY = {
+    "numerics.face_slices": 9,
+    "numerics.roll_positions": 8,
+    "numerics.profile_points": 31,
+    "numerics.harmonics": 3,
+    "wear.until.meshes": 1e8,
+    "numerics.wear_steps": 1,
+}
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What `sw.screen` was asked for, in place of a screening."""
+    calls = []
+
+    def screen(scene, threshold, *, progress):
+        calls.append((scene, threshold))
+        progress.step(1, 1, "friction")
+        row = ScreenedEffect("friction", False, {"pressure": 0.1}, 1.5, "at 1000 rpm")
+        base = {"pressure": 900.0, "transmission error mean": -10.0, "transmission error amplitude": 2.0}
+        return Screening(scene, threshold, base, 0.5, (row,))
+
+    monkeypatch.setattr(sw, "screen", screen)
+    return calls
+
+
+def test_screen_prints_the_table(asked, capsys):
+    done = main(["screen", "face_gear_25x160", "--threshold", "0.05", "--set", "operation.pinion_torque_Nm=800"])
+    assert done == 0
+    ((scene, threshold),) = asked
+    assert scene.operation.pinion_torque_Nm == 800 and threshold == 0.05
+    out, err = capsys.readouterr()
+    assert "called for at 5 %: friction" in out and "+10.0" in out
+    assert "friction" in err
+
+
+def test_screen_of_an_unknown_scene_is_an_error(asked, capsys):
+    assert main(["screen", "no_such_scene"]) == 2
+    assert "no_such_scene" in capsys.readouterr().err and not asked
+
+
+def test_plan_shows_shares_of_an_earlier_run(tmp_path, capsys):
+    scene = sw.load_scene("face_gear_25x160").replace(
+        TINY | {"effects.run_life.depth_limit_um": 2.0, "operation.pinion_speed_rpm": 100.0}
+    )
+    tree = sw.simulate(scene)
+    sw.save(tree, tmp_path / "worn.nc")
+    last = ["--last", str(tmp_path / "worn.nc")]
+    assert main(["plan", "face_gear_25x160", "--set", "effects.run_life={}", *last]) == 0
+    out = capsys.readouterr().out
+    assert "% of the time of the last" in out
+    section = effects_section(sw.open_results(tmp_path / "worn.nc"))
+    assert "Life until 2 µm of wear" in section and section.count("<img") == 0
+
+
+def test_plan_with_a_missing_result_is_an_error(tmp_path, capsys):
+    assert main(["plan", "face_gear_25x160", "--last", str(tmp_path / "none.nc")]) == 2
+    assert "none.nc" in capsys.readouterr().err
+
+
+def test_run_tells_the_life(tmp_path, capsys):
+    settings = [word for key, value in TINY.items() for word in ("--set", f"{key}={value}")]
+    done = main(["run", "face_gear_25x160", *settings, "--set", "effects.run_life={depth_limit_um = 2.0}"])
+    assert done == 0
+    assert "life until 2 um: " in capsys.readouterr().out
+
+
+def test_a_page_shows_what_effects_add():
+    changes = {"effects.friction": {}, "operation.pinion_speed_rpm": 100.0}
+    plain, rubbing = (sw.simulate(sw.load_scene("face_gear_25x160").replace(TINY | more)) for more in ({}, changes))
+    assert effects_section(plain) == ""
+    section = effects_section(rubbing)
+    assert section.count("<img") == 2
+    loss = float(rubbing["history"]["friction_power_loss_mean"][-1])
+    assert "Efficiency of the mesh" in section and f"{figure_text(loss)} W" in section

@@ -1,0 +1,294 @@
+"""Damaged, foreign and older files: each error names the file, what is wrong, and what to do."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import shutil
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from semiwear.cli import main
+from semiwear.errors import ResultFileError, SemiwearError
+from semiwear.report import write_report
+from semiwear.results import files, open_results, save
+from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek
+from tests.strategies.results import synthetic_tree
+
+TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
+ANEW = "compute it anew: semiwear run SCENE -o FILE"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "worn.nc"
+    save(TREE, path)
+    return path.read_bytes()
+
+
+def cut(size):
+    return lambda path, whole: path.write_bytes(whole[: int(size * len(whole)) if isinstance(size, float) else size])
+
+
+def flipped(place):
+    def damage(path, whole):
+        content = bytearray(whole)
+        content[int(place * len(whole))] ^= 4
+        path.write_bytes(content)
+
+    return damage
+
+
+def sealed(change):
+    """A file with a good seal around what `change` makes of a result."""
+
+    def damage(path, whole):
+        tree = TREE.copy(deep=True)
+        changed = change(tree)
+        (tree if changed is None else changed).to_netcdf(path, engine="netcdf4")
+        seal(path)
+
+    return damage
+
+
+def seal(path):
+    content = path.read_bytes()
+    path.write_bytes(content + b"semiwear sha256:" + hashlib.sha256(content).digest())
+
+
+def without(group, name):
+    def change(tree):
+        tree[group] = xr.DataTree(tree[group].to_dataset().drop_vars(name))
+
+    return sealed(change)
+
+
+def with_variable(path, change):
+    group, name = path.split("/")
+
+    def damage(tree):
+        dataset = tree[group].to_dataset()
+        tree[group] = xr.DataTree(dataset.assign({name: change(dataset[name])}))
+
+    return sealed(damage)
+
+
+def only(*groups):
+    def change(tree):
+        return xr.DataTree.from_dict(
+            {"/": tree.to_dataset(), **{f"/{group}": tree[group].to_dataset() for group in groups}}
+        )
+
+    return sealed(change)
+
+
+def version(text):
+    def change(tree):
+        tree.attrs["schema_version"] = text
+
+    return sealed(change)
+
+
+def other_netcdf(path, whole):
+    xr.Dataset({"rain": ("time", np.zeros(3))}).to_netcdf(path)
+
+
+def other_sealed_netcdf(path, whole):
+    other_netcdf(path, whole)
+    seal(path)
+
+
+def appended_by_netcdf4(path, whole):
+    path.write_bytes(whole)
+    with netCDF4.Dataset(path, "a") as opened:
+        opened.comment = "mine"
+
+
+def with_nan(array):
+    array = array.copy(deep=True)
+    array.values[0] = np.nan
+    return array
+
+
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 4
+DAMAGES = {
+    "empty": (cut(0), ["empty", ANEW]),
+    "one byte": (cut(1), ["not a netCDF file, or damaged at its start", ANEW]),
+    "seven bytes": (cut(7), ["damaged at its start", ANEW]),
+    "the mark alone": (cut(8), ["without the seal", "cut off", ANEW]),
+    "a third": (cut(0.33), ["without the seal", "cut off", ANEW]),
+    "half": (cut(0.5), ["without the seal", "cut off", ANEW]),
+    "all but the seal": (cut(-48), ["without the seal", "cut off", ANEW]),
+    "all but a byte": (cut(-1), ["without the seal", "cut off", ANEW]),
+    "a bit at the start": (flipped(0.0005), ["damaged, its bytes are not those", ANEW]),
+    "a bit in the middle": (flipped(0.5), ["damaged, its bytes are not those that were saved", ANEW]),
+    "a bit in the seal": (flipped(0.9999), ["damaged, its bytes are not those that were saved", ANEW]),
+    "bytes behind": (lambda path, whole: path.write_bytes(whole + b"\n"), ["without the seal", "changed"]),
+    "twice": (lambda path, whole: path.write_bytes(whole + whole), ["damaged, its bytes are not those"]),
+    "zeros": (lambda path, whole: path.write_bytes(bytes(len(whole))), ["not a netCDF file"]),
+    "a picture": (lambda path, whole: path.write_bytes(PNG), ["not a netCDF file", ANEW]),
+    "a text": (lambda path, whole: path.write_text("meshes, depth\n1, 2\n"), ["not a netCDF file", ANEW]),
+    "a scene": (lambda path, whole: path.write_text('title = "t"\n[wear]\n'), ["not a netCDF file", ANEW]),
+    "a folder": (lambda path, whole: path.mkdir(), ["a folder; give the path of a result file in it"]),
+    "a pipe": (lambda path, whole: os.mkfifo(path), ["not a plain file"]),
+    "other netCDF": (other_netcdf, ["without the seal", "something else", ANEW]),
+    "sealed other netCDF": (other_sealed_netcdf, ["not of semiwear", "no schema_version", ANEW]),
+    "changed by another program": (appended_by_netcdf4, ["worn.nc", ANEW]),
+    "a sealed text": (
+        lambda path, whole: (path.write_bytes(b"\x89HDF\r\n\x1a\n and so on"), seal(path)),
+        ["cannot be read as a netCDF file", ANEW],
+    ),
+    "older version": (version("0"), ["schema version 0 is older than this semiwear's 1", "compute it anew"]),
+    "newer version": (version("12"), ["schema version 12 is newer", "open it with a newer semiwear"]),
+    "strange version": (version("first"), ["'first' is not one of semiwear", ANEW]),
+    "no groups": (only(), ["no group of a result", ANEW]),
+    "missing variable": (without("engagement", "load_share"), ["/engagement/load_share: missing", ANEW]),
+    "missing meshes": (without("history", "meshes"), ["/history/meshes: missing", ANEW]),
+    "missing coordinate": (without("flank", "face"), ["/flank/face: missing", ANEW]),
+    "wrong dims": (
+        with_variable("flank/wear_depth", lambda array: array.transpose()),
+        ["/flank/wear_depth: dims", "expected ('wear_step', 'body', 'profile', 'face')", ANEW],
+    ),
+    "wrong units": (
+        with_variable("flank/wear_depth", lambda array: array.assign_attrs(units="mm")),
+        ["/flank/wear_depth: units 'mm', expected 'um'", ANEW],
+    ),
+    "no units": (
+        with_variable("history/load_share_max", lambda array: array.drop_attrs()),
+        ["/history/load_share_max: no units, expected '1'", ANEW],
+    ),
+    "not a number": (with_variable("history/load_share_max", with_nan), ["1 of 3 values are not finite", ANEW]),
+    "text for numbers": (
+        with_variable("history/load_share_max", lambda array: array.astype(str).assign_attrs(array.attrs)),
+        ["/history/load_share_max: values of type", "must be real numbers", ANEW],
+    ),
+    "unknown flag": (with_variable("flank/zone", lambda array: array + 7), ["/flank/zone", ANEW]),
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGES)
+def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind, capsys):
+    path = tmp_path / "worn.nc"
+    damage, words = DAMAGES[kind]
+    damage(path, whole)
+    with pytest.raises(ResultFileError) as caught:
+        open_results(path)
+    for word in [str(path), *words]:
+        assert word in str(caught.value)
+    assert main(["report", str(path)]) == 2
+    told = capsys.readouterr()
+    assert str(path) in told.err and "Traceback" not in told.err
+    assert not path.with_suffix(".html").exists()
+
+
+def refuse(number):
+    def fail(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    return fail
+
+
+@pytest.mark.parametrize(
+    ("number", "words"), [(errno.EACCES, "Permission denied"), (errno.EIO, "Input/output error")]
+)
+def test_a_file_that_may_not_be_read(tmp_path, whole, monkeypatch, number, words):
+    path = tmp_path / "worn.nc"
+    path.write_bytes(whole)
+    monkeypatch.setattr(Path, "open", refuse(number))
+    with pytest.raises(ResultFileError, match=rf"worn\.nc: cannot be read \({words}\); see that you may read it"):
+        open_results(path)
+
+
+def test_a_file_that_is_not_there_or_vanishes(tmp_path, whole, monkeypatch, capsys):
+    path = tmp_path / "worn.nc"
+    with pytest.raises(FileNotFoundError, match=r"no result file .*worn\.nc: give the path of a file that semiwear"):
+        open_results(path)
+    path.write_bytes(whole)
+    check = files._check_seal
+
+    def and_gone(source):
+        check(source)
+        source.unlink()
+
+    monkeypatch.setattr(files, "_check_seal", and_gone)
+    assert main(["report", str(path)]) == 2
+    assert "no result file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("groups", [("engagement", "mesh_cycle"), ("flank", "history")])
+def test_a_result_of_part_of_the_groups_makes_a_report_or_says_why_not(tmp_path, whole, groups, capsys):
+    path = tmp_path / "worn.nc"
+    only(*groups)(path, whole)
+    if main(["report", str(path)]) == 0:
+        assert path.with_suffix(".html").read_text(encoding="utf-8").rstrip().endswith("</html>")
+    else:
+        told = capsys.readouterr().err
+        assert "/" in told and "Traceback" not in told
+
+
+def test_a_report_of_what_is_no_result(tmp_path):
+    with pytest.raises(SemiwearError):
+        write_report(xr.DataTree(), tmp_path / "worn.html")
+
+
+# ---------------------------------------------------------------------- checkpoints
+
+IDENTITY = {"scene": 'title = "t"', "semiwear": "1"}
+REMEDY = "delete the file, or run without --resume"
+
+
+def checkpoint_bytes(folder):
+    path = folder / "whole.partial"
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        for k in range(3):
+            kept.add(KeptStep(3, {}, {"wear": np.full(4, float(k))}))
+    return path.read_bytes()
+
+
+BROKEN = {
+    "empty": (cut(0), ["empty", REMEDY]),
+    "its mark, cut": (cut(9), ["not a checkpoint of semiwear, or damaged at its start", REMEDY]),
+    "its mark alone": (cut(22), ["damaged at its start, so that no wear step in it can be used", REMEDY]),
+    "a bit in the scene": (flipped(0.07), ["damaged at its start", REMEDY]),
+    "a bit in the mark": (flipped(0.001), ["not a checkpoint of semiwear", REMEDY]),
+    "another version": (
+        lambda path, whole: path.write_bytes(whole.replace(b"checkpoint 1\n", b"checkpoint 2\n", 1)),
+        ["of another version of semiwear", REMEDY],
+    ),
+    "a picture": (lambda path, whole: path.write_bytes(PNG), ["not a checkpoint of semiwear", REMEDY]),
+    "a result": (lambda path, whole: save(TREE, path), ["not a checkpoint of semiwear", REMEDY]),
+    "a folder": (lambda path, whole: path.mkdir(), ["a folder, so no checkpoint", "give the path of a file"]),
+    "a pipe": (lambda path, whole: os.mkfifo(path), ["not a plain file", "give the path of a file"]),
+}
+
+
+@pytest.mark.parametrize("kind", BROKEN)
+def test_a_broken_checkpoint_is_refused_and_left_alone(tmp_path, kind):
+    path = tmp_path / "worn.nc.partial"
+    damage, words = BROKEN[kind]
+    damage(path, checkpoint_bytes(tmp_path))
+    before = path.read_bytes() if path.is_file() else None
+    with pytest.raises(ResultFileError) as caught:
+        open_checkpoint(path, IDENTITY, resume=True)
+    for word in [str(path), *words]:
+        assert word in str(caught.value)
+    assert before is None or path.read_bytes() == before
+    assert kind == "a pipe" or peek(path) is None
+
+
+def test_a_checkpoint_that_cannot_be_opened(tmp_path, monkeypatch):
+    with pytest.raises(ResultFileError, match=r"partial: the checkpoint cannot be opened .* give a file in a folder"):
+        open_checkpoint(tmp_path / "nowhere" / "worn.nc.partial", IDENTITY, resume=False)
+    path = tmp_path / "worn.nc.partial"
+    path.write_bytes(checkpoint_bytes(tmp_path))
+    monkeypatch.setattr(Path, "open", refuse(errno.EACCES))
+    with pytest.raises(
+        ResultFileError, match=r"cannot be opened \(Permission denied\); .* which you may read and write"
+    ):
+        open_checkpoint(path, IDENTITY, resume=True)
+    shutil.rmtree(tmp_path)

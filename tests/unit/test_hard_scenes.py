@@ -1,0 +1,378 @@
+"""Hard scenes by name: limits of geometry, load, placement and wear, and every failure found among them."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.linalg import toeplitz
+
+import semiwear as sw
+from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.footprint import fresh_gap, fresh_slope
+from semiwear.contact.line_contact import LineContact
+from semiwear.contact.stripe import stripe_table
+from semiwear.meshing.contact_lines import trace_contact_lines
+from semiwear.plan import plan
+from tests.strategies.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
+
+FIDELITIES = ["line", "patch"]
+COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}
+CATALAN = 0.915965594177219
+
+
+def loaded(
+    *changes: dict[str, Any],
+    fidelity: str = "line",
+    placement: sw.Placement | None = None,
+    wear: np.ndarray | None = None,
+) -> xr.DataTree:
+    """Loaded contact of the small scene, its equations tested."""
+    tree = sw.loaded_contact(
+        scene_of(*changes, {"numerics.fidelity": fidelity}), placement=placement, wear_depth=wear
+    )
+    for group in ("engagement", "mesh_cycle"):
+        for name, values in tree[group].data_vars.items():
+            assert values.dtype.kind != "f" or np.isfinite(values).all(), name
+    assert float(tree["engagement"].line_load.min()) >= 0.0
+    assert tree["diagnostics"].load_balance_residual.item() < 1e-9
+    assert tree["diagnostics"].complementarity_residual.item() < COMPLEMENTARITY[fidelity]
+    return tree
+
+
+def worn(changes: dict[str, Any], fidelity: str = "line") -> xr.DataTree:
+    """A run of the small scene."""
+    return sw.simulate(scene_of(changes, {"numerics.fidelity": fidelity}, wears=True))
+
+
+def torque(factor: float) -> dict[str, Any]:
+    return {"operation.pinion_torque_Nm": factor * NOMINAL_TORQUE}
+
+
+def pressure(tree: xr.DataTree) -> float:
+    return float(tree["engagement"].contact_pressure_max.max())
+
+
+# ---- limits of geometry
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gear_pair.gear_inner_radius_mm": 465.174},
+        {"gear_pair.gear_outer_radius_mm": 569.32, "gear_pair.gear_tip_edge_radius_mm": 0.0},
+        {"gear_pair.pinion_addendum_mm": 7.356},
+        CONFORMAL,
+        SHARP,
+    ],
+    ids=["undercut", "pointed", "pinion tip on the gear fillet", "near-conformal", "sharp edges"],
+)
+def test_a_tooth_at_its_limit_carries_its_load(fidelity, changes):
+    tree = loaded(changes, fidelity=fidelity)
+    # the limit lies at the ends of the tooth, the load in its middle
+    assert 600.0 < pressure(tree) < 1000.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"gear_pair.gear_inner_radius_mm": 465.17}, "gear_pair.gear_inner_radius_mm"),
+        ({"gear_pair.gear_outer_radius_mm": 569.34}, "gear_pair.gear_outer_radius_mm"),
+        ({"gear_pair.gear_outer_radius_mm": 569.0}, "gear_pair.gear_tip_edge_radius_mm"),
+        ({"gear_pair.pinion_addendum_mm": 7.357}, "gear_pair.shaper_tip_radius_mm"),
+        ({"gear_pair.shaper_teeth": 26}, "gear_pair.shaper_tip_radius_mm"),
+    ],
+)
+def test_a_tooth_beyond_its_limit_is_refused_before_computing(changes, field):
+    with pytest.raises(sw.SceneError) as error:
+        scene_of(changes)
+    assert field in [problem.field for problem in error.value.problems]
+    assert all(problem.fix for problem in error.value.problems)
+
+
+@pytest.mark.parametrize("slices", [7, 21, 300])
+def test_a_handful_of_slices_and_hundreds_agree(slices):
+    """300 slices are shorter than the contact is wide."""
+    even = {"numerics.face_slices": slices}
+    share = loaded(even, {"numerics.profile_points": 21})["engagement"].load_share.values
+    fine = loaded({"numerics.face_slices": 101})["engagement"].load_share.values
+    assert np.abs(share - fine).max() < (0.02 if slices > 7 else 0.06)
+
+
+# ---- load and material
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("factor", [1e-6, 1e-3, 1.0, 10.0])
+def test_pressure_under_light_loads_follows_hertz(fidelity, factor):
+    tree = loaded(torque(factor), {"numerics.face_slices": 61 if factor < 1.0 else 21}, fidelity=fidelity)
+    assert pressure(tree) > 0.0
+    if factor == 1.0:
+        assert 800.0 < pressure(tree) < 950.0
+
+
+@pytest.mark.parametrize("factor", [30.0, 60.0, 100.0])
+def test_heavy_line_loads_do_not_gather_in_one_slice(factor):
+    """Found: far from the line its cubic falls without end, the gap was -3 mm there, and one slice took all."""
+    line, patch = (loaded(torque(factor), fidelity=fidelity)["engagement"] for fidelity in FIDELITIES)
+    greatest = float(patch.line_load.max())
+    assert float(line.line_load.max()) == pytest.approx(greatest, rel=0.6)
+    np.testing.assert_allclose(line.load_share, patch.load_share, atol=0.06)
+
+
+@pytest.mark.parametrize("third", [-0.5, 0.0, 1e-9, 0.5])
+@pytest.mark.parametrize("second", [-0.1, 0.0, 0.02])
+def test_the_separation_is_convex_and_smooth_however_far(second, third):
+    away = np.linspace(-20.0, 20.0, 2001)
+    cubic = np.array([0.3, 0.01, second, third])
+    gap = np.array([fresh_gap(x, cubic) for x in away])
+    assert np.diff(gap, 2).min() > -1e-12 * np.abs(gap).max()
+    slope = np.array([fresh_slope(x, cubic) for x in away])
+    np.testing.assert_allclose(np.gradient(gap, away)[1:-1], slope[1:-1], atol=0.01 * max(np.abs(slope).max(), 1.0))
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("modulus", [500.0, 1e4, 1.5e6])
+def test_extreme_material_contrast_is_solved(fidelity, modulus):
+    loaded({"material.gear.youngs_modulus_MPa": modulus}, fidelity=fidelity)
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_teeth_too_soft_for_their_load_are_refused(fidelity):
+    """Found: an approach of metres was computed, on nine pairs of teeth."""
+    with pytest.raises(sw.SceneError, match="stiffer"):
+        loaded({"material.gear.youngs_modulus_MPa": 500.0}, torque(100.0), fidelity=fidelity)
+
+
+# ---- placement
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize(("slope", "inwards"), [(20.0, True), (-20.0, False)])
+def test_misalignment_drives_contact_to_heel_or_toe(fidelity, slope, inwards):
+    tree = loaded(fidelity=fidelity, placement=sw.Placement(pinion_slope_mrad=slope))
+    load = tree["engagement"].line_load.sum(("wear_step", "roll_position")).values
+    place = float((load * np.arange(load.size)).sum() / load.sum()) / (load.size - 1)
+    assert place < 0.25 if inwards else place > 0.75
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize(
+    "placement",
+    [sw.Placement(axial_pinion_mm=100.0), sw.Placement(axial_gear_mm=20.0), sw.Placement(axial_gear_mm=200.0)],
+    ids=["beside the gear", "above it", "far above it"],
+)
+def test_a_pinion_out_of_reach_is_refused(fidelity, placement):
+    """Found: beyond its tip the pinion's involute went on, and patches bore 33 GPa across an air gap of 200 mm."""
+    with pytest.raises(sw.SceneError, match="placement"):
+        loaded(fidelity=fidelity, placement=placement)
+    with pytest.raises(sw.SceneError, match="placement"):
+        sw.tooth_contact_analysis(SHIPPED, placement)
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_a_gear_inside_the_base_circle_is_refused(fidelity):
+    """Found: a division by zero where the involute ends."""
+    with pytest.raises(sw.SceneError, match="base circle"):
+        loaded(fidelity=fidelity, placement=sw.Placement(axial_gear_mm=-50.0))
+
+
+def test_slices_beyond_the_pinion_tip_never_touch():
+    pair = plan(scene_of()).flank_pair(sw.Placement(axial_gear_mm=30.0))
+    lines = trace_contact_lines(pair, np.array([-0.5, 0.0, 0.5]), np.array([490.0, 510.0, 550.0]))
+    assert np.isinf(lines.separation[0]).all()
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_flanks_that_transmit_unevenly_are_followed_everywhere(fidelity):
+    """Found: slices were sought near the least separation of the whole cycle; elsewhere no flank could touch."""
+    tree = loaded(torque(1e-3), fidelity=fidelity, placement=sw.Placement(axial_gear_mm=11.0))
+    # the tips touch, one pair after the other
+    assert np.ptp(tree["mesh_cycle"].transmission_error_unloaded.values) > 0.15 * 448.0
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_light_loads_on_a_displaced_pinion_balance_to_rounding(fidelity):
+    """Found: a gap of millimetres took digits from an approach of a nanometre; the torque was off by 2e-9."""
+    placement = sw.Placement(-3.6, 0.98, 0.086, 3.3, -3.2)
+    tree = loaded(torque(1e-6), fidelity=fidelity, placement=placement)
+    assert tree["diagnostics"].load_balance_residual.item() < 1e-13
+
+
+def test_a_contact_narrower_than_a_cell_is_found():
+    """Found: at a steep edge no cell's middle was nearer than the approach, and the residual was not a number."""
+    placement = sw.Placement(1.8835782, 0.9288454, 0.7145596, 2.3161279, 1.5713963)
+    grids = {"numerics.face_slices": 7, "numerics.profile_points": 21}
+    loaded(CONFORMAL, grids, torque(3e-5), fidelity="patch", placement=placement)
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_contact_on_the_rounding_of_an_edge_is_found(fidelity):
+    """Found: the flanks are nearer on the rounding than at the border where it begins, by more than the approach."""
+    placement = sw.Placement(-4.384986, 3.516189, 2.440418, -23.239043, 16.448611)
+    changes = {
+        "gear_pair.gear_outer_radius_mm": 565.0,
+        "gear_pair.gear_tip_edge_radius_mm": 0.0,
+        "numerics.face_slices": 7,
+        "numerics.profile_points": 21,
+    }
+    loaded(changes, torque(2e-4), fidelity=fidelity, placement=placement, wear=np.full((21, 7), 0.0078))
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_load_share_is_continuous_where_the_pairs_in_contact_change(fidelity):
+    scene = scene_of({"numerics.fidelity": fidelity})
+    coarse = sw.loaded_contact(scene, roll_positions=np.linspace(0.0, 1.0, 8, endpoint=False))
+    assert len(set(coarse["mesh_cycle"].pairs_in_contact.values[0].tolist())) > 1
+    fine = sw.loaded_contact(scene, roll_positions=np.linspace(0.0, 1.0, 64, endpoint=False))
+    share = fine["engagement"].load_share.values[0]
+    # a share goes from nothing to all and back within two mesh cycles: a jump would stand out
+    assert np.abs(np.diff(share)).max() < 6.0 / 64.0
+
+
+# ---- wear
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("depth", [200.0, 2000.0])
+def test_wear_deeper_than_usual_moves_contact_to_where_flanks_were_apart(fidelity, depth):
+    """Found: slices farther apart than 0.15 mm were taken as unworn however deep the wear."""
+    shape = (41, 21)
+    inner = (np.arange(21) < 16) * np.ones(shape)
+    one, two = (loaded(fidelity=fidelity, wear=more * depth * inner)["engagement"] for more in (1.0, 2.0))
+    load = one.line_load.values
+    assert load[..., :16].max() == 0.0 if depth > 1000.0 else load.max() > 0.0
+    if depth > 1000.0:
+        np.testing.assert_allclose(two.line_load, load, atol=1e-6 * load.max())
+    ridge = depth * np.abs(np.linspace(-1.0, 1.0, 41))[:, None] * np.ones(shape)
+    loaded(fidelity=fidelity, wear=ridge)
+    even = loaded(fidelity=fidelity, wear=np.full(shape, depth))["engagement"]
+    fresh = loaded(fidelity=fidelity)["engagement"]
+    np.testing.assert_allclose(even.load_share, fresh.load_share, atol=1e-3)
+
+
+def test_load_on_slices_that_were_not_followed_is_named():
+    teeth = plan(scene_of()).loaded_teeth()
+    removed = teeth.removed(np.zeros(teeth.grid.profile.shape))
+    footprints = teeth.touch(removed)[1]
+    assert footprints.near is not None
+    force = np.where(footprints.near, 0.0, 1.0)
+    with pytest.raises(sw.ConvergenceError, match=r"3/8.*shorter wear steps"):
+        footprints.require_followed(force, np.arange(force.shape[0]), "3/8")
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_depths_far_apart_end_or_say_why(fidelity):
+    try:
+        tree = worn({"wear.until.control_depths_um": [30.0, 60.0, 90.0, 120.0]}, fidelity)
+    except sw.ConvergenceError as error:
+        assert "control point" in str(error)
+        tree = error.result
+    depth = tree["flank"].wear_depth.values
+    assert (np.diff(depth, axis=0) >= 0.0).all()
+    assert float(tree["history"].wear_depth_control_point[1]) == pytest.approx(30.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("bodies", [["gear"], ["pinion", "gear"]], ids=["gear", "both"])
+@pytest.mark.parametrize("scheme", ["implicit", "explicit"])
+def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity, bodies, scheme):
+    """Found: `line` blamed the compliance; slices that are flat at a border were given contacts of metres' width."""
+    changes = {
+        **UNTIL_MESHES,
+        "wear.until.meshes": 6e12,
+        "wear.worn_bodies": bodies,
+        "numerics.wear_steps": 2,
+        "numerics.wear_scheme": scheme,
+    }
+    with pytest.raises(sw.ConvergenceError, match=r"the tooth is gone long before; ask for fewer") as error:
+        worn(changes, fidelity)
+    assert error.value.result is not None
+
+
+def strips(count: int) -> np.ndarray:
+    """Displacement of strips of unit width under unit pressure, E* = 1, in plane strain (Johnson 1985, eq. 2.25)."""
+    s = np.arange(count, dtype=float)
+    high, low = s + 0.5, np.abs(s - 0.5)
+    influence = 1.0 - high * np.log(high) + np.where(s > 0.0, 1.0, -1.0) * low * np.log(low)
+    return toeplitz(2.0 / pi * (influence + np.log(2.0 * count)))
+
+
+def loads_of_strips(compliance: np.ndarray, gap: np.ndarray, load: float) -> np.ndarray:
+    """Loads of strips, by the solver of fidelity `line` with a compliance of its own."""
+    size = gap.size
+    force, slack, one = np.zeros(size), np.empty(size), np.ones(size)
+    status, *_ = solve_line_loads(
+        compliance, gap, one, load, 1e12 * one, np.array([0, size]), np.arange(size) + 0.5, one, -1.0, 1.0, one,
+        2.0, *stripe_table(), 1e-5, 60, np.ones(size, dtype=bool), one.copy(), force, slack,
+    )  # fmt: skip
+    assert status == SolveStatus.CONVERGED
+    return force
+
+
+STRIPS = strips(60)
+LIMIT = 16.0 * CATALAN / pi**2  # of k ds over dx/E*
+
+
+def roughness_after(wear_a_step: float, *, implicit: bool, steps: int = 60) -> float:
+    """How a wave from strip to strip has grown, its height at the start being one."""
+    size = STRIPS.shape[0]
+    wave = 1e-6 * (-1.0) ** np.arange(size) * np.hanning(size)
+    # pressed by a stamp that fits: the even contact stays even
+    worn = wave.copy()
+    for _ in range(steps):
+        matrix = STRIPS + wear_a_step * np.eye(size) if implicit else STRIPS
+        worn = worn + wear_a_step * (loads_of_strips(matrix, worn, 60.0) - loads_of_strips(matrix, 0.0 * worn, 60.0))
+    return float(np.abs(np.diff(worn, 2)).max() / np.abs(np.diff(wave, 2)).max())
+
+
+def test_the_limit_of_explicit_steps_is_twice_the_least_eigenvalue():
+    assert pytest.approx(1.485, abs=1e-3) == LIMIT
+    assert 2.0 * np.linalg.eigvalsh(STRIPS)[0] == pytest.approx(LIMIT, rel=5e-3)
+
+
+@pytest.mark.parametrize(("factor", "stable"), [(0.9, True), (0.97, True), (1.1, False), (1.5, False)])
+def test_explicit_steps_lose_stability_at_the_limit(factor, stable):
+    grown = roughness_after(factor * LIMIT, implicit=False)
+    assert grown < 1.0 if stable else grown > 10.0
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.5, 10.0, 1e3, 1e6])
+def test_implicit_steps_are_stable_however_long(factor):
+    assert roughness_after(factor * LIMIT, implicit=True) < 1.0
+
+
+def test_gears_lose_stability_with_explicit_steps_of_many_micrometres_only():
+    def greatest(scheme: str, steps: int) -> float:
+        changes = {
+            **UNTIL_MESHES,
+            "wear.until.meshes": 1e9,
+            "numerics.wear_steps": steps,
+            "numerics.wear_scheme": scheme,
+            "numerics.face_slices": 11,
+        }
+        return float(worn(changes)["flank"].wear_depth[-1].max())
+
+    settled = greatest("implicit", 16)
+    assert greatest("implicit", 1) == pytest.approx(settled, rel=0.25)
+    assert greatest("explicit", 32) == pytest.approx(settled, rel=0.05)  # about half a micrometre a step
+    assert greatest("explicit", 1) > 2.0 * settled
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_wear_vanishes_where_sliding_does(fidelity):
+    tree = worn({**UNTIL_MESHES, "wear.until.meshes": 1e8, "numerics.wear_steps": 2}, fidelity)
+    depth = tree["flank"].wear_depth.sel(body="gear").values[-1]
+    slide = np.abs(tree["flank"].specific_sliding.sel(body="gear").values)
+    worked = depth > 0.02 * depth.max()
+    least = slide <= np.quantile(slide[worked], 0.05)
+    assert depth[least & worked].max(initial=0.0) < 0.35 * depth.max()
+
+
+def test_teeth_bound_to_line_contact_know_their_solver():
+    """The certificates of the properties read the solver of fidelity `line`."""
+    assert isinstance(plan(scene_of()).loaded_teeth().solver, LineContact)

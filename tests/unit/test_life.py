@@ -1,0 +1,137 @@
+"""Life until a depth of wear: against a plain run, and against what scales with what."""
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.errors import ConvergenceError
+from semiwear.life import _zero_of, find_life, step_lengths_to
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.plan import plan
+
+TINY = {
+    "numerics.face_slices": 11,
+    "numerics.roll_positions": 8,
+    "numerics.profile_points": 31,
+    "numerics.harmonics": 3,
+    "wear.until.meshes": 1e8,
+    "wear.control_point": None,
+    "numerics.wear_steps": 1,
+    "effects.run_life.depth_limit_um": 10.0,
+}
+
+
+@pytest.fixture(scope="module")
+def tiny(shipped):
+    return shipped.replace(TINY)
+
+
+@pytest.fixture(scope="module")
+def tree(tiny):
+    return sw.simulate(tiny.replace({"operation.pinion_speed_rpm": 1500.0}))
+
+
+def life_of(scene):
+    physics = plan(scene)
+    teeth = physics.loaded_teeth()
+    return find_life(physics, teeth, physics.wear_stepper(teeth))
+
+
+@pytest.fixture(scope="module")
+def life(tiny):
+    return life_of(tiny)
+
+
+def test_a_run_of_that_many_meshes_wears_to_the_limit(tiny, tree):
+    """In as many steps, of equal length: on so coarse a grid their lengths matter by some per cent."""
+    meshes = float(tree["life"]["meshes_to_limit"])
+    run = sw.simulate(tiny.replace({"wear.until.meshes": meshes, "numerics.wear_steps": 3, "effects.run_life": None}))
+    greatest = float(run["flank"]["wear_depth"].isel(wear_step=-1).sel(body="gear").max())
+    assert greatest == pytest.approx(10.0, rel=0.05)
+    assert "life" not in run.children
+
+
+def test_the_last_step_ends_at_the_limit(tiny):
+    physics = plan(tiny)
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    state = stepper.start()
+    for length in step_lengths_to(stepper, DRIVEN, 10e-3):
+        assert state.wear.max() < 10e-3
+        state = stepper.step(state, length)
+    assert state.wear.max() == pytest.approx(10e-3, rel=1e-5)
+
+
+def test_hours_are_turns_of_the_gear(tree):
+    life = tree["life"]
+    gear_rpm = 1500.0 * 25 / 160
+    assert float(life["hours_to_limit"]) == pytest.approx(float(life["meshes_to_limit"]) / gear_rpm / 60.0)
+
+
+def test_without_a_speed_there_are_no_hours(life, tree):
+    assert life.hours is None
+    assert life.meshes == pytest.approx(float(tree["life"]["meshes_to_limit"]))
+
+
+def test_the_seconds_are_told(tree):
+    assert float(tree["diagnostics"]["effect_seconds"].sel(effect="run_life")) > 0.0
+
+
+def test_the_wear_coefficient_counts_only_times_the_meshes(tiny, life):
+    """Also where a law acts through the depth."""
+    scene = tiny.replace({"effects.wear_law.hardness": {"case_depth_um": 4.0}})
+    plain, life = life, life_of(scene)
+    assert life.meshes < 0.9 * plain.meshes
+    more = life_of(scene.replace({"wear.coefficient_mm2_per_N": 1.5e-13}))
+    assert np.log(more.meshes / life.meshes) / np.log(1.5) == pytest.approx(life.sensitivity_to_wear_coefficient)
+
+
+def test_at_a_depth_of_nothing_torque_acts_as_on_the_unworn_wear_rate(tiny):
+    """The greatest wear of a few meshes, of scenes that are built anew under the other torques."""
+    short = tiny.replace({"effects.run_life.depth_limit_um": 1e-5})
+    few = {"wear.until.meshes": 3.0, "numerics.wear_steps": 3, "effects.run_life": None}
+    rates = [
+        float(
+            sw.simulate(tiny.replace(few | {"operation.pinion_torque_Nm": factor * 1600.0}))["flank"][
+                "wear_depth"
+            ].max()
+        )
+        for factor in (0.95, 1.05)
+    ]
+    expected = -np.log(rates[1] / rates[0]) / np.log(1.05 / 0.95)
+    assert life_of(short).sensitivity_to_torque == pytest.approx(expected, rel=0.01)
+
+
+def test_a_spectrum_of_one_torque_is_that_torque(tiny, life):
+    spectrum = {"torques_Nm": [1600.0], "shares": [1.0]}
+    same = life_of(tiny.replace({"effects.load_spectrum": spectrum}))
+    assert same.meshes == pytest.approx(life.meshes, rel=1e-4)
+    assert same.sensitivity_to_torque == pytest.approx(life.sensitivity_to_torque, abs=0.01)
+
+
+def test_the_life_of_the_pinion(tiny):
+    scene = tiny.replace(
+        {"wear.worn_bodies": ["pinion", "gear"], "effects.run_life": {"body": "pinion", "depth_limit_um": 2.0}}
+    )
+    physics = plan(scene)
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    state = stepper.start()
+    for length in step_lengths_to(stepper, DRIVING, 2e-3):
+        state = stepper.step(state, length)
+    assert state.worn.driving.max() == pytest.approx(2e-3, rel=1e-4)
+
+
+def test_a_limit_beyond_the_tooth_says_what_to_change(tiny):
+    with pytest.raises(ConvergenceError, match=r"run_life.*depth_limit_um") as caught:
+        sw.simulate(tiny.replace({"effects.run_life.depth_limit_um": 9000.0}))
+    assert caught.value.result["history"].sizes["wear_step"] == 2
+
+
+@pytest.mark.parametrize("trial", [0.01, 0.9, 30.0])
+@pytest.mark.parametrize("function", [lambda x: x - 2.0, lambda x: x**5 - 32.0, lambda x: np.tanh(x - 2.0)])
+def test_the_search_finds_the_zero(function, trial):
+    assert _zero_of(function, function(0.0), trial, 1e-9) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_search_without_a_zero_gives_up():
+    with pytest.raises(ConvergenceError, match="loses its load"):
+        _zero_of(lambda x: -1.0 - 1.0 / (1.0 + x), -2.0, 1.0, 1e-6)

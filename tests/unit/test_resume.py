@@ -1,0 +1,358 @@
+"""A run that is stopped and resumed gives the result of one that was not, bit for bit."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+import time
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.contact.line_contact import LineContact, LineLoads
+from semiwear.contact.loaded_teeth import LoadedState
+from semiwear.contact.patch_contact import PatchLoads
+from semiwear.errors import ConvergenceError, ResultFileError, SceneError
+from semiwear.plan import plan
+from semiwear.results import checkpoint
+from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek
+from semiwear.results.run_identity import differences, run_identity
+from semiwear.wear.kept_state import restored_state, state_arrays
+from semiwear.wear.stepping import WearState, WearStepper
+from validation.kills import different_variables
+
+SMALL = {
+    "numerics.face_slices": 15,
+    "numerics.roll_positions": 8,
+    "numerics.profile_points": 41,
+    "numerics.harmonics": 3,
+    "wear.until.control_depths_um": [4.0, 9.0],
+}
+PATCH = {"numerics.fidelity": "patch"}
+UNTIL_MESHES = {"wear.until.control_depths_um": None, "wear.until.meshes": 4e8, "wear.control_point": None}
+SCENES = {
+    # deep enough that candidates are searched farther on the way: forgotten, the last bits differ
+    "line": {"wear.until.control_depths_um": [30.0, 60.0, 80.0]},
+    "patch": PATCH,
+    "patch, marched": PATCH | {"numerics.wear_mapping": "marched"},
+    "both bodies": {"wear.worn_bodies": ["pinion", "gear"]},
+    "spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0, 2200.0], "shares": [0.3, 0.5, 0.2]}},
+    "friction": {"effects.friction": {}},
+    "automatic steps": UNTIL_MESHES,
+    "explicit": UNTIL_MESHES
+    | {"numerics.wear_scheme": "explicit", "numerics.wear_steps": 2, "wear.until.meshes": 2e6},
+}
+
+
+@pytest.fixture(scope="module")
+def small(shipped):
+    return shipped.replace(SMALL)
+
+
+class Stop(Exception):
+    pass
+
+
+class StopAfterOne:
+    """Raises when the first wear step of a session is finished."""
+
+    def step(self, done, total, text):
+        self.heard = done, total
+        raise Stop
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_stopped_after_every_step_and_resumed(small, tmp_path, kind):
+    scene = small.replace(SCENES[kind])
+    path = tmp_path / "worn.nc.partial"
+    whole = sw.simulate(scene)
+    steps = whole["history"].sizes["wear_step"] - 1
+    for k in range(steps):
+        stop = StopAfterOne()
+        with pytest.raises(Stop):
+            sw.simulate(scene, checkpoint=path, resume=True, progress=stop)
+        assert stop.heard == (k + 1, steps)
+    # all steps are there: none is taken again
+    assert different_variables(sw.simulate(scene, checkpoint=path, resume=True, progress=stop), whole) == []
+    assert peek(path).finished == steps
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_state_comes_back_bit_for_bit(small):
+    """Also what is not kept but found again; a field that a state gains must be thought of here."""
+    names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, LineLoads, PatchLoads)}
+    assert names == {
+        WearState: {"meshes", "contact", "pace", "cases", "error", "stride"},
+        LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear"},
+        LineLoads: {"force", "half_width", "rotation", "iterations", "balance", "complementarity"},
+        PatchLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
+    }
+    # a pinion at a slope presses with its edge: gaps there depend on the loads on the way
+    physics = plan(small.replace(SCENES["both bodies"] | {"effects.misalignment.pinion_slope_mrad": 2.0}))
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    start = stepper.start()
+    state = replace(stepper.step(start, 1e8), error=0.1, stride=(0.2, 0.3))
+    plain = stepper.teeth.touch(stepper.teeth.removed(*state.worn))[1]
+    assert not np.array_equal(plain.gap, state.contact.coarse.gap), "no edge is pressed: the test shows nothing"
+    back = restored_state(stepper, state_arrays(stepper, state))
+    for name in ("meshes", "pace", "error", "stride"):
+        assert getattr(back, name) == getattr(state, name)
+    for part in ("fine", "coarse", "loads"):
+        one, other = getattr(state.contact, part), getattr(back.contact, part)
+        for entry in fields(one):
+            if entry.name != "removed":
+                assert getattr(one, entry.name).tobytes() == getattr(other, entry.name).tobytes(), entry.name
+    assert back.contact.partner_wear.tobytes() == state.contact.partner_wear.tobytes()
+
+
+def test_three_kills(small, tmp_path):
+    """The command line, ended by SIGKILL; `python -m validation.kills` does so many times."""
+    depths = [2.0 * k for k in range(1, 31)]
+    scene = small.replace({"wear.until.control_depths_um": depths})
+    (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
+    output, partial = tmp_path / "worn.nc", tmp_path / "worn.nc.partial"
+    command = [sys.executable, "-m", "semiwear", "run", tmp_path / "scene.toml", "-o", output, "--resume"]
+    for steps in (0, 1, 6):
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            while process.poll() is None and ((found := peek(partial)) is None or found.finished < steps):
+                time.sleep(0.002)
+            process.kill()
+    done = subprocess.run(command, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 0, done.stderr
+    assert different_variables(sw.open_results(output), sw.simulate(scene)) == []
+    assert not partial.exists()
+
+
+# ---------------------------------------------------------------------- the file
+
+
+IDENTITY = {"scene": 'title = "t"', "semiwear": "1"}
+
+
+def kept_step(k):
+    cells = np.zeros((3, 4))
+    cells[1, 2], cells[0, 0] = k + 0.1, -0.0
+    return KeptStep(5, {"contact and wear": 0.5 * k}, {"cells": cells, "wear": np.full(3, k)})
+
+
+def written(path, steps=4):
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        for k in range(steps):
+            kept.add(kept_step(k))
+    return path
+
+
+def test_every_bit_of_a_step_comes_back(tmp_path):
+    path = written(tmp_path / "partial")
+    with open_checkpoint(path, IDENTITY, resume=True) as kept:
+        assert len(kept.steps) == 4
+        for k, step in enumerate(kept.steps):
+            assert (step.total, step.seconds) == (5, {"contact and wear": 0.5 * k})
+            assert step.arrays["cells"].tobytes() == kept_step(k).arrays["cells"].tobytes()
+            assert step.arrays["wear"].dtype == kept_step(k).arrays["wear"].dtype
+    assert peek(path) == checkpoint.Peek(3, False)
+
+
+def test_cut_anywhere_it_keeps_the_whole_steps_before(tmp_path):
+    path = written(tmp_path / "partial")
+    whole = path.read_bytes()
+    seen = set()
+    for cut in [*range(0, 400, 3), *range(400, len(whole), 23)]:
+        path.write_bytes(whole[:cut])
+        try:
+            with open_checkpoint(path, IDENTITY, resume=True) as kept:
+                seen.add(len(kept.steps))
+                if cut % 10 == 0:
+                    kept.add(kept_step(len(kept.steps)))
+                    assert path.read_bytes() == whole[: path.stat().st_size]  # as if never cut
+        except ResultFileError as error:
+            assert cut < 150 and "--resume" in str(error)  # in what the file begins with
+            seen.add("refused")
+    assert seen == {"refused", 0, 1, 2, 3}
+
+
+def test_a_damaged_step_and_those_behind_it_are_computed_again(tmp_path):
+    path = written(tmp_path / "partial")
+    whole = bytearray(path.read_bytes())
+    whole[len(whole) * 2 // 3] ^= 1
+    path.write_bytes(whole)
+    found = peek(path)
+    assert found.damaged and 0 < found.finished < 3
+    with open_checkpoint(path, IDENTITY, resume=True) as kept:
+        assert len(kept.steps) == found.finished + 1
+
+
+def test_an_earlier_run_is_replaced_by_a_finished_step_only(tmp_path):
+    path = written(tmp_path / "partial")
+    before = path.read_bytes()
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        kept.add(kept_step(0))
+        assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    written(path, 2)
+    assert peek(path).finished == 1
+
+
+def test_killed_between_writing_and_renaming(tmp_path, monkeypatch):
+    path = written(tmp_path / "partial")
+    before = path.read_bytes()
+
+    def die(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", die)
+    with pytest.raises(KeyboardInterrupt):
+        written(path)
+    assert path.read_bytes() == before
+
+
+def test_two_runs_do_not_share_a_checkpoint(tmp_path):
+    pytest.importorskip("fcntl")
+    path = written(tmp_path / "partial")
+    with open_checkpoint(path, IDENTITY, resume=True):
+        for resume in (True, False):
+            with pytest.raises(ResultFileError, match="another run is writing"):
+                open_checkpoint(path, IDENTITY, resume=resume)
+    open_checkpoint(path, IDENTITY, resume=True).close()
+
+
+def test_a_full_disk_leaves_the_steps_before(tmp_path, monkeypatch):
+    path = tmp_path / "partial"
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        kept.add(kept_step(0))
+        kept.add(kept_step(1))
+
+        def full(_):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        monkeypatch.setattr(os, "fsync", full)
+        with pytest.raises(ResultFileError, match=r"No space left.* 1 wear steps, is kept: make room, .*--resume"):
+            kept.add(kept_step(2))
+    monkeypatch.undo()
+    assert peek(path).finished >= 1
+
+
+# ---------------------------------------------------------------------- of which run
+
+
+def changed(scene, changes, finished=1):
+    return differences(run_identity(scene.to_toml()), run_identity(scene.replace(changes).to_toml()), finished)
+
+
+def test_what_differs_is_named(small):
+    assert changed(small, {}) == []
+    assert changed(small, {"numerics.face_slices": 17}) == ["numerics.face_slices: 15 in the checkpoint, 17 now"]
+    assert changed(small, {"effects.free_edges": {}})
+    assert len(changed(small, {"numerics.face_slices": 17, "operation.pinion_torque_Nm": 800.0})) == 2
+    now = run_identity(small.to_toml())
+    for name in ("numpy", "semiwear", "semiwear's code"):
+        assert differences(now | {name: "0"}, now, 1) == [f"{name}: 0 in the checkpoint, {now[name]} now"]
+
+
+def test_what_finished_steps_do_not_depend_on_may_change(small):
+    assert changed(small, {"title": "other"}) == []
+    assert changed(small, {"wear.until.control_depths_um": [4.0, 7.0, 8.0]}) == []
+    assert changed(small, {"wear.until.control_depths_um": [4.0, 7.0, 8.0]}, finished=2)
+    assert changed(small, {"wear.until.control_depths_um": [4.0]}, finished=2)
+    assert changed(small, {"numerics.max_iterations": 99}) == []
+    assert changed(small, {"numerics.max_iterations": 20})
+    assert changed(small.replace(PATCH), {"numerics.max_iterations": 99})
+
+
+def test_a_file_that_the_scene_names_belongs_to_the_run(tmp_path):
+    grid = tmp_path / "grid.csv"
+    scene = f'[effects.modification.gear]\nfile = "{grid.as_posix()}"\n'
+    grid.write_text("1", encoding="utf-8")
+    before = run_identity(scene)
+    grid.write_text("2", encoding="utf-8")
+    assert [line.split(":")[0] for line in differences(before, run_identity(scene), 1)] == [
+        f"content of {grid.as_posix()}"
+    ]
+
+
+def test_another_run_is_refused_and_left_alone(small, tmp_path):
+    path = tmp_path / "partial"
+    with pytest.raises(Stop):
+        sw.simulate(small, checkpoint=path, progress=StopAfterOne())
+    before = path.read_bytes()
+    with pytest.raises(ResultFileError) as caught:
+        sw.simulate(small.replace({"numerics.max_iterations": 20}), checkpoint=path, resume=True)
+    for words in ("partial", "1 finished wear steps are of another run", "max_iterations: 60 in", "20 now", "undo"):
+        assert words in str(caught.value)
+    assert "delete the file, or run without --resume" in str(caught.value)
+    assert path.read_bytes() == before
+
+
+def test_a_run_goes_on_to_other_depths(small, tmp_path):
+    path = tmp_path / "partial"
+    sw.simulate(small, checkpoint=path)
+    farther = small.replace({"wear.until.control_depths_um": [4.0, 9.0, 12.0], "title": "farther"})
+    tree = sw.simulate(farther, checkpoint=path, resume=True)
+    assert different_variables(tree, sw.simulate(farther)) == []
+    with pytest.raises(ResultFileError, match="control_depths_um"):
+        sw.simulate(small, checkpoint=path, resume=True)  # its third step is of the other scene now
+
+
+def test_resume_needs_a_checkpoint(small):
+    with pytest.raises(SceneError, match="give checkpoint=FILE"):
+        sw.simulate(small, resume=True)
+
+
+# ---------------------------------------------------------------------- command line
+
+
+def test_a_step_that_fails_leaves_the_steps_before(small, tmp_path, monkeypatch, capsys):
+    scene, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
+    scene.write_text(small.to_toml(), encoding="utf-8")
+    step = WearStepper.step_to_depth
+
+    def fail(self, state, point, depth):
+        if state.meshes > 0:
+            raise ConvergenceError(
+                "load sharing stopped at mesh position 3/8: raise numerics.max_iterations above 60"
+            )
+        return step(self, state, point, depth)
+
+    monkeypatch.setattr(WearStepper, "step_to_depth", fail)
+    assert main(["run", str(scene), "-o", str(output)]) == 2
+    told = capsys.readouterr().err
+    for words in (
+        "mesh position 3/8",
+        "raise numerics.max_iterations",
+        "after 1 wear steps",
+        "worn.nc.partial",
+        "--resume",
+    ):
+        assert words in told
+    assert sw.open_results(output)["history"].sizes["wear_step"] == 2
+    monkeypatch.undo()
+    assert main(["run", str(scene), "-o", str(output), "--resume", "--set", "numerics.max_iterations=20"]) == 2
+    assert "numerics.max_iterations: 60 in the checkpoint, 20 now" in capsys.readouterr().err
+    (tmp_path / ".worn.nc.0123.part").write_bytes(b"what a run killed as it saved leaves")
+    assert main(["run", str(scene), "-o", str(output), "--resume", "--set", "numerics.max_iterations=90"]) == 0
+    assert "worn.nc.partial: 1 finished wear steps" in capsys.readouterr().err
+    more = small.replace({"numerics.max_iterations": 90})
+    assert different_variables(sw.open_results(output), sw.simulate(more)) == []
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["scene.toml", "worn.nc"]
+
+
+def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, capsys):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    scene, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
+    scene.write_text(small.to_toml(), encoding="utf-8")
+    monkeypatch.setattr(LineContact, "solve", stop)
+    assert main(["run", str(scene), "-o", str(output), "--resume"]) == 130
+    told = capsys.readouterr().err
+    assert "no " in told and "worn.nc.partial: starting from the beginning" in told
+    assert "kept in" in told and "--resume goes on" in told
+    assert main(["run", str(scene), "-o", str(output)]) == 130
+    assert "of an earlier run, for --resume to go on from; this run starts anew" in capsys.readouterr().err
+    assert main(["run", str(scene), "--resume"]) == 2
+    assert "add -o FILE" in capsys.readouterr().err
