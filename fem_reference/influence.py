@@ -98,7 +98,7 @@ def tooth_influence(
     The gear is a stretch of seven teeth on its held back face, the pinion a sector of fifteen on its held bore, which
     is as stiff as the whole ring to 0.02 % (a sector of seven is 1.3 % too soft).
 
-    The defaults bring root stress in the shipped scene within 3 % of `root_load.RootStress` under the same contact
+    The defaults bring root stress in the shipped scene within 2 % of `root_load.RootStress` under the same contact
     forces, wherever a pair carries more than a tenth of the load. Eight heights on six elements along the fillet do
     too on the gear, but loads low on the pinion's flank are 8 % too high; 17 stations bring loads low on the gear's
     flank to -11 %.

@@ -78,10 +78,6 @@ class EndJumps:
         jump[nodes] = shapes
         return cls((mixed @ jumps).T.tocsr(), stretched, (stretched @ jumps).toarray(), jump)
 
-    def forces(self, k: float) -> csr_matrix:
-        """Forces (A, 3 n) of unit jumps at a wave number [1/mm]."""
-        return self.strained + k * self.stretched
-
 
 def opened(
     weight: FloatArray, stiffness: FloatArray, own: FloatArray, moved: FloatArray, stressed: FloatArray

@@ -119,7 +119,7 @@ def test_influence_is_reciprocal_and_positive(influence):
         assert np.linalg.eigvalsh(matrix)[0] > 0.0
 
 
-@pytest.mark.parametrize(("at", "observed", "tolerance"), [(2, 2, 0.04), (2, 3, 0.05), (1, 1, 0.06)])
+@pytest.mark.parametrize(("at", "observed", "tolerance"), [(2, 2, 0.01), (2, 3, 0.03), (1, 1, 0.03)])
 def test_influence_agrees_with_the_prism(influence, at, observed, tolerance):
     """Loads on the pinion, whose section does not change: the prism shares neither elements nor method."""
     t = SCENE.gear_pair
@@ -138,11 +138,11 @@ def test_influence_agrees_with_the_prism(influence, at, observed, tolerance):
         expected = np.einsum("n,nij->ij", both, prism.deflection[:, k])
         worst = (np.abs(found - expected) / expected.max())[:4, :4].max()  # at the tip edge the load is too near
         print(f"\ntooth {offset:+d}: deflection against the prism within {worst:.1%} of the greatest", end="")
-        assert worst < (tolerance if offset == 0 else 0.12)
+        assert worst < (tolerance if offset == 0 else 0.08)
     stress = pinion.root_stress.sel(tooth_offset=0).values[:, observed, 3, at].max()
     expected = np.einsum("n,nf->f", both, prism.stress[:, 1, :, 3]).max()
     print(f"\nroot stress against the prism {stress / expected - 1:+.1%}")
-    assert stress == pytest.approx(expected, rel=0.1)  # the prism mirrors the ends, and this mesh is coarse
+    assert stress == pytest.approx(expected, rel=0.05)  # the ends are mirrored here, and this mesh is coarse
 
 
 def test_sector_stands_for_the_whole_ring():
