@@ -108,7 +108,7 @@ def spread_of_engagement(tree):
 
 
 def amplitude(tree):
-    return float(np.ptp(tree["mesh_cycle"].transmission_error_loaded))
+    return float(np.ptp(tree["mesh_cycle"].transmission_error_loaded.values))
 
 
 def loss(tree):
@@ -188,7 +188,8 @@ def test_compliance_along_the_pinion_axis_takes_no_load():
     """A spur pinion's flanks lie along its axis."""
     soft = SMALL.replace({"effects.shaft_compliance": SHAFTS | {"axial_pinion_um_per_kN": 5.0}})
     one, two = sw.loaded_contact(SMALL), sw.loaded_contact(soft)
-    np.testing.assert_allclose(two["mesh_cycle"][TE], one["mesh_cycle"][TE], rtol=1e-9)
+    # half-widths are found to 1e-5, which leaves the approach uncertain by a hundredth of that
+    np.testing.assert_allclose(two["mesh_cycle"][TE], one["mesh_cycle"][TE], rtol=1e-7)
 
 
 def volume(tree):
