@@ -175,8 +175,9 @@ def worn_flank(scene: sw.Scene, *, anew: bool = False) -> xr.Dataset:
     """`/flank` as the core wears it to the last control depth; from the store unless `anew`."""
     if not anew:
         return read("worn", scene)["flank"].to_dataset()
-    flank = sw.simulate(scene)["flank"].to_dataset()
-    return flank.isel(wear_step=[-1]).drop_vars(("wear_step", "meshes"), errors="ignore")
+    flank = sw.simulate(scene)["flank"].to_dataset().isel(wear_step=[-1])
+    step = flank.wear_step.copy(data=[0])  # the only wear state of a loaded contact
+    return flank.assign_coords(wear_step=step)
 
 
 def march_rows(scene: sw.Scene, *, middle: float = 0.0, every: int = 4, steps: int = 12) -> list[Row]:
