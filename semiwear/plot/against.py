@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.plot.flank import flank_axes, mark_pitch_cone
+from semiwear.plot.flank import along_tooth, flank_axes, mark_pitch_cone
 from semiwear.plot.flank_places import flank_places
 from semiwear.plot.style import axes_for, label, legend_above, need, step_name, styled
 from semiwear.plot.two_results import TwoResults
@@ -106,11 +106,11 @@ def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
     places = flank_places(results)
     if places is None:
         return
-    gear = need(tree, "flank", "flank_radius").sel(body="gear")
-    radius = gear.values.mean(axis=0)
-    ends = np.interp((places.first, places.last), gear["face"].values, radius)
+    gear, _ = along_tooth(tree)
+    along = gear.values.mean(axis=0)
+    ends = np.interp((places.first, places.last), gear["face"].values, along)
     style: Any = {"color": "#117733", "lw": 0.9, "ls": ":"}
-    ax.plot(radius, places.lower, **style, label=f"{places.width:.2g} mm from the borders")
-    ax.plot(radius, places.upper, **style)
+    ax.plot(along, places.lower, **style, label=f"{places.width:.2g} mm from the borders")
+    ax.plot(along, places.upper, **style)
     for end in ends:
         ax.axvline(end, **style)

@@ -21,7 +21,7 @@ _WEAR_COLOURS = "magma_r"
 
 
 def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Wear of the gear over radius and height, with the band of the pitch cone.
+    """Wear of the gear along the tooth and over its height, with the band of the pitch cone.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> 
     Axes
     """
     with styled():
-        radius, height, wear = _gear(tree, wear_step)
+        along, height, wear = _gear(tree, wear_step)
         (ax,) = axes_for(ax)
         greatest = float(wear.max())
         mesh = flank_axes(ax, tree, wear, _WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0)
         mark_pitch_cone(ax, tree)
         if greatest > 0:
             place = np.unravel_index(int(wear.argmax()), wear.shape)
-            ax.plot(radius[place], height[place], "o", mfc="none", mec="white", mew=1.5, ms=7, clip_on=False)
+            ax.plot(along[place], height[place], "o", mfc="none", mec="white", mew=1.5, ms=7, clip_on=False)
         name = step_name(need(tree, "flank", "wear_depth"), wear_step)
         ax.set_title(f"{name}: greatest {greatest:.3g} µm")
         bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
@@ -77,14 +77,14 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
 
 
 def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Wear of the gear as a surface over radius and height; parameters as `wear_map`, `ax` a 3-D one."""
+    """Wear of the gear as a surface along the tooth and over its height; parameters as `wear_map`, `ax` a 3-D one."""
     with styled():
-        radius, height, wear = _gear(tree, wear_step)
+        along, height, wear = _gear(tree, wear_step)
         (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
         surface: Any = drawn
         scale = float(wear.max()) or 1.0
         surface.plot_surface(
-            radius,
+            along,
             height,
             wear,
             cmap=_WEAR_COLOURS,
@@ -95,7 +95,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None)
             linewidth=0,
         )
         surface.set(
-            xlabel=label(need(tree, "flank", "flank_radius"), "Gear radius"),
+            xlabel=_label_along(tree),
             ylabel=label(need(tree, "flank", "flank_height"), "Height"),
             zlabel=label(need(tree, "flank", "wear_depth"), "Wear depth"),
             title=step_name(need(tree, "flank", "wear_depth"), wear_step),
@@ -109,7 +109,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None)
 def wear_profiles(
     tree: xr.DataTree, wear_step: int = -1, count: int = 4, ax: Sequence[Axes] | None = None
 ) -> tuple[Axes, Axes]:
-    """Wear of the gear along the height at a few radii, and along the width at a few heights.
+    """Wear of the gear along the height at a few places, and along the width at a few heights.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def wear_profiles(
         The panel along the height and the panel along the width.
     """
     with styled():
-        radius, height, wear = _gear(tree, wear_step)
+        along, height, wear = _gear(tree, wear_step)
         along_height, along_width = axes_for(ax, 2, SIZE_PAIR)
         colours = _line_colours(count)
         faces = wear.shape[1]
@@ -139,13 +139,13 @@ def wear_profiles(
                 height[order, station],
                 wear[order, station],
                 color=colour,
-                label=f"radius {radius[:, station].mean():.0f} mm",
+                label=f"{along_tooth(tree)[1]} {along[:, station].mean():.0f} mm",
             )
         low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
         margin = 0.06 * (high - low)
         for colour, level in zip(colours, np.linspace(low + margin, high - margin, count), strict=True):
             along_width.plot(
-                *_along_width(radius, height, wear, float(level)),
+                *_along_width(along, height, wear, float(level)),
                 color=colour,
                 label=f"height {level:+.1f} mm".replace("-", "−"),
             )
@@ -156,7 +156,7 @@ def wear_profiles(
             title="Along the tooth height",
         )
         along_width.set(
-            xlabel=label(need(tree, "flank", "flank_radius"), "Gear radius"),
+            xlabel=_label_along(tree),
             ylabel=depth,
             title="Along the face width",
         )
@@ -167,35 +167,50 @@ def wear_profiles(
 
 
 def _along_width(
-    radius: np.ndarray, height: np.ndarray, wear: np.ndarray, level: float
+    along: np.ndarray, height: np.ndarray, wear: np.ndarray, level: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Radius and wear at one height, station by station."""
-    at_radius, at_level = np.empty(wear.shape[1]), np.empty(wear.shape[1])
+    """Place along the tooth and wear at one height, station by station."""
+    at_place, at_level = np.empty(wear.shape[1]), np.empty(wear.shape[1])
     for station in range(wear.shape[1]):
         order = np.argsort(height[:, station])
-        at_radius[station] = np.interp(level, height[order, station], radius[order, station])
+        at_place[station] = np.interp(level, height[order, station], along[order, station])
         at_level[station] = np.interp(level, height[order, station], wear[order, station])
-    return at_radius, at_level
+    return at_place, at_level
+
+
+def along_tooth(tree: xr.DataTree) -> tuple[xr.DataArray, str]:
+    """What tells places along the gear's tooth, over (profile, face), and its name.
+
+    The radius where it grows along the tooth, as on a face gear; the face coordinate where the radius grows with the
+    height.
+    """
+    radius = need(tree, "flank", "flank_radius").sel(body="gear")
+    if np.ptp(radius.mean("profile").values) > np.ptp(radius.mean("face").values):
+        return radius, "radius"
+    return radius["face"].broadcast_like(radius).transpose(*radius.dims), "face"
+
+
+def _label_along(tree: xr.DataTree) -> str:
+    along, name = along_tooth(tree)
+    return label(along, "Gear radius" if name == "radius" else "Along the face")
 
 
 def _gear(tree: xr.DataTree, wear_step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radius, height and wear of the gear at one wear step, over (profile, face)."""
+    """Place along the tooth, height and wear of the gear at one wear step, over (profile, face)."""
     wear = need(tree, "flank", "wear_depth").sel(body="gear")
-    radius = need(tree, "flank", "flank_radius").sel(body="gear").values
+    along, _ = along_tooth(tree)
     height = need(tree, "flank", "flank_height").sel(body="gear").values
-    return radius, height, wear.isel(wear_step=wear_step).values
+    return along.values, height, wear.isel(wear_step=wear_step).values
 
 
 def flank_axes(ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float) -> QuadMesh:
-    """Draw values over (profile, face) as colours over radius and height of the gear's flank."""
-    radius, height, _ = _gear(tree, 0)
-    mesh = ax.pcolormesh(
-        radius, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True
-    )
+    """Draw values over (profile, face) as colours along the tooth and over the height of the gear's flank."""
+    along, height, _ = _gear(tree, 0)
+    mesh = ax.pcolormesh(along, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True)
     ax.set(
-        xlabel=label(need(tree, "flank", "flank_radius"), "Gear radius"),
+        xlabel=_label_along(tree),
         ylabel=label(need(tree, "flank", "flank_height"), "Height above the pitch plane"),
-        xlim=(radius.min(), radius.max()),
+        xlim=(along.min(), along.max()),
         ylim=(height.min(), height.max()),
     )
     ax.grid(False)
@@ -204,7 +219,7 @@ def flank_axes(ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, lo
 
 def mark_pitch_cone(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2") -> None:
     """Mark the borders of the pitch band: half-way between a point of the band and its neighbour outside."""
-    radius, height, _ = _gear(tree, 0)
+    along, height, _ = _gear(tree, 0)
     zone = need(tree, "flank", "zone").sel(body="gear").values
     stations, borders = [], []
     for station in range(zone.shape[1]):
@@ -213,7 +228,7 @@ def mark_pitch_cone(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2") -> Non
         inside = np.flatnonzero(zone[order, station] == Zone.PITCH)
         if inside.size:
             lower, upper = inside[0], inside[-1]
-            stations.append(float(np.interp(heights[lower], heights, radius[order, station])))
+            stations.append(float(np.interp(heights[lower], heights, along[order, station])))
             borders.append(
                 (
                     (heights[lower] + heights[max(lower - 1, 0)]) / 2,

@@ -185,7 +185,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_map",
         "Wear of the gear's flank",
-        "Wear depth over gear radius and tooth height at the last wear step; dashed, the band of the pitch cone.",
+        "Wear depth along the tooth and over its height at the last wear step; dashed, the band of the pitch cone.",
         _flank_text,
         needs_wear=True,
     ),
@@ -202,7 +202,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_profiles",
         "Sections through the wear",
-        "Wear depth along the tooth height at a few radii, and along the face width at a few heights.",
+        "Wear depth along the tooth height at a few places, and along the face width at a few heights.",
         _flank_text,
         panels=2,
         needs_wear=True,
@@ -268,7 +268,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_surface",
         "Wear as a surface",
-        "The wear of the first picture as a surface over radius and height.",
+        "The wear of the first picture as a surface.",
         _flank_text,
         needs_wear=True,
         size=(5.8, 4.0),
