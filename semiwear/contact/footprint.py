@@ -44,6 +44,8 @@ BoolArray = NDArray[np.bool_]
 
 LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
 _ARC_NODES = 6  # on the part of a rounded edge that a footprint can reach
+_FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
+_MOST_PARTS = 16  # of a roll step
 MOST_NODES = 1024  # of a footprint: a bound for the work arrays
 
 
@@ -190,6 +192,35 @@ def outline(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _refine(u, g, count, at, low, high, cubic, room, longest, fine_u, fine_g):  # type: ignore[no-untyped-def]
+    """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
+
+    Wear is straight between nodes, the fresh separation is not.
+    """
+    least = g[0]
+    for c in range(1, count):
+        least = min(least, g[c])
+    fine_u[0], fine_g[0] = u[0], g[0]
+    n = 1
+    for c in range(count - 1):
+        width = u[c + 1] - u[c]
+        sag = 0.125 * cubic[2] * width * width
+        if u[c] >= low and u[c + 1] <= high and min(g[c], g[c + 1]) - least < room + sag:
+            before, after = g[c] - fresh_gap(u[c] - at, cubic), g[c + 1] - fresh_gap(u[c + 1] - at, cubic)
+            parts = min(int(width / longest) + 1, MOST_NODES - n - (count - c))
+            for part in range(1, parts):
+                x = part / parts
+                fine_u[n] = u[c] + x * width
+                fine_g[n] = fresh_gap(fine_u[n] - at, cubic) + (1.0 - x) * before + x * after
+                n += 1
+        fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
+        n += 1
+    for c in range(n):
+        least = min(least, fine_g[c])
+    return n, least
+
+
+@njit(cache=True, error_model="numpy")
 def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
     a, b = t_a * t_a, t_b * t_b
@@ -221,6 +252,7 @@ def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
+    nodes_u, nodes_g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, faces = profile.shape
     for i in range(faces):
@@ -244,11 +276,11 @@ def _find(  # type: ignore[no-untyped-def]
             reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
             count = outline(
                 at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
-                high_radius[k, i], room, gone, nodes[i], split[i], u, g,
+                high_radius[k, i], room, gone, nodes[i], split[i], nodes_u, nodes_g,
             )  # fmt: skip
-            least = g[0]
-            for c in range(1, count):
-                least = min(least, g[c])
+            count, least = _refine(
+                nodes_u, nodes_g, count, at, low[k, i], high[k, i], cubic, room, _FINE * width, u, g
+            )
             out_least[k, i] = least
             area, below, moment = 0.0, 0.0, 0.0
             for c in range(count - 1):
@@ -325,7 +357,7 @@ class Spread:
 
 @njit(cache=True, error_model="numpy")
 def pieces_of(  # type: ignore[no-untyped-def]
-    at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, u, g, mass, middle
+    at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work, mass, middle
 ):
     """Stretches of one footprint: their middles, their shares before division by the area, how many, and the area."""
     spread = gone.max() - gone.min()
@@ -333,11 +365,11 @@ def pieces_of(  # type: ignore[no-untyped-def]
     room = _room(cubic, width)
     reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
     count = outline(
-        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split, u, g
-    )
-    least = g[0]
-    for c in range(1, count):
-        least = min(least, g[c])
+        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split,
+        work[0], work[1],
+    )  # fmt: skip
+    u, g = work[2], work[3]
+    count, least = _refine(work[0], work[1], count, at, low, high, cubic, room, _FINE * width, u, g)
     area = 0.0
     pieces = 0
     for c in range(count - 1):
@@ -353,12 +385,23 @@ def pieces_of(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
+    """How far a line moves while it is at a roll position, and in how many parts of the step to spread what it leaves.
+
+    Footprints a step apart would leave ripples of that wavelength; spread over the step they leave none.
+    """
+    before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
+    before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
+    moves = (place[after] - place[before]) / max(after - before, 1)
+    return moves, min(int(2.0 * abs(moves) / node) + 1, _MOST_PARTS)
+
+
+@njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
     removed, row, nodes, split, half_width, slices, out,
 ):  # fmt: skip
-    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
-    mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
@@ -369,22 +412,26 @@ def _spread(  # type: ignore[no-untyped-def]
             per_mm = spacing[k, i]
             pieces, area = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, u, g, mass, middle,
+                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, work, mass, middle,
             )  # fmt: skip
             if area <= 0.0:
                 continue
-            scale = rate[k, i] / (area * per_mm)
-            for c in range(pieces):
-                # what an edge's rounding bears wears no flank
-                if middle[c] < nodes[i, 0] or middle[c] > nodes[i, points - 1]:
-                    continue
-                away = middle[c] - at_profile[k, i]
-                v0 = centre[k, i, 0] + slope[k, i, 0] * away
-                v1 = centre[k, i, 1] + slope[k, i, 1] * away
-                cell, x = locate(nodes[i], split[i], middle[c])
-                amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                out[i, cell] += (1.0 - x) * amount
-                out[i, cell + 1] += x * amount
+            moves, parts = step_of(at_profile[:, i], rate[:, i], k, nodes[i, 1] - nodes[i, 0])
+            scale = rate[k, i] / (area * per_mm * parts)
+            for part in range(parts):
+                ahead = (part + 0.5) / parts - 0.5
+                for c in range(pieces):
+                    there = middle[c] + ahead * moves
+                    # what an edge's rounding bears wears no flank
+                    if there < nodes[i, 0] or there > nodes[i, points - 1]:
+                        continue
+                    away = middle[c] - at_profile[k, i]
+                    v0 = centre[k, i, 0] + slope[k, i, 0] * away
+                    v1 = centre[k, i, 1] + slope[k, i, 1] * away
+                    cell, x = locate(nodes[i], split[i], there)
+                    amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                    out[i, cell] += (1.0 - x) * amount
+                    out[i, cell + 1] += x * amount
         for p in range(points):
             left = nodes[i, p] - nodes[i, p - 1] if p > 0 else 0.0
             right = nodes[i, p + 1] - nodes[i, p] if p < points - 1 else 0.0

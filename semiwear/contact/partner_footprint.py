@@ -26,8 +26,7 @@ def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius, removed, row,
     nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own, own_split, out,
 ):  # fmt: skip
-    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
-    mass, middle = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_NODES), np.empty(MOST_NODES)
     rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
     step, node = faces[1] - faces[0], 0.25 * (own[last] - own[0]) / last
     for i in slices:
@@ -36,7 +35,7 @@ def _spread(  # type: ignore[no-untyped-def]
                 continue
             pieces, area = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], spacing[k, i], low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, u, g, mass, middle,
+                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, work, mass, middle,
             )  # fmt: skip
             if area <= 0.0:
                 continue

@@ -302,3 +302,32 @@ def test_specific_sliding_of_the_flanks_has_the_signs_of_the_standard(worn):
     base = 0.5 * 25 * 6.35 * np.cos(np.radians(25.0))
     rack = height / np.sin(np.radians(25.0)) / (base * np.tan(np.radians(25.0)))
     np.testing.assert_allclose(sliding, rack, atol=0.02)
+
+
+def test_lines_leave_no_ripples_between_roll_positions():
+    """Also where an edge bears on a band far narrower than the way between two positions, with nodes finer still."""
+    scene = sw.load_scene("face_gear_25x160")
+    teeth = plan(scene.replace({"numerics.profile_points": 401, "numerics.tooth_compliance": "rigid"})).loaded_teeth()
+    removed = teeth.removed(np.zeros(teeth.grid.profile.shape))
+    footprints, _ = teeth.touch(removed)
+    motion = sweep(teeth.fine, footprints, teeth.pair.roll_per_time)
+    load = np.full(teeth.fine.profile.shape, LOAD)
+    for i in (30, 45, 50):
+        wear = wear_of_mesh(teeth.fine, teeth.grid, removed, motion, load, teeth.half_width, np.array([i]))[i]
+        middle = wear[130:270]
+        assert np.abs(np.diff(middle, 2)).max() < 0.06 * middle.mean()
+
+
+def test_nodes_between_which_a_flank_is_round_need_not_be_fine():
+    """A flank worn evenly, but for a place outside of the contact, feels as the fresh one does."""
+    scene = sw.load_scene("face_gear_25x160").replace({"numerics.profile_points": 61})
+    teeth = plan(scene.replace({"numerics.tooth_compliance": "rigid"})).loaded_teeth()
+    fresh, _ = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    depth = np.zeros(teeth.grid.profile.shape)
+    depth[:, 0] = 1e-6
+    worn, _ = teeth.touch(teeth.removed(depth))
+    inside = fresh.near & ~fresh.edge & (np.abs(teeth.fine.roll) < 0.4)[:, None]
+    assert inside.sum() > 1000
+    assert (
+        np.abs(worn.gap[inside] - fresh.gap[inside]).max() < 4e-5
+    )  # the cubic against its parabola; chords from node to node: 4e-4
