@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 import semiwear as sw
+from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.results.checkpoint import peek
 
@@ -161,7 +162,8 @@ def _run(options: argparse.Namespace) -> None:
         output = Path(options.output)
         for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
             left.unlink(missing_ok=True)
-        checkpoint.unlink(missing_ok=True)
+        for round_ in range(ROUNDS):
+            round_checkpoint(checkpoint, round_).unlink(missing_ok=True)
 
 
 def _checkpoint(options: argparse.Namespace) -> Path | None:
@@ -249,6 +251,8 @@ class _Bar:
             return
         if self._bar is None:
             self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True)
+        if done < self._bar.n or total != self._bar.total:
+            self._bar.reset(total)  # coarse runs for an accuracy are over
         self._bar.set_postfix_str(text)
         self._bar.update(done - self._bar.n)
 

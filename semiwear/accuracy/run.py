@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from xarray import DataTree
@@ -20,12 +21,12 @@ from semiwear.accuracy.resolution import Contribution, chosen_resolution, contri
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
-from semiwear.simulate import Progress
+from semiwear.simulate import NoProgress, Progress
 from semiwear.simulate import simulate as simulate_as_given
 
-__all__ = ["simulate"]
+__all__ = ["ROUNDS", "round_checkpoint", "simulate"]
 
-_ROUNDS = 3
+ROUNDS = 3  # final runs at most
 _SHARE = 0.85  # of an asked accuracy for the resolution; as squares it leaves half of it for the wear steps
 _PILOT_STATES = 4  # worn states of a coarse run
 
@@ -54,8 +55,8 @@ def simulate(
         Instead of ``numerics.fidelity``.
     checkpoint : path, optional
         A file that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
-        It stays until you delete it: do so when you have saved the result. Not together with an accuracy that still
-        has numbers to choose.
+        It stays until you delete it: do so when you have saved the result. Where an accuracy takes a second and a
+        third run, these have files of their own, `round_checkpoint`.
     resume : bool
         Go on from the wear steps in `checkpoint`, from the beginning where there is no such file. On one kind of
         processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
@@ -82,16 +83,23 @@ def simulate(
         scene = scene.replace({"numerics.fidelity": fidelity})
     if scene.numerics.accuracy is None or scene.wear is None:
         return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
-    if checkpoint is not None:
-        fix = "run without it once; the scene in that result holds the chosen numbers: take out its accuracy"
-        raise SceneError.of("checkpoint", os.fspath(checkpoint), "none together with numerics.accuracy", fix)
-    return _Search(scene).run(progress)
+    if resume and checkpoint is None:
+        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
+    return _Search(scene, progress or NoProgress()).run(checkpoint, resume)
+
+
+def round_checkpoint(checkpoint: str | os.PathLike[str], round_: int) -> Path:
+    """The file that keeps the wear steps of a final run: `checkpoint` itself in round 0, then FILE.2 and FILE.3.
+
+    Coarse runs are not kept: they come out the same when they are repeated.
+    """
+    return Path(checkpoint) if round_ == 0 else Path(f"{os.fspath(checkpoint)}.{round_ + 1}")
 
 
 class _Search:
     """Coarse runs of a scene, and what they say."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, progress: Progress) -> None:
         numerics = scene.numerics
         assert numerics.accuracy is not None
         self.scene, self.asked = scene, numerics.accuracy
@@ -99,17 +107,20 @@ class _Search:
         self.open = {p.name for p in self.parameters} & set(numerics.chosen_for_accuracy)
         self.coarse = {p.name: p.start if p.name in self.open else getattr(numerics, p.name) for p in self.parameters}
         self.pilot_scene, self.pilot_states = _pilot(scene)
+        self.progress, self.pilots = progress, 0
         self.pilot = self._pilot_history(self.coarse)
         self.parts = tuple(self._contributions())
         self.fixed_steps = self._fixed_step_errors()
 
-    def run(self, progress: Progress | None) -> DataTree:
+    def run(self, checkpoint: str | os.PathLike[str] | None, resume: bool) -> DataTree:
         """The result."""
         factors: dict[str, float] = {}
         allowed = _SHARE * self.asked
-        for _ in range(_ROUNDS):
+        for round_ in range(ROUNDS):
             values = chosen_resolution(self.parts, factors, allowed)
-            tree = simulate_as_given(self._with(self.scene, values), progress=progress)
+            file = None if checkpoint is None else round_checkpoint(checkpoint, round_)
+            scene = self._with(self.scene, values)
+            tree = simulate_as_given(scene, progress=self.progress, checkpoint=file, resume=resume)
             factors = self._factors(tree, values)
             errors = self._errors(tree, values, factors)
             if worst(errors) <= self.asked or not self.open:
@@ -166,7 +177,10 @@ class _Search:
         return together([told, self.fixed_steps, resolution])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:
-        return history(simulate_as_given(self._with(self.pilot_scene, values)))
+        found = history(simulate_as_given(self._with(self.pilot_scene, values)))
+        self.pilots += 1
+        self.progress.step(self.pilots, 1 + len(self.parameters), "coarse runs, to choose the resolution")
+        return found
 
     def _with(self, scene: Scene, values: Mapping[str, int]) -> Scene:
         return scene.replace({f"numerics.{name}": value for name, value in values.items()})

@@ -386,7 +386,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
-    """How far a line moves while it is at a roll position, and in how many parts of the step to spread what it leaves.
+    """How far a line moves in the step about a roll position, and in how many parts to spread what it leaves there.
 
     Footprints a step apart would leave ripples of that wavelength; spread over the step they leave none.
     """

@@ -17,8 +17,6 @@ from semiwear.wear.stepping import WearState, WearStepper
 
 __all__ = ["restored_state", "search_as_far", "state_arrays"]
 
-_NUMBERS = tuple(entry.name for entry in fields(WearState) if entry.name not in ("contact", "cases"))
-
 _NUMBERS = ("meshes", "pace", "error")  # of a state
 
 

@@ -11,11 +11,14 @@ import pytest
 import semiwear as sw
 from semiwear.accuracy import resolution, run
 from semiwear.accuracy.resolution import Contribution, Parameter, chosen_resolution, contributions_at, together
+from semiwear.cli import main
+from semiwear.results.checkpoint import peek
 from semiwear.results.kinds import difference, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
 from semiwear.wear.adaptive import AdaptiveStepper, doubled
 from semiwear.wear.mapping import Worn
+from validation.kills import different_variables
 
 COARSE = {
     "numerics.face_slices": 11,
@@ -284,6 +287,27 @@ def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, mon
     assert float(caught.value.result["diagnostics"]["error_estimate"].max()) > 1e-3
 
 
-def test_a_checkpoint_and_an_accuracy_do_not_go_together(shipped, tmp_path):
-    with pytest.raises(sw.SceneError, match="checkpoint"):
-        sw.simulate(shipped.replace({"numerics.accuracy": 0.1}), checkpoint=tmp_path / "kept.nc")
+def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
+    scene, undisturbed = asked
+    file = tmp_path / "kept"
+
+    class Stopper:
+        def step(self, done, total, text):
+            if text.endswith("control point"):
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sw.simulate(scene, progress=Stopper(), checkpoint=file)
+    assert peek(file).finished == 1
+    assert different_variables(sw.simulate(scene, checkpoint=file, resume=True), undisturbed) == []
+    assert run.round_checkpoint(file, 2) == tmp_path / "kept.3"
+    with pytest.raises(sw.SceneError, match="give checkpoint=FILE"):
+        sw.simulate(scene, resume=True)
+
+
+def test_the_command_line_runs_to_an_accuracy(shipped, tmp_path, capsys):
+    file, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
+    file.write_text(shipped.replace(COARSE | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")
+    assert main(["run", str(file), "-o", str(output)]) == 0
+    assert "0.4 asked for" in sw.open_results(output).attrs["accuracy"]
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["scene.toml", "worn.nc"]
