@@ -31,17 +31,11 @@ _LEFT = 1.2  # error of an extrapolated step, over the difference that it tells
 _SAFETY = 0.9
 _GROWTH = (0.3, 3.0)  # of the step's length, from one to the next
 _SHORTEST = 1e-3  # of what is asked for: shorter steps would not end
-_END = 1e-9
+_END = 1e-9  # of what is asked for
 
 FloatArray = NDArray[np.float64]
 Advance = Callable[[WearState, float], Trial]
 """A step from a state to a reading of what measures the way."""
-
-_SAFETY = 0.9
-_GROWTH = (0.3, 3.0)  # of the step's length, from one to the next
-_SHORTEST = 1e-3  # of what is asked for: shorter steps would not end
-_UNCHECKED = 4.0  # first-order steps in a row on the word of a doubled one
-_END = 1e-9  # of what is asked for
 
 
 @dataclass(frozen=True)
