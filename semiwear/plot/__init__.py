@@ -1,6 +1,7 @@
 """Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``).
 
-Each name below draws one result; `against` holds pictures of two.
+Each name of `__all__` draws one result; `against` holds pictures of two, and `measured_wear` draws a comparison with
+a measurement.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from semiwear.plot.history import (
     root_stress_history,
     transmission_error_history,
 )
+from semiwear.plot.measured import measured_wear as measured_wear
 
 __all__ = [
     "contact_pattern",

@@ -1,0 +1,16 @@
+"""Measured flanks: registration, deviations, wear, and what they say of the wear coefficient.
+
+>>> deviations = sw.register(scene, "tooth_7.nc")                  # um along the normals, and the datum
+>>> found = sw.calibrate(scene, "worn.nc", before="new.nc", meshes=4e7)
+>>> print(found)                                                    # k with its confidence interval
+>>> print(found.life(60.0))                                         # B10, median, B90
+>>> sw.plot.measured_wear(found.comparison())
+"""
+
+from semiwear.measured.calibration import Calibration, calibrate
+from semiwear.measured.comparison import compare_wear
+from semiwear.measured.life_spread import LifeSpread
+from semiwear.measured.registration import register
+from semiwear.measured.worn import measured_wear
+
+__all__ = ["Calibration", "LifeSpread", "calibrate", "compare_wear", "measured_wear", "register"]

@@ -1,0 +1,389 @@
+"""The wear coefficient from measured wear: `calibrate`."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, sqrt
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.errors import ConvergenceError, SceneError
+from semiwear.life import step_lengths_to
+from semiwear.measured.comparison import comparison_of_fit
+from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part
+from semiwear.measured.life_spread import LifeSpread, log_deviation
+from semiwear.measured.predicted import WearFamily, reading_of, wear_family
+from semiwear.measured.rigid import DATUM
+from semiwear.measured.worn import Measured, MeasuredWear, as_wear
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.plan.choices import table
+from semiwear.scene import BodyCoefficients, Scene
+from semiwear.simulate import NoProgress, Progress
+
+__all__ = ["Calibration", "calibrate"]
+
+FloatArray = NDArray[np.float64]
+
+_UM = 1e3
+_STEPS = 16  # wear states up to the measured depth, about: k is then 0.5 % off at most, by what steps leave out
+_DEPTHS = (0.25e-3, 6e-3)  # mm a step
+_MOST_STEPS = 60
+_HALF = 0.5  # coefficient of variation of k: see semiwear.measured.life_spread
+_HEAD = ("part", "k [mm2/N]", "interval", "unexplained", "rms [um]", "points", "independent", "datum")
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A wear coefficient from measured wear: printed as a table.
+
+    Attributes
+    ----------
+    scene : Scene
+    body : str
+        Whose flank was measured.
+    meshes : tuple of float
+        Engagements of one gear tooth that each part had run.
+    parts : tuple of PartFit
+        One for each measured part, at the scene's wear coefficient.
+    confidence : float
+        Of the intervals.
+    measured : tuple of MeasuredWear
+        As the parts.
+    family : WearFamily
+        The run that they were compared with.
+    """
+
+    scene: Scene
+    body: str
+    meshes: tuple[float, ...]
+    parts: tuple[PartFit, ...]
+    confidence: float
+    measured: tuple[MeasuredWear, ...]
+    family: WearFamily
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Wear coefficient of the measured body that each part tells [mm2/N]."""
+        return tuple(self._own * part.meshes / run for part, run in zip(self.parts, self.meshes, strict=True))
+
+    @property
+    def coefficient(self) -> float:
+        """Wear coefficient [mm2/N]: the median of its distribution, the parts' geometric mean."""
+        return exp(float(np.mean(np.log(self.coefficients))))
+
+    @property
+    def factor(self) -> float:
+        """`coefficient` over the scene's; where both bodies wear, those of both were scaled alike."""
+        return self.coefficient / self._own
+
+    @property
+    def log_error(self) -> float:
+        """Standard uncertainty of ln k: of one part's fit, or of the mean of several parts."""
+        if len(self.parts) == 1:
+            return self.parts[0].log_error
+        return float(np.std(np.log(self.coefficients), ddof=1)) / sqrt(len(self.parts))
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Confidence interval of the wear coefficient [mm2/N], by Student's t over ln k.
+
+        Of one part: what this part's measurement leaves open, and not how parts differ. Of several: the mean's, from
+        how they differ.
+        """
+        freedom = self.parts[0].freedom if len(self.parts) == 1 else len(self.parts) - 1.0
+        half = float(student.ppf(0.5 + 0.5 * self.confidence, freedom)) * self.log_error
+        return self.coefficient * exp(-half), self.coefficient * exp(half)
+
+    @property
+    def k_scatter(self) -> float | None:
+        """Coefficient of variation of k between the parts (log-normal); None of one part."""
+        if len(self.parts) == 1:
+            return None
+        return sqrt(exp(float(np.var(np.log(self.coefficients), ddof=1))) - 1.0)
+
+    @property
+    def calibrated_scene(self) -> Scene:
+        """The scene with this wear coefficient."""
+        wear = self.scene.wear
+        assert wear is not None
+        given = wear.coefficient_mm2_per_N
+        if isinstance(given, BodyCoefficients):
+            scaled = {name: self.factor * k for name in BODIES if (k := getattr(given, name)) is not None}
+            return self.scene.replace({"wear.coefficient_mm2_per_N": scaled})
+        return self.scene.replace({"wear.coefficient_mm2_per_N": self.factor * given})
+
+    def comparison(self, part: int = 0) -> xr.Dataset:
+        """Predicted beside measured wear of a part, as `compare_wear` gives it, at the part's own coefficient."""
+        run = f"{self.meshes[part]:.6g}"
+        attrs = {"body": self.body, "meshes": run, "datum": ", ".join(self.parts[part].datum)}
+        return comparison_of_fit(self.measured[part], self.parts[part], attrs)
+
+    @one_blas_thread()
+    def life(self, depth_limit_um: float, body: str | None = None, *, k_scatter: float | str = _HALF) -> LifeSpread:
+        """Life until a flank's greatest wear is a depth, with what the wear coefficient leaves open.
+
+        Parameters
+        ----------
+        depth_limit_um : float
+        body : str, optional
+            ``"pinion"`` or ``"gear"``; the measured one unless given. For the other one its coefficient is taken to
+            be as far from the scene's.
+        k_scatter : float or "measured"
+            Coefficient of variation of k from part to part. Default 0.5, an assumption
+            (`semiwear.measured.life_spread`); 0: the life of the measured part itself. ``"measured"``: that of the
+            parts, three or more.
+
+        Raises
+        ------
+        SceneError
+            For a depth, body or scatter out of range.
+        ConvergenceError
+            If the flank cannot be worn so deep.
+        """
+        if not 0.0 < depth_limit_um < np.inf:
+            raise SceneError.of("depth_limit_um", depth_limit_um, "above 0 um")
+        wear = self.scene.wear
+        assert wear is not None
+        name = self.body if body is None else body
+        if name not in wear.worn_bodies:
+            raise SceneError.of("body", name, " or ".join(f'"{one}"' for one in wear.worn_bodies))
+        count = len(self.parts)
+        if k_scatter == "measured":
+            if count < 3:
+                raise SceneError.of("k_scatter", k_scatter, "a number, with fewer than three parts", "0.5 is usual")
+            deviation = float(np.std(np.log(self.coefficients), ddof=1)) * sqrt(1.0 + 1.0 / count)
+            told, freedom = self.k_scatter or 0.0, count - 1.0
+        else:
+            if isinstance(k_scatter, str) or not 0.0 <= k_scatter < np.inf:
+                raise SceneError.of("k_scatter", k_scatter, 'a share of 0 or more, or "measured"', "0.5 for 50 %")
+            fits = sum(part.log_error**2 for part in self.parts) / count**2
+            own = log_deviation(k_scatter)
+            deviation, told, freedom = sqrt(own**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")
+        stepper = self.family.stepper
+        meshes = sum(step_lengths_to(stepper, BODIES.index(name), 1e-3 * depth_limit_um))
+        speed = self.scene.operation.pinion_speed_rpm
+        per_mesh = None if speed is None else stepper.teeth.pair.driving_meshes / (60.0 * speed)
+        return LifeSpread(name, depth_limit_um, meshes / self.factor, deviation, freedom, told, per_mesh)
+
+    def to_dataset(self) -> xr.Dataset:
+        """`coefficient` and `interval` [mm2/N], and over the parts what each tells."""
+        run = {"units": "1", "long_name": "engagements of one gear tooth"}
+        k = {"units": "mm2 N-1", "long_name": f"wear coefficient of the {self.body}"}
+        low, high = self.interval
+        lengths = np.array([self._lengths(part) for part in self.parts])
+        mm = {"units": "mm"}
+        return xr.Dataset(
+            {
+                "coefficient": ((), self.coefficient, k),
+                "interval": ("end", np.array([low, high]), k),
+                "part_coefficient": ("part", np.array(self.coefficients), k),
+                "log_uncertainty": ("part", np.array([part.log_error for part in self.parts]), {"units": "1"}),
+                "meshes": ("part", np.array(self.meshes), run),
+                "explained": ("part", np.array([part.explained for part in self.parts]), {"units": "1"}),
+                "residual_rms": ("part", np.array([_UM * p.residual_rms for p in self.parts]), {"units": "um"}),
+                "points": ("part", np.array([part.points for part in self.parts]), {"units": "1"}),
+                "effective_points": ("part", np.array([p.effective_points for p in self.parts]), {"units": "1"}),
+                "correlation_length_profile": ("part", lengths[:, 0], mm),
+                "correlation_length_face": ("part", lengths[:, 1], mm),
+            },
+            {"end": ["low", "high"], "part": np.arange(len(self.parts))},
+            {"title": "wear coefficient from measured wear", "body": self.body, "confidence": self.confidence},
+        )
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        share = f"{100.0 * self.confidence:g} %"
+        count = len(self.parts)
+        several = "one part: how parts differ is not in it" if count == 1 else f"{count} parts"
+        scatter = f"; k scatters by {100.0 * self.k_scatter:.0f} % between the parts" if self.k_scatter else ""
+        told = (
+            f"wear coefficient of the {self.body}: {self.coefficient:.3e} mm2/N, {share} interval {low:.3e} to "
+            f"{high:.3e} ({several}); the scene has {self._own:.3e} mm2/N{scatter}"
+        )
+        folded = textwrap.fill(told, 118, subsequent_indent="    ")
+        return folded + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
+
+    @property
+    def _own(self) -> float:
+        assert self.scene.wear is not None
+        return self.scene.wear.coefficient(self.body)
+
+    @staticmethod
+    def _lengths(part: PartFit) -> tuple[float, float]:
+        found = part.noise.correlation
+        return found.profile_length, found.face_length
+
+    def _row(self, number: int) -> tuple[str, ...]:
+        part, k = self.parts[number], self.coefficients[number]
+        low, high = (self._own * meshes / self.meshes[number] for meshes in part.interval(self.confidence))
+        datum = ", ".join(f"{name} {_told(name, amount)}" for name, amount in part.datum.items())
+        return (
+            str(number + 1),
+            f"{k:.3e}",
+            f"{low:.2e} to {high:.2e}",
+            f"{100.0 * (1.0 - part.explained):.1f} %",
+            f"{_UM * part.residual_rms:.2f}",
+            str(part.points),
+            f"{part.effective_points:.0f}",
+            datum or "-",
+        )
+
+
+def _told(name: str, amount: float) -> str:
+    """An amount of a motion in its usual unit."""
+    if name in ("rotation", "tilt_radial", "tilt_tangential"):
+        return f"{np.degrees(amount) * 3600.0:.2f} arcsec"
+    return f"{_UM * amount:.2f} um"
+
+
+@one_blas_thread()
+def calibrate(
+    scene: Scene,
+    measured: Measured | Sequence[Measured],
+    *,
+    meshes: float | Sequence[float] | None = None,
+    body: str = "gear",
+    before: Measured | Sequence[Measured] | None = None,
+    datum: Sequence[str] = DATUM,
+    robust: bool = False,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> Calibration:
+    """The wear coefficient that makes predicted wear what was measured, with its confidence interval.
+
+    The scene is worn once, from unworn over growing meshes, until the prediction has passed the measurement; since
+    wear knows the coefficient only times the meshes, that run holds the prediction for every coefficient. How it is
+    fitted and how uncertain it is: `semiwear.measured.fit`. The interval knows what the measurement leaves open, and
+    what the model leaves out as far as it shows in the residuals; resolution may shift k besides, by what a finer run
+    tells (its wear steps: by some tenths of a per cent).
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table [wear]; its coefficient is a first guess, and the ratio of both bodies' is kept.
+        ``numerics.accuracy`` is not looked at.
+    measured : measurement or list of them
+        Each part as for `measured_wear`: a file or array of points, deviations, or a dataset of `register` or
+        `measured_wear`. Several parts tell how k scatters from part to part.
+    meshes : float or sequence, optional
+        Engagements of one gear tooth that the parts have run; ``wear.until.meshes`` unless given.
+    body : str
+        Whose flank was measured.
+    before : measurement or list, optional
+        Each part before it was worn; nominal unless given.
+    datum : sequence of str
+        Motions of the measured tooth that are fitted with the wear: as the `motions` of `register`; () for none.
+    robust : bool
+        Least squares with Huber's weights, for outliers. Default False.
+    confidence : float
+        Of the intervals. Default 0.95.
+    progress : Progress, optional
+        Hears of every wear step.
+
+    Raises
+    ------
+    SceneError
+        For measurements that cannot be read or registered, meshes that are missing, or measured wear that says
+        nothing of the coefficient.
+    ConvergenceError
+        If the scene cannot be worn as deep as was measured.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
+    parts, firsts = _listed(measured), [None] if before is None else _listed(before)
+    if before is None:
+        firsts = [None] * len(parts)
+    if not parts or len(firsts) != len(parts):
+        found = f"{len(parts)} measured parts, {len(firsts)} before"
+        raise SceneError.of("measured", found, "one part or more, and as many before", "give them in the same order")
+    run = _meshes_run(scene, meshes, len(parts))
+    names = [f"measured[{k}]" if len(parts) > 1 else "measured" for k in range(len(parts))]
+    worn = [
+        as_wear(scene, part, first, body, datum="best_fit" if datum else "as_measured", field=name)
+        for part, first, name in zip(parts, firsts, names, strict=True)
+    ]
+    motions = tuple(datum)
+    depth = max(_spread(part, motions) for part in worn)
+    family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
+    _wear_past(family, worn, motions, progress or NoProgress())
+    fits = tuple(
+        fit_part(
+            family.curve(reading_of(family, part)), part, motions, robust=robust, confidence=confidence, field=name
+        )
+        for part, name in zip(worn, names, strict=True)
+    )
+    return Calibration(scene, body, run, fits, confidence, tuple(worn), family)
+
+
+def _listed(measured: object) -> list:
+    """Parts of a list; one part that is no list."""
+    if isinstance(measured, list | tuple) and not _is_points(measured):
+        return list(measured)
+    return [measured]
+
+
+def _is_points(measured: Sequence[object]) -> bool:
+    """Whether nested lists are the points of one part rather than a list of parts."""
+    first = measured[0] if measured else None
+    while isinstance(first, list | tuple) and first:
+        first = first[0]
+    return isinstance(first, int | float)
+
+
+def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int) -> tuple[float, ...]:
+    given = meshes
+    if given is None:
+        given = scene.wear.until.meshes if scene.wear is not None else None
+    if given is None:
+        raise SceneError.of(
+            "meshes", None, "above 0", "say how many engagements of a gear tooth the parts have run (meshes=...)"
+        )
+    run = np.broadcast_to(np.asarray(given, float), (count,)) if np.ndim(given) == 0 else np.asarray(given, float)
+    if run.shape != (count,) or not np.all(np.isfinite(run)) or np.any(run <= 0.0):
+        raise SceneError.of("meshes", given, f"one number above 0, or {count}", "one for each measured part")
+    return tuple(map(float, run))
+
+
+def _spread(part: MeasuredWear, motions: tuple[str, ...]) -> float:
+    """How far measured wear varies over the flank, whatever the datum [mm]."""
+    _, modes = datum_modes(part, motions)
+    wear, flat = part.depth[part.inside], modes[part.inside]
+    rest = wear - flat @ np.linalg.lstsq(flat, wear, rcond=None)[0]
+    low, high = np.percentile(rest, (2.0, 98.0))
+    return float(high - low)
+
+
+def _wear_past(
+    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], progress: Progress
+) -> None:
+    """Wear on until every part is fitted best well before the end.
+
+    Raises
+    ------
+    ConvergenceError
+        If the flank cannot be worn so far.
+    """
+    readings = [reading_of(family, part) for part in worn]
+    modes = [datum_modes(part, motions)[1][part.inside] for part in worn]
+    for k in range(1, _MOST_STEPS + 1):
+        family.extend()
+        progress.step(k, _MOST_STEPS, f"{_UM * family.greatest:.3g} um at most, {family.meshes[-1]:.3g} meshes")
+        if k < 3:
+            continue
+        passed = []
+        for part, reading, mode in zip(worn, readings, modes, strict=True):
+            weights = np.ones(reading.nodes.shape[0])
+            meshes, _ = best_meshes(family.curve(reading), part.depth[part.inside], mode, weights)
+            passed.append(meshes < 0.8 * family.meshes[-1])
+        if all(passed):
+            return
+    raise ConvergenceError(
+        f"wear of {_UM * family.greatest:.3g} um at most is still less than what was measured: check the "
+        "measurement's units and body, or give the datum fewer motions"
+    )

@@ -1,0 +1,143 @@
+"""Comparison of predicted with measured wear: `compare_wear`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.measured.fit import PartFit, datum_modes
+from semiwear.measured.predicted import FlankReading
+from semiwear.measured.quantities import labelled
+from semiwear.measured.rigid import DATUM
+from semiwear.measured.worn import Measured, MeasuredWear, as_wear
+from semiwear.meshing.flank_grid import FlankGrid, flank_grid
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
+from semiwear.meshing.pairs import flank_pair, on_loaded_flank
+from semiwear.meshing.partner_flank import partner_grid
+from semiwear.scene import Placement, Scene, parse_scene
+
+__all__ = ["compare_wear", "comparison_of_fit"]
+
+FloatArray = NDArray[np.float64]
+
+_UM = 1e3
+_SAME_HEIGHT = 1e-3  # mm
+
+
+def compare_wear(
+    tree: xr.DataTree,
+    measured: Measured,
+    *,
+    before: Measured | None = None,
+    body: str = "gear",
+    wear_step: int = -1,
+    datum: Sequence[str] = DATUM,
+) -> xr.Dataset:
+    """Predicted beside measured wear, at the measured points.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate`.
+    measured, before : measurement
+        As for `measured_wear`.
+    body : str
+    wear_step : int
+        Index of the wear step; the last unless given.
+    datum : sequence of str
+        Motions of the measured tooth, as of `calibrate`, that are fitted to the difference and taken out of it: where
+        a tooth stands says nothing of its wear. () for none.
+
+    Returns
+    -------
+    Dataset
+        `predicted`, `wear_depth` (measured, less the datum's part) and `difference`, predicted minus measured [um]
+        over (profile, face); `difference_max` and `difference_rms` [um]; `correlation`; `scale`, measured over
+        predicted wear by least squares (with the datum fitted beside it): above 1 the part wore more.
+
+    Raises
+    ------
+    SemiwearError
+        If the result has no worn flank, or of another grid than its scene makes.
+    SceneError
+        As `measured_wear`.
+    """
+    if "flank" not in tree.children or "wear_depth" not in tree["flank"].to_dataset():
+        raise SemiwearError("compare_wear needs /flank/wear_depth, which this result does not have")
+    scene = parse_scene(str(tree.attrs.get("scene_toml", "")), name="scene of the result")
+    worn = as_wear(scene, measured, before, body, datum="best_fit" if datum else "as_measured")
+    flank = tree["flank"].to_dataset()
+    grid = _grid_of(scene, flank, body)
+    steps = flank.sizes["wear_step"]
+    if not -steps <= wear_step < steps:
+        raise SceneError.of("wear_step", wear_step, f"an index of {steps} wear steps")
+    depth = flank["wear_depth"].isel(wear_step=wear_step).sel(body=body).transpose("face", "profile").values / _UM
+    inside = worn.inside
+    predicted = FlankReading.of(grid, worn.face[inside], worn.profile[inside]).read(depth)
+    names, modes = datum_modes(worn, tuple(datum))
+    attrs = {"body": body, "meshes": f"{float(flank['meshes'][wear_step]):.6g}", "datum": ", ".join(names)}
+    return _compared(worn, predicted, modes[inside], attrs)
+
+
+def comparison_of_fit(worn: MeasuredWear, part: PartFit, attrs: dict[str, str]) -> xr.Dataset:
+    """The same of a part that was calibrated, at its own wear coefficient."""
+    _, modes = datum_modes(worn, tuple(part.datum))
+    return _compared(worn, part.predicted[worn.inside], modes[worn.inside], attrs)
+
+
+def _grid_of(scene: Scene, flank: xr.Dataset, body: str) -> FlankGrid:
+    """Nodes of a result's wear, made again and checked against the heights that it holds."""
+    table, placement = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
+    misaligned = scene.effects.misalignment
+    if misaligned is not None:
+        table, placement = on_loaded_flank(scene.gear_pair, misaligned.placement, scene.operation.loaded_flank)
+    pair = flank_pair(table, placement)
+    face, points = np.asarray(flank["face"].values, float), flank.sizes["profile"]
+    make = flank_grid if BODIES.index(body) == DRIVEN else partner_grid
+    grid = make(pair, face, points)
+    height, _ = pair.flank_place(BODIES.index(body), face[:, None], grid.profile)
+    held = flank["flank_height"].sel(body=body).transpose("face", "profile").values
+    if not np.allclose(height, held, atol=_SAME_HEIGHT, rtol=0.0):
+        raise SemiwearError(
+            f"/flank/flank_height of the {body} is not that of the result's own scene: does this body wear in it?"
+        )
+    return grid
+
+
+def _compared(worn: MeasuredWear, predicted: FloatArray, modes: FloatArray, attrs: dict[str, str]) -> xr.Dataset:
+    inside = worn.inside
+    wear = worn.depth[inside]
+    amounts = np.linalg.lstsq(modes, wear - predicted, rcond=None)[0]
+    aligned = wear - modes @ amounts
+    both = np.column_stack([predicted, modes])
+    scale = float(np.linalg.lstsq(both, wear, rcond=None)[0][0])
+    spread = float(np.std(predicted) * np.std(aligned))
+    together = float(np.mean((predicted - predicted.mean()) * (aligned - aligned.mean())))
+    difference = predicted - aligned
+    height, radius = worn.flank.place(worn.face, worn.profile)
+
+    def on_grid(values: FloatArray) -> FloatArray:
+        out = np.zeros(inside.shape)
+        out[inside] = _UM * values
+        return out
+
+    values: dict[str, object] = {
+        "predicted": on_grid(predicted),
+        "wear_depth": on_grid(aligned),
+        "difference": on_grid(difference),
+        "flank_profile": worn.profile,
+        "flank_face": worn.face,
+        "flank_height": height,
+        "flank_radius": radius,
+        "inside": inside,
+        "points": int(inside.sum()),
+        "difference_max": _UM * float(difference[np.argmax(np.abs(difference))]),
+        "difference_rms": _UM * float(np.sqrt(np.mean(difference**2))),
+        "correlation": together / spread if spread > 0.0 else 0.0,
+        "scale": scale,
+    }
+    return labelled(values, attrs, "predicted and measured wear")

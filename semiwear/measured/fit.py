@@ -1,0 +1,212 @@
+"""Fit of predicted to measured wear: the meshes at which the prediction is the measurement, and the datum with them.
+
+Measured at the points, w = h(N) + M a + e: h the predicted wear after N meshes at the scene's wear coefficient, M the
+movement of the flank along its normals by the motions that a datum leaves open, a their amounts, e the rest. Least
+squares over ln N and a, the linear a eliminated at every N (Golub and Pereyra 1973, SIAM J. Num. Anal. 10, 413-432);
+the wear coefficient is the scene's times N over the meshes that the part has run. The uncertainty of ln N counts the
+correlation of neighbouring residuals (`semiwear.measured.correlated`): what the model leaves out is in them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.stats import t as student
+
+from semiwear.errors import SceneError
+from semiwear.measured.correlated import Estimate, estimate
+from semiwear.measured.predicted import WearCurve
+from semiwear.measured.rigid import determined, motions_of
+from semiwear.measured.robust import huber_weights
+from semiwear.measured.worn import MeasuredWear
+
+__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part"]
+
+FloatArray = NDArray[np.float64]
+
+_SHORTEST = 1e-4  # of the meshes of the curve, where the search begins
+_TRIALS = 80
+_PASSES = 12  # of robust weights
+_END = 0.01  # of ln N: a best fit nearer to the end of the curve is none
+_UM = 1e3
+
+
+@dataclass(frozen=True)
+class PartFit:
+    """Fit of one measured part.
+
+    Attributes
+    ----------
+    meshes : float
+        N, meshes at the scene's coefficient.
+    log_error : float
+        Standard uncertainty of ln N.
+    freedom : float
+        Degrees of freedom of that.
+    datum : mapping of str to float [rad, mm]
+        Motions by which the measurement stood off, in wear: positive takes material.
+    residual : (P, F) array [mm]
+        Measured less predicted wear less the datum's part; 0 where not inside.
+    predicted : (P, F) array [mm]
+    aligned : (P, F) array [mm]
+        Measured wear less the datum's part.
+    explained : float
+        Share of the measured variance about the datum's part that predicted wear explains.
+    effective_points : float
+        Independent points that would tell ln N as well.
+    points : int
+    noise : Estimate
+    """
+
+    meshes: float
+    log_error: float
+    freedom: float
+    datum: dict[str, float]
+    residual: FloatArray
+    predicted: FloatArray
+    aligned: FloatArray
+    explained: float
+    effective_points: float
+    points: int
+    noise: Estimate
+
+    @property
+    def residual_rms(self) -> float:
+        """Root mean square of the residuals [mm]."""
+        return float(np.sqrt(np.sum(self.residual**2) / self.points))
+
+    def interval(self, confidence: float) -> tuple[float, float]:
+        """Meshes between which N lies."""
+        half = float(student.ppf(0.5 + 0.5 * confidence, self.freedom)) * self.log_error
+        return self.meshes * float(np.exp(-half)), self.meshes * float(np.exp(half))
+
+
+def datum_modes(measured: MeasuredWear, motions: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
+    """Motions that a measurement can tell, and how they move its points along the normals into the flank.
+
+    Returns
+    -------
+    names : tuple of str
+    modes : (P, F, motions) array [mm/rad or 1]
+    """
+    points, normals = measured.flank.points(measured.face, measured.profile)
+    which = motions_of(measured.flank, motions)
+    modes = -which.modes(points, normals)
+    tells = determined(modes[measured.inside])
+    return tuple(name for name, one in zip(which.names, tells, strict=True) if one), modes[..., tells]
+
+
+def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: FloatArray) -> tuple[float, bool]:
+    """Meshes at which predicted wear fits best, and whether that is within the curve.
+
+    Parameters
+    ----------
+    curve : WearCurve
+        Over the points.
+    wear : (points,) array [mm]
+    modes : (points, motions) array
+    weights : (points,) array
+    """
+    root = np.sqrt(weights)
+    basis = np.linalg.qr(root[:, None] * modes)[0]
+    wanted = root * wear
+    wanted = wanted - basis @ (basis.T @ wanted)
+
+    def squares(log_meshes: float) -> float:
+        shown = root * curve.at(float(np.exp(log_meshes)))
+        rest = wanted - shown + basis @ (basis.T @ shown)
+        return float(rest @ rest)
+
+    last = float(np.log(curve.meshes[-1]))
+    trials = np.linspace(last + np.log(_SHORTEST), last, _TRIALS)
+    values = [squares(trial) for trial in trials]
+    best = int(np.argmin(values))
+    if best in (0, _TRIALS - 1):
+        return float(np.exp(trials[best])), False
+    bounds = (trials[best - 1], trials[best + 1])
+    found = minimize_scalar(squares, bounds=bounds, method="bounded", options={"xatol": 1e-9})
+    return float(np.exp(found.x)), float(found.x) < last - _END
+
+
+def fit_part(
+    curve: WearCurve,
+    measured: MeasuredWear,
+    motions: tuple[str, ...],
+    *,
+    robust: bool = False,
+    confidence: float = 0.95,
+    field: str = "measured",
+) -> PartFit:
+    """Fit the curve of a part to its measured wear.
+
+    Raises
+    ------
+    SceneError
+        If the measured wear says nothing of the wear coefficient: it is as small as its noise, or of another shape.
+    """
+    inside = measured.inside
+    names, modes = datum_modes(measured, motions)
+    flat, wear = modes[inside], measured.depth[inside]
+    weights = np.ones(wear.size)
+    meshes, within = best_meshes(curve, wear, flat, weights)
+    for _ in range(_PASSES if robust else 0):
+        rest = wear - curve.at(meshes)
+        root = np.sqrt(weights)
+        amounts = np.linalg.lstsq(root[:, None] * flat, root * rest, rcond=None)[0]
+        weights = huber_weights(rest - flat @ amounts, np.ones(wear.size, dtype=bool))
+        before = meshes
+        meshes, within = best_meshes(curve, wear, flat, weights)
+        if abs(np.log(meshes / before)) < 1e-8:
+            break
+    root = np.sqrt(weights)
+    amounts = np.linalg.lstsq(root[:, None] * flat, root * (wear - curve.at(meshes)), rcond=None)[0]
+
+    def on_grid(values: FloatArray) -> FloatArray:
+        out = np.zeros((*inside.shape, *values.shape[1:]))
+        out[inside] = values
+        return out
+
+    predicted = curve.at(meshes)
+    rest = wear - predicted - flat @ amounts
+    derivatives = np.column_stack([curve.slope(meshes), flat])
+    at_start = meshes <= 2.0 * _SHORTEST * curve.meshes[-1] or not np.any(derivatives[:, 0])
+    if at_start or not within:
+        _no_information(measured, rest, predicted, np.inf, field)
+    noise = estimate(on_grid(rest), on_grid(derivatives), on_grid(weights), *measured.places)
+    error = float(noise.errors[0])
+    if float(student.ppf(0.5 + 0.5 * confidence, noise.freedom)) * error >= 1.0:
+        _no_information(measured, rest, predicted, error, field)
+    bare = root * wear
+    basis = np.linalg.qr(root[:, None] * flat)[0]
+    bare = bare - basis @ (basis.T @ bare)
+    total = float(bare @ bare)
+    return PartFit(
+        meshes=meshes,
+        log_error=error,
+        freedom=noise.freedom,
+        datum=dict(zip(names, map(float, amounts), strict=True)),
+        residual=on_grid(rest),
+        predicted=on_grid(predicted),
+        aligned=on_grid(wear - flat @ amounts),
+        explained=1.0 - float(np.sum(weights * rest**2)) / total if total > 0.0 else 0.0,
+        effective_points=float(noise.effective_points[0]),
+        points=int(inside.sum()),
+        noise=noise,
+    )
+
+
+def _no_information(
+    measured: MeasuredWear, rest: FloatArray, predicted: FloatArray, error: float, field: str
+) -> None:
+    noise, depth = _UM * float(np.sqrt(np.mean(rest**2))), _UM * float(np.ptp(predicted))
+    told = "" if not np.isfinite(error) else f", so that k would be uncertain by {100.0 * error:.0f} %"
+    raise SceneError.of(
+        field,
+        f"wear that says nothing of k: what fits the prediction best varies by {depth:.2g} um over the flank, the "
+        f"rest scatters by {noise:.2g} um{told}",
+        "wear that stands out of the noise in the predicted shape",
+        "measure after more meshes, with less noise or on more of the flank, or check body, flank and scene",
+    )

@@ -1,0 +1,196 @@
+"""Predicted wear at measured places, as a function of the meshes that a part has run.
+
+Wear knows the wear coefficient only times the meshes: one run over growing meshes gives the wear for every
+coefficient. Its states are interpolated by a monotone cubic (Fritsch and Carlson 1980) at each place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from semiwear.errors import ConvergenceError, SceneError
+from semiwear.measured.worn import MeasuredWear
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
+from semiwear.plan import plan
+from semiwear.scene import Scene
+from semiwear.wear.state import WearState
+from semiwear.wear.stepping import WearStepper
+
+__all__ = ["FlankReading", "WearCurve", "WearFamily", "wear_family"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FlankReading:
+    """Reads values on a body's wear grid at places, linear between slices and nodes, held beyond them.
+
+    Attributes
+    ----------
+    nodes : (places, 4) int array
+        Into the flattened (face, profile) grid.
+    weights : (places, 4) array
+    """
+
+    nodes: IntArray
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, grid: FlankGrid, face: FloatArray, profile: FloatArray) -> FlankReading:
+        """A reading at flank coordinates [mm], both (places,)."""
+        slices, points = grid.profile.shape
+        at = np.interp(face, grid.face, np.arange(slices, dtype=float))
+        low = np.clip(at.astype(np.int64), 0, max(slices - 2, 0))
+        share = at - low
+        nodes, weights = np.empty((face.size, 4), dtype=np.int64), np.empty((face.size, 4))
+        for k, (station, part) in enumerate(((low, 1.0 - share), (np.minimum(low + 1, slices - 1), share))):
+            place = np.array(
+                [np.interp(p, grid.profile[i], np.arange(points)) for p, i in zip(profile, station, strict=True)]
+            )
+            cell = np.clip(place.astype(np.int64), 0, points - 2)
+            nodes[:, 2 * k] = station * points + cell
+            nodes[:, 2 * k + 1] = station * points + cell + 1
+            weights[:, 2 * k] = part * (1.0 - (place - cell))
+            weights[:, 2 * k + 1] = part * (place - cell)
+        return cls(nodes, weights)
+
+    def read(self, values: FloatArray) -> FloatArray:
+        """Values of a (face, profile) array at the places."""
+        return np.sum(self.weights * values.ravel()[self.nodes], axis=1)
+
+
+@dataclass(frozen=True)
+class WearCurve:
+    """Predicted wear at the points of a measurement over the meshes at the scene's coefficient.
+
+    Attributes
+    ----------
+    meshes : (states,) array
+        From 0.
+    depths : (states, places) array [mm]
+    """
+
+    meshes: FloatArray
+    depths: FloatArray
+
+    def at(self, meshes: float) -> FloatArray:
+        """Wear depth after some meshes [mm]."""
+        return self._curve(meshes)
+
+    def slope(self, meshes: float) -> FloatArray:
+        """Change of the wear depth per relative change of the meshes [mm]."""
+        return meshes * self._curve(meshes, 1)
+
+    @property
+    def _curve(self) -> PchipInterpolator:
+        found = self.__dict__.get("_known")
+        if found is None:
+            found = PchipInterpolator(self.meshes, self.depths, axis=0)
+            object.__setattr__(self, "_known", found)
+        return found
+
+
+@dataclass
+class WearFamily:
+    """Wear of one body from unworn on, over growing meshes.
+
+    Attributes
+    ----------
+    stepper : WearStepper
+    body : int
+    depth_a_step : float [mm]
+        Greatest wear that a step adds, about.
+    meshes : list of float
+    depths : list of (face, profile) arrays [mm]
+    """
+
+    stepper: WearStepper
+    body: int
+    depth_a_step: float
+    meshes: list[float] = field(default_factory=lambda: [0.0])
+    depths: list[FloatArray] = field(default_factory=list)
+    _state: WearState | None = None
+    _rate: float = 0.0
+
+    @property
+    def grid(self) -> FlankGrid:
+        """Nodes of the body's wear."""
+        teeth = self.stepper.teeth
+        if self.body == DRIVEN:
+            return teeth.grid
+        assert teeth.partner is not None
+        return teeth.partner.grid
+
+    @property
+    def greatest(self) -> float:
+        """Greatest wear depth so far [mm]."""
+        return float(self.depths[-1].max()) if self.depths else 0.0
+
+    def begin(self) -> None:
+        """The unworn flank, and how fast it begins to wear."""
+        self._state = self.stepper.start()
+        self.depths.append(self._depth(self._state))
+        self._rate = float(self._depth(self.stepper.step(self._state, 1.0)).max())
+        if self._rate <= 0.0:
+            raise ConvergenceError(
+                f"the {BODIES[self.body]} of this scene does not wear: its wear coefficient is 0 there, or a film "
+                "carries all load"
+            )
+
+    def extend(self) -> None:
+        """One step further.
+
+        Raises
+        ------
+        ConvergenceError
+            If the flank cannot be worn further.
+        """
+        assert self._state is not None
+        length = self.depth_a_step / self._rate
+        ahead = self.stepper.step(self._state, length)
+        depth = self._depth(ahead)
+        rate = float(depth.max() - self.depths[-1].max()) / length
+        self._rate = max(rate, 0.2 * self._rate)
+        self._state = ahead
+        self.meshes.append(ahead.meshes)
+        self.depths.append(depth)
+
+    def curve(self, reading: FlankReading) -> WearCurve:
+        """The wear at measured places."""
+        return WearCurve(np.array(self.meshes), np.stack([reading.read(depth) for depth in self.depths]))
+
+    def _depth(self, state: WearState) -> FloatArray:
+        depth = state.worn.driven if self.body == DRIVEN else state.worn.driving
+        assert depth is not None
+        return depth
+
+
+def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
+    """The wear of a scene's body, begun.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no wear, or the body does not wear.
+    """
+    if scene.wear is None:
+        raise SceneError.of("wear", None, "a table [wear]", "give wear.coefficient_mm2_per_N, a first guess")
+    if body not in scene.wear.worn_bodies:
+        found = ", ".join(scene.wear.worn_bodies)
+        raise SceneError.of("wear.worn_bodies", found, f"with the {body}, which was measured", "add it")
+    physics = plan(scene)
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    family = WearFamily(stepper, BODIES.index(body), depth_a_step)
+    family.begin()
+    return family
+
+
+def reading_of(family: WearFamily, measured: MeasuredWear) -> FlankReading:
+    """Where a measurement reads a family, its points in the order of `inside`."""
+    return FlankReading.of(family.grid, measured.face[measured.inside], measured.profile[measured.inside])

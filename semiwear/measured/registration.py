@@ -1,0 +1,297 @@
+"""Registration of a measured flank to the nominal one: datum, best fit, deviations.
+
+A measured tooth stands anywhere about and along its axis. Deviations are counted along the nominal normals, positive
+for material in excess (ISO 1328-1); the datum is what is left open by the measuring machine:
+
+    "as_measured"   the points are where they should be;
+    "best_fit"      least squares over the chosen motions (rotation about the axis and shift along it unless given).
+
+Best fits weigh the points in one of three ways: "all" alike, "unworn" those of a given mask alone, or "one_sided"
+(default) those that lie at or above the fit (`semiwear.measured.robust`), since wear only takes material away.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.errors import SceneError
+from semiwear.geometry.point_grid import PointGrid
+from semiwear.measured.correlated import Estimate, estimate
+from semiwear.measured.files import Measurement, check_points, check_side, read_measured
+from semiwear.measured.nearest import Feet, feet, turned_by
+from semiwear.measured.nominal import NominalFlank, nominal_flank
+from semiwear.measured.quantities import labelled, units_of
+from semiwear.measured.rigid import DATUM, MOTIONS, Displacement, Motions, determined, motions_of
+from semiwear.measured.robust import local_noise, one_sided_fit
+from semiwear.meshing.deviation_grid import DeviationGrid
+from semiwear.scene import Scene
+
+__all__ = ["Registration", "register", "registered"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_PASSES = 60
+_SETTLED = 1e-9  # mm, of movement along any normal: a nanometre's thousandth
+_LEAST_INSIDE = 0.2  # of the points
+_DATUMS = ("best_fit", "as_measured")
+_FITS = ("one_sided", "all", "unworn")
+_ARCSEC = 180.0 * 3600.0 / pi
+_UM = 1e3
+
+
+@dataclass(frozen=True)
+class Registration:
+    """A measured flank on the nominal one; arrays are (profile, face).
+
+    Attributes
+    ----------
+    flank : NominalFlank
+    face, profile : array [mm]
+        Flank coordinates of the points.
+    deviation : array [mm]
+        Positive for material in excess; 0 where not inside.
+    inside : bool array
+        Points that lie on the nominal flank.
+    weights : array
+        Of the fit; as `inside` without one.
+    amounts : mapping of str to float [rad, mm]
+        Fitted motions.
+    errors : mapping of str to float [rad, mm]
+        Their standard uncertainties.
+    held : tuple of str
+        Motions that were asked for and that this flank cannot tell.
+    noise : Estimate or None
+    """
+
+    flank: NominalFlank
+    face: FloatArray
+    profile: FloatArray
+    deviation: FloatArray
+    inside: BoolArray
+    weights: FloatArray
+    amounts: dict[str, float]
+    errors: dict[str, float]
+    held: tuple[str, ...]
+    noise: Estimate | None
+
+    @property
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Mean profile and face coordinate of the grid's rows and columns [mm]."""
+        return grid_places(self.profile, self.face)
+
+    def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
+        """Deviations in um, the datum with its uncertainties, and the root mean square of what is left."""
+        height, radius = self.flank.place(self.face, self.profile)
+        values: dict[str, object] = {
+            "deviation": _UM * self.deviation,
+            "flank_profile": self.profile,
+            "flank_face": self.face,
+            "flank_height": height,
+            "flank_radius": radius,
+            "inside": self.inside,
+            "weight": self.weights,
+            "points": int(self.inside.sum()),
+        }
+        for name, amount in self.amounts.items():
+            factor = _ARCSEC if units_of(name) == "arcsec" else 1.0
+            values[name] = factor * amount
+            if name in self.errors:
+                values[f"{name}_uncertainty"] = factor * self.errors[name]
+        total = float(self.weights.sum())
+        values["residual_rms"] = _UM * float(np.sqrt(np.sum(self.weights * self.deviation**2) / total))
+        if self.noise is not None:
+            found = self.noise.correlation
+            values["correlation_share"] = found.share
+            values["correlation_length_profile"] = found.profile_length
+            values["correlation_length_face"] = found.face_length
+        return labelled(values, {**attrs, "held": ", ".join(self.held)}, "measured flank on the nominal flank")
+
+
+def grid_places(profile: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean profile coordinate of a grid's rows and mean face coordinate of its columns [mm]."""
+    rows, columns = profile.mean(axis=1), face.mean(axis=0)
+    if np.ptp(columns) < np.ptp(face.mean(axis=1)):  # the grid was measured the other way round
+        rows, columns = face.mean(axis=1), profile.mean(axis=0)
+    return rows, columns
+
+
+def register(
+    scene: Scene,
+    measured: str | os.PathLike[str] | ArrayLike | Measurement,
+    body: str = "gear",
+    *,
+    datum: str = "best_fit",
+    fit: str = "one_sided",
+    unworn: ArrayLike | None = None,
+    motions: Sequence[str] = DATUM,
+) -> xr.Dataset:
+    """Deviations of a measured flank from the nominal one.
+
+    Parameters
+    ----------
+    scene : Scene
+    measured : path, (P, F, 3) array [mm], PointGrid or DeviationGrid
+        Points in the body's own frame (z is its axis), or deviations, which count as registered already.
+    body : str
+        ``"pinion"`` or ``"gear"``.
+    datum : str
+        ``"best_fit"`` (default) or ``"as_measured"``.
+    fit : str
+        Points that a best fit goes by: ``"one_sided"`` (default), ``"all"`` or ``"unworn"``, those of `unworn`.
+    unworn : (P, F) bool array, optional
+        Points that have not worn.
+    motions : sequence of str
+        What a best fit moves: of ``"rotation"``, ``"axial"`` (both by default), ``"radial"``, ``"tangential"``,
+        ``"tilt_radial"``, ``"tilt_tangential"``. A motion that the flank does not feel (a spur flank: along its axis)
+        or not by itself (a helical one: along its axis beside about it) is held, and listed in the attribute `held`.
+
+    Returns
+    -------
+    Dataset
+        `deviation` [um] over (profile, face), positive for material in excess; where the points lie (`flank_profile`,
+        `flank_face`, `flank_height`, `flank_radius`, `inside`); the datum that was found: `rotation` [arcsec] and
+        `axial` [mm], with standard uncertainties (``_uncertainty``) that account for the correlation of neighbours
+        (`semiwear.measured.correlated`); `residual_rms` [um].
+
+    Raises
+    ------
+    SceneError
+        For points that are not finite, too few, in other units, of another flank or beside it.
+    """
+    flank = nominal_flank(scene, body)
+    found = registered(flank, read_measured(measured), datum=datum, fit=fit, unworn=unworn, motions=motions)
+    attrs = {"body": body, "datum": datum, "fit": fit if datum == "best_fit" else "none", "scene": scene.title}
+    return found.to_dataset(attrs)
+
+
+def registered(
+    flank: NominalFlank,
+    measured: Measurement,
+    *,
+    datum: str = "best_fit",
+    fit: str = "one_sided",
+    unworn: ArrayLike | None = None,
+    motions: Sequence[str] = DATUM,
+    field: str = "measured",
+) -> Registration:
+    """As `register`, of a nominal flank."""
+    for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
+        if value not in allowed:
+            raise SceneError.of(name, value, " or ".join(f'"{one}"' for one in allowed))
+    unknown = [name for name in motions if name not in MOTIONS]
+    if unknown:
+        raise SceneError.of("motions", unknown[0], " or ".join(f'"{one}"' for one in MOTIONS))
+    if isinstance(measured, DeviationGrid):
+        return _of_deviations(flank, measured, field)
+    check_points(flank, measured, field)
+    mask = _mask(unworn, fit, measured.points.shape[:2])
+    return _of_points(flank, measured, motions_of(flank, motions if datum == "best_fit" else ()), fit, mask, field)
+
+
+def _mask(unworn: ArrayLike | None, fit: str, shape: tuple[int, ...]) -> BoolArray:
+    if fit != "unworn":
+        return np.ones(shape, dtype=bool)
+    if unworn is None:
+        raise SceneError.of("unworn", None, "a mask over (profile, face)", 'give it, or fit = "one_sided"')
+    mask = np.asarray(unworn, dtype=bool)
+    if mask.shape != shape:
+        raise SceneError.of("unworn", f"a mask of shape {mask.shape}", f"(profile, face) = {shape}")
+    return mask
+
+
+def _of_deviations(flank: NominalFlank, grid: DeviationGrid, field: str) -> Registration:
+    """A grid of deviations, where it says that it lies."""
+    low, high = flank.face_ends
+    face = low + (grid.face * (high - low) if grid.face_unit == "1" else grid.face)
+    face = np.broadcast_to(face, grid.deviation.shape)
+    root, tip = flank.limits(face)
+    along = grid.profile[:, None]
+    profile = root + (along * (tip - root) if grid.profile_unit == "1" else along)
+    inside = (profile <= tip + 1e-3) & (face <= high + 1e-3) & (profile >= root - 1e-3) & (face >= low - 1e-3)
+    _enough(inside, field)
+    deviation = np.where(inside, grid.deviation, 0.0)
+    return Registration(flank, face, profile, deviation, inside, inside.astype(float), {}, {}, (), None)
+
+
+def _of_points(
+    flank: NominalFlank, grid: PointGrid, motions: Motions, fit: str, mask: BoolArray, field: str
+) -> Registration:
+    points = grid.points
+    moved = Displacement.none()
+    if "rotation" in motions.names:
+        moved = Displacement.about_axis(turned_by(flank, points))
+    at: Feet | None = None
+    telling = np.zeros(len(motions.names), dtype=bool)
+    weights = mask.astype(float)
+    for k in range(_PASSES):
+        at = feet(flank, moved.undo(points), at)
+        if k == 0:
+            _enough(at.inside, field)
+            check_side(at.normals, moved.undo(points), at.inside, field)
+        counts = (mask & at.inside).ravel()
+        modes = motions.modes(at.points, at.normals).reshape(counts.size, -1)
+        telling = determined(modes[counts])
+        if not telling.any():
+            weights = counts.astype(float).reshape(mask.shape)
+            break
+        if counts.sum() <= 2 * telling.sum():
+            raise SceneError.of(field, f"{int(counts.sum())} points to fit", "more", "choose other unworn points")
+        amounts = np.zeros(telling.size)
+        noise = local_noise(at.deviation, at.inside)
+        amounts[telling], flat = _fitted(at.deviation.ravel(), modes[:, telling], counts, fit, noise)
+        weights = flat.reshape(mask.shape)
+        moved = moved.after(motions.displacement(amounts))
+        if np.abs(modes[counts] @ amounts).max() < _SETTLED:
+            break
+    at = feet(flank, moved.undo(points), at)
+    _enough(at.inside, field)
+    names = [name for name, tells in zip(motions.names, telling, strict=True) if tells]
+    every = motions.amounts(moved)
+    estimated = None
+    errors: dict[str, float] = {}
+    weights = np.where(at.inside, weights, 0.0)
+    if names:
+        shown = motions.modes(at.points, at.normals)[..., telling]
+        estimated = estimate(at.deviation, shown, weights, *grid_places(at.profile, at.face))
+        errors = dict(zip(names, map(float, estimated.errors), strict=True))
+    held = tuple(name for name in motions.names if name not in names)
+    face, profile = _held_to_flank(flank, at)
+    deviation = np.where(at.inside, at.deviation, 0.0)
+    amounts_found = {name: every[name] for name in names}
+    return Registration(flank, face, profile, deviation, at.inside, weights, amounts_found, errors, held, estimated)
+
+
+def _fitted(
+    deviation: FloatArray, modes: FloatArray, counts: BoolArray, fit: str, noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Amounts of the motions, and the weights of the points."""
+    if fit == "one_sided":
+        return one_sided_fit(deviation, modes, counts, noise)
+    start = counts.astype(float)
+    return np.asarray(np.linalg.lstsq(start[:, None] * modes, start * deviation, rcond=None)[0], float), start
+
+
+def _held_to_flank(flank: NominalFlank, at: Feet) -> tuple[FloatArray, FloatArray]:
+    """Flank coordinates of feet, those beyond the ends held at them [mm]."""
+    low, high = flank.face_ends
+    face = np.clip(at.face, low, high)
+    root, tip = flank.limits(face)
+    return face, np.clip(at.profile, root, tip)
+
+
+def _enough(inside: BoolArray, field: str) -> None:
+    if inside.sum() < max(16, _LEAST_INSIDE * inside.size):
+        raise SceneError.of(
+            field,
+            f"{int(inside.sum())} of {inside.size} points on the nominal flank",
+            "points that lie on it",
+            "check the body, the flank, the axial position (z) and the units",
+        )

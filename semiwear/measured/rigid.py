@@ -1,0 +1,154 @@
+"""Rigid displacements of a measured tooth: from the body's nominal frame to that of the measuring machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from semiwear.measured.nominal import NominalFlank
+
+__all__ = ["DATUM", "MOTIONS", "Displacement", "Motions", "determined", "motions_of"]
+
+FloatArray = NDArray[np.float64]
+
+MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
+"""Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
+
+DATUM = MOTIONS[:2]
+"""What a measuring machine leaves open: where the tooth stands about the axis, and along it."""
+
+_TELLABLE = 1e-5  # share of a motion that must not be a mixture of the ones before it
+_NOTHING = 1e-9  # mm/mm or mm/rad: a motion that moves flanks no more than this along their normals is not felt
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """measured = turn @ nominal + shift.
+
+    Attributes
+    ----------
+    turn : (3, 3) array
+        Rotation matrix.
+    shift : (3,) array [mm]
+    """
+
+    turn: FloatArray
+    shift: FloatArray
+
+    @classmethod
+    def none(cls) -> Displacement:
+        """No displacement."""
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def about_axis(cls, angle: float, along: float = 0.0) -> Displacement:
+        """Rotation about the body's axis, z [rad], and shift along it [mm]."""
+        return cls(Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix(), np.array([0.0, 0.0, along]))
+
+    def apply(self, points: FloatArray) -> FloatArray:
+        """Displaced points, (..., 3) [mm]."""
+        return points @ self.turn.T + self.shift
+
+    def undo(self, points: FloatArray) -> FloatArray:
+        """Points before they were displaced, (..., 3) [mm]."""
+        return (points - self.shift) @ self.turn
+
+    def after(self, first: Displacement) -> Displacement:
+        """The displacement that does `first` and then this one."""
+        return Displacement(self.turn @ first.turn, self.turn @ first.shift + self.shift)
+
+
+@dataclass(frozen=True)
+class Motions:
+    """Small motions of a body about its axis and a reference point on it.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Which of `MOTIONS`.
+    centre : (3,) array [mm]
+        On the axis, beside the middle of the flank.
+    frame : (3, 3) array
+        Rows: axis, radial direction (from the axis to the middle of the flank), tangential direction.
+    """
+
+    names: tuple[str, ...]
+    centre: FloatArray
+    frame: FloatArray
+
+    def modes(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """Movement of flank points along their normals per unit of each motion, (..., motions) [mm/rad or 1]."""
+        columns = []
+        for name in self.names:
+            direction = self.frame[_direction(name)]
+            if name in ("rotation", "tilt_radial", "tilt_tangential"):
+                moved = np.cross(direction, points - self.centre)
+            else:
+                moved = np.broadcast_to(direction, points.shape)
+            columns.append(np.sum(moved * normals, axis=-1))
+        return np.stack(columns, axis=-1) if columns else np.zeros((*points.shape[:-1], 0))
+
+    def displacement(self, amounts: FloatArray) -> Displacement:
+        """The displacement by amounts [rad, mm] of each motion."""
+        turning, shift = np.zeros(3), np.zeros(3)
+        for name, amount in zip(self.names, amounts, strict=True):
+            direction = self.frame[_direction(name)]
+            if name in ("rotation", "tilt_radial", "tilt_tangential"):
+                turning = turning + amount * direction
+            else:
+                shift = shift + amount * direction
+        turn = Rotation.from_rotvec(turning).as_matrix()
+        return Displacement(turn, self.centre - turn @ self.centre + shift)
+
+    def amounts(self, displacement: Displacement) -> dict[str, float]:
+        """A displacement as motions [rad, mm]: a rotation about the axis, then a tilt, then a shift of the centre."""
+        axis = self.frame[0]
+        x, y, z, w = Rotation.from_matrix(displacement.turn).as_quat()
+        angle = 2.0 * float(np.arctan2(np.dot((x, y, z), axis), w))
+        angle = float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+        tilt = Rotation.from_matrix(displacement.turn) * Rotation.from_rotvec(angle * axis).inv()
+        turning = self.frame @ tilt.as_rotvec()
+        shift = self.frame @ (displacement.apply(self.centre) - self.centre)
+        values = (angle, shift[0], shift[1], shift[2], turning[1], turning[2])
+        return {name: float(value) for name, value in zip(MOTIONS, values, strict=True)}
+
+
+def _direction(name: str) -> int:
+    """Row of the frame that a motion is along or about."""
+    return {"rotation": 0, "axial": 0, "radial": 1, "tilt_radial": 1, "tangential": 2, "tilt_tangential": 2}[name]
+
+
+def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:
+    """Motions of a body, by name, in the order of `MOTIONS`."""
+    axis = np.array([0.0, 0.0, 1.0])
+    middle, _ = flank.points(*flank.places(0.5, 0.5))
+    centre = middle[2] * axis
+    radial = (middle - centre) / np.linalg.norm(middle - centre)
+    frame = np.stack([axis, radial, np.cross(axis, radial)])
+    return Motions(tuple(name for name in MOTIONS if name in names), centre, frame)
+
+
+def determined(modes: FloatArray) -> NDArray[np.bool_]:
+    """Which motions a flank can tell: (motions,) bool from modes (points, motions).
+
+    A spur flank does not feel a shift along its axis, and a helical one feels it as it feels a rotation: a motion
+    that moves no point along its normal, or only as a mixture of those before it does, is left out.
+    """
+    size = np.linalg.norm(modes, axis=0)
+    nothing = _NOTHING * np.sqrt(modes.shape[0])
+    kept: list[FloatArray] = []
+    tellable = np.zeros(modes.shape[1], dtype=bool)
+    for k in range(modes.shape[1]):
+        rest = modes[:, k].copy()
+        for _ in range(2):  # the second pass removes what rounding left
+            for basis in kept:
+                rest -= (basis @ rest) * basis
+        length = float(np.linalg.norm(rest))
+        if length > _TELLABLE * size[k] and size[k] > nothing:
+            kept.append(rest / length)
+            tellable[k] = True
+    return tellable

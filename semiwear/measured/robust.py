@@ -1,0 +1,101 @@
+"""Weights of least squares for a datum that wear must not draw along.
+
+Wear only takes material away: points that have worn lie below the nominal flank, and a plain best fit would follow
+them down and tell too little wear. One-sided weights leave the points below out:
+
+    weight 1 for -2.5 s < r < 2.5 s;  below, (1 - x^2)^2 with x = (-r/s - 2.5)/2.5, and 0 from -5 s;  above, 2.5 s/r
+
+with s the standard deviation of the points above, from the median of their distances (times 1.4826); fitted again
+until the weights stand. Below, this is the biweight of Beaton and Tukey (1974, Technometrics 16, 147-185), above the
+weight of Huber, for dust. A fit through everything would hold itself: s shrinks from its scatter step by step to the
+noise from point to point before the points above decide (graduated non-convexity: Blake and Zisserman 1987, Visual
+Reconstruction). It needs some unworn places: where all of a flank has worn evenly, wear and a rotation of the tooth
+are the same thing and no fit can part them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["huber_weights", "local_noise", "one_sided_fit"]
+
+FloatArray = NDArray[np.float64]
+
+_WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit
+_MEDIAN = 1.4826  # from the median distance to the standard deviation of a normal distribution
+_PASSES = 60
+_CHANGE = 1e-6
+_LEAST = 1e-9  # mm: a scatter below this is rounding
+_SHRINK = 0.7
+
+
+def local_noise(deviation: FloatArray, inside: NDArray[np.bool_]) -> float:
+    """Standard deviation of what is independent from point to point, from second differences [mm].
+
+    Parameters
+    ----------
+    deviation, inside : (P, F) arrays
+    """
+    found = []
+    for axis in (0, 1):
+        second = np.diff(deviation, 2, axis=axis)
+        low, middle, high = (np.take(inside, range(k, inside.shape[axis] - 2 + k), axis=axis) for k in range(3))
+        values = np.abs(second[low & middle & high])
+        if values.size:
+            found.append(_MEDIAN * float(np.median(values)) / np.sqrt(6.0))
+    return max(min(found, default=0.0), _LEAST)
+
+
+def one_sided_fit(
+    deviation: FloatArray, modes: FloatArray, counts: NDArray[np.bool_], noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Amounts of modes that fit deviations from above, and the weights of the points.
+
+    Parameters
+    ----------
+    deviation : (points,) array [mm]
+    modes : (points, motions) array
+    counts : (points,) bool array
+        Points that may count.
+    noise : float [mm]
+        `local_noise`: down to this the fit looks for the points above.
+    """
+    weights = counts.astype(float)
+
+    def fitted() -> FloatArray:
+        root = np.sqrt(weights)
+        return np.asarray(np.linalg.lstsq(root[:, None] * modes, root * deviation, rcond=None)[0], float)
+
+    amounts = fitted()
+    scatter = float(np.std((deviation - modes @ amounts)[counts]))
+    while scatter > noise:
+        scatter *= _SHRINK
+        weights = _weights(deviation - modes @ amounts, counts, scatter)
+        amounts = fitted()
+    for _ in range(_PASSES):
+        rest = deviation - modes @ amounts
+        above = rest[counts & (rest > 0.0)]
+        scatter = max(_MEDIAN * float(np.median(above)) if above.size else 0.0, noise)
+        found = _weights(rest, counts, scatter)
+        # half-way: two sets of points must not take turns
+        changed = float(np.abs(found - weights).max())
+        weights = 0.5 * (weights + found)
+        amounts = fitted()
+        if changed < _CHANGE:
+            break
+    return amounts, np.where(weights > _CHANGE, weights, 0.0)
+
+
+def _weights(rest: FloatArray, counts: NDArray[np.bool_], scatter: float) -> FloatArray:
+    x = np.clip((-rest / scatter - _WHOLE) / (_NONE - _WHOLE), 0.0, 1.0)
+    above = np.minimum(1.0, _WHOLE * scatter / np.maximum(rest, _LEAST))
+    return np.where(counts, np.where(rest > 0.0, above, (1.0 - x**2) ** 2), 0.0)
+
+
+def huber_weights(residual: FloatArray, inside: NDArray[np.bool_]) -> FloatArray:
+    """Weights of Huber (1964, Ann. Math. Stat. 35, 73-101), tuned at 1.345 standard deviations; 0 outside."""
+    shown = np.abs(residual)
+    scatter = max(_MEDIAN * float(np.median(shown[inside])), _LEAST)
+    weights = np.minimum(1.0, 1.345 * scatter / np.maximum(shown, 1e-300))
+    return np.where(inside, weights, 0.0)

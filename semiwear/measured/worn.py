@@ -1,0 +1,197 @@
+"""Measured wear: two measurements of a flank, before and after, or one against the nominal flank."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import LinearNDInterpolator
+
+from semiwear.errors import SceneError
+from semiwear.measured.files import Measurement, read_measured
+from semiwear.measured.nominal import NominalFlank, nominal_flank
+from semiwear.measured.quantities import labelled
+from semiwear.measured.registration import Registration, grid_places, registered
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.plan.effects import modification_of
+from semiwear.scene import Scene
+
+__all__ = ["Measured", "MeasuredWear", "as_wear", "measured_wear"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+Measured = str | os.PathLike[str] | ArrayLike | Measurement | xr.Dataset
+"""A measurement, or a dataset that `register` or `measured_wear` made of one."""
+
+_UM = 1e3
+_SAME_PLACE = 1e-4  # mm
+_LEAST_POINTS = 16
+
+
+@dataclass(frozen=True)
+class MeasuredWear:
+    """Wear that was measured; arrays are (profile, face).
+
+    Attributes
+    ----------
+    flank : NominalFlank
+    face, profile : array [mm]
+        Flank coordinates of the points.
+    depth : array [mm]
+        Positive for material that is gone; 0 where not inside.
+    inside : bool array
+        Points that count.
+    """
+
+    flank: NominalFlank
+    face: FloatArray
+    profile: FloatArray
+    depth: FloatArray
+    inside: BoolArray
+
+    @property
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Mean profile and face coordinate of the grid's rows and columns [mm]."""
+        return grid_places(self.profile, self.face)
+
+    def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
+        """`wear_depth` [um] and where the points lie."""
+        height, radius = self.flank.place(self.face, self.profile)
+        values = {
+            "wear_depth": _UM * self.depth,
+            "flank_profile": self.profile,
+            "flank_face": self.face,
+            "flank_height": height,
+            "flank_radius": radius,
+            "inside": self.inside,
+            "points": int(self.inside.sum()),
+        }
+        return labelled(values, attrs, "measured wear")
+
+
+def measured_wear(
+    scene: Scene,
+    after: Measured,
+    before: Measured | None = None,
+    body: str = "gear",
+    *,
+    datum: str = "best_fit",
+    fit: str = "one_sided",
+) -> xr.Dataset:
+    """Wear of a flank from two measurements, or from one against the nominal flank.
+
+    Parameters
+    ----------
+    scene : Scene
+    after : path, (P, F, 3) array [mm], PointGrid, DeviationGrid or Dataset
+        Worn flank; a Dataset is what `register` gave.
+    before : the same, optional
+        Unworn flank of the same tooth. Without it the flank is taken to have been nominal, with the modifications
+        that the scene gives it; form errors of the new tooth then count as wear.
+    body : str
+    datum, fit : str
+        As for `register`; the measurement before wear is fitted to "all" of its points. What is left of an error in
+        the datum is again open in `calibrate` and `compare_wear`.
+
+    Returns
+    -------
+    Dataset
+        `wear_depth` [um] over (profile, face), positive for material that is gone, and where the points lie. Negative
+        values are noise, build-up or an error of the datum.
+
+    Raises
+    ------
+    SceneError
+        As `register`; also where the two measurements share no place.
+    """
+    found = as_wear(scene, after, before, body, datum=datum, fit=fit)
+    return found.to_dataset({"body": body, "datum": datum, "against": "nominal" if before is None else "before"})
+
+
+def as_wear(
+    scene: Scene,
+    after: Measured,
+    before: Measured | None,
+    body: str,
+    *,
+    datum: str = "best_fit",
+    fit: str = "one_sided",
+    field: str = "measured",
+) -> MeasuredWear:
+    """As `measured_wear`, with wear in mm."""
+    flank = nominal_flank(scene, body)
+    if isinstance(after, xr.Dataset) and "wear_depth" in after:
+        if before is not None:
+            raise SceneError.of("before", "a measurement", "none beside measured wear", "the wear is known already")
+        return _from_dataset(flank, after, "wear_depth", field)
+    worn = _deviations(flank, after, body, datum, fit, field)
+    if before is None:
+        new = -_modified(scene, flank, body, worn)
+        counts = worn.inside
+    else:
+        first = _deviations(flank, before, body, datum, "all", "before")
+        new, counts = _at_places_of(first, worn)
+    if counts.sum() < _LEAST_POINTS:
+        raise SceneError.of(
+            field, f"{int(counts.sum())} points in common", f"{_LEAST_POINTS} points or more",
+            "measure the same part of the same flank before and after",
+        )  # fmt: skip
+    return MeasuredWear(flank, worn.face, worn.profile, np.where(counts, new - worn.depth, 0.0), counts)
+
+
+def _deviations(flank: NominalFlank, measured: Measured, body: str, datum: str, fit: str, field: str) -> MeasuredWear:
+    """A measurement with its deviations in place of the depth."""
+    if isinstance(measured, xr.Dataset):
+        said = str(measured.attrs.get("body", body))
+        if said != body:
+            raise SceneError.of(field, f"a flank of the {said}", f"one of the {body}", f'body = "{said}"')
+        return _from_dataset(flank, measured, "deviation", field)
+    found: Registration = registered(flank, read_measured(measured, field), datum=datum, fit=fit, field=field)
+    return MeasuredWear(flank, found.face, found.profile, found.deviation, found.inside)
+
+
+def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) -> MeasuredWear:
+    missing = [one for one in (name, "flank_profile", "flank_face", "inside") if one not in data]
+    if missing:
+        raise SceneError.of(field, f"a dataset without {missing[0]}", "one that register or measured_wear made")
+    face, profile, values = (
+        np.asarray(data[one].transpose("profile", "face").values, float)
+        for one in ("flank_face", "flank_profile", name)
+    )
+    inside = np.asarray(data["inside"].transpose("profile", "face").values).astype(bool)
+    if not all(np.all(np.isfinite(entry)) for entry in (face, profile, values)):
+        raise SceneError.of(field, f"{name} that is not finite", "finite numbers", "set inside to 0 and fill with 0")
+    return MeasuredWear(flank, face, profile, np.where(inside, values / _UM, 0.0), inside)
+
+
+def _modified(scene: Scene, flank: NominalFlank, body: str, at: MeasuredWear) -> FloatArray:
+    """What the scene's modification takes off the body's flank at some places [mm]."""
+    if getattr(scene.effects.modification, body) is None:
+        return np.zeros(at.face.shape)
+    low, high = flank.face_ends
+    root, tip = flank.limits(at.face)
+    return modification_of(scene, BODIES[flank.body]).depth(at.profile, at.face, root, tip, (low, high))
+
+
+def _at_places_of(first: MeasuredWear, second: MeasuredWear) -> tuple[FloatArray, BoolArray]:
+    """Values of a measurement at the places of another, and where both count; linear between points."""
+    if first.face.shape == second.face.shape:
+        apart = max(
+            float(np.abs(a - b).max()) for a, b in ((first.face, second.face), (first.profile, second.profile))
+        )
+        if apart <= _SAME_PLACE:
+            return first.depth, first.inside & second.inside
+    low, high = first.flank.face_ends
+
+    def fractions(at: MeasuredWear) -> FloatArray:
+        root, tip = at.flank.limits(at.face)
+        return np.stack([(at.face - low) / (high - low), (at.profile - root) / (tip - root)], axis=-1)
+
+    known = LinearNDInterpolator(fractions(first)[first.inside], first.depth[first.inside], fill_value=np.nan)
+    values = known(fractions(second))
+    counts = second.inside & np.isfinite(values)
+    return np.where(counts, values, 0.0), counts

@@ -1,0 +1,96 @@
+"""Picture of predicted beside measured wear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.plot.style import label, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["measured_wear"]
+
+_SIZE = (13.2, 3.9)
+_LEAST_SCALE = 1e-3  # um that colours span at least
+
+
+def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes, Axes]:
+    """Predicted wear, measured wear and their difference over the flank, side by side.
+
+    The first two share a scale, from the least to the greatest of both but for the outermost thousandth; white in the
+    third is no difference. Points that do not count are left white.
+
+    Parameters
+    ----------
+    comparison : Dataset
+        Of `compare_wear`, or of a `Calibration`'s `comparison`.
+    ax : three Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    tuple of Axes
+    """
+    missing = [name for name in ("predicted", "wear_depth", "difference", "inside") if name not in comparison]
+    if missing:
+        raise SemiwearError(f"the picture needs {missing[0]}: give what compare_wear returns")
+    with styled():
+        import matplotlib.pyplot as plt
+
+        if ax is None:
+            _, created = plt.subplots(1, 3, figsize=_SIZE, layout="constrained", sharex=True, sharey=True)
+            axes = list(created)
+        else:
+            axes = list(ax)
+        if len(axes) != 3:
+            raise SemiwearError(f"ax: {len(axes)} axes, this picture has 3 panels")
+        inside = comparison["inside"].values.astype(bool)
+        along, name = _along(comparison)
+        height = comparison["flank_height"]
+        shown = {
+            name: np.ma.masked_where(~inside, comparison[name].values)
+            for name in ("predicted", "wear_depth", "difference")
+        }
+        both = np.concatenate([shown[name].compressed() for name in ("predicted", "wear_depth")])
+        low, high = (float(value) for value in np.percentile(both, (0.1, 99.9)))
+        low, high = min(low, 0.0), max(high, low + _LEAST_SCALE)
+        apart = max(float(np.abs(shown["difference"]).max()), _LEAST_SCALE)
+        titles = (
+            "Predicted",
+            "Measured",
+            f"Difference: rms {float(comparison['difference_rms']):.2g} µm, "
+            f"greatest {float(comparison['difference_max']):+.2g} µm".replace("-", "−"),
+        )
+        looks = (("magma_r", low, high), ("magma_r", low, high), ("RdBu_r", -apart, apart))
+        drawn = []
+        for panel, title, values, (colours, least, most) in zip(axes, titles, shown.values(), looks, strict=True):
+            drawn.append(
+                panel.pcolormesh(
+                    along.values, height.values, values, cmap=colours, vmin=least, vmax=most, shading="nearest",
+                    rasterized=True,
+                )
+            )  # fmt: skip
+            panel.set_title(title)
+            panel.grid(False)
+            panel.set_xlabel(label(along, name))
+        axes[0].set_ylabel(label(height, "Height above the pitch surface"))
+        for panels, mesh, text in ((axes[:2], drawn[1], "Wear depth"), (axes[2:], drawn[2], "Predicted − measured")):
+            bar = axes[0].figure.colorbar(mesh, ax=panels, pad=0.02)
+            bar.set_label(f"{text} (µm)")
+            bar.ax.spines["outline"].set_visible(False)
+    return axes[0], axes[1], axes[2]
+
+
+def _along(comparison: xr.Dataset) -> tuple[xr.DataArray, str]:
+    """What tells places along the tooth: the radius where it grows along it, else the face coordinate."""
+    radius, face = comparison["flank_radius"], comparison["flank_face"]
+    across_face = np.ptp(radius.values.mean(axis=0))
+    if across_face > np.ptp(radius.values.mean(axis=1)) and np.ptp(face.values.mean(axis=0)) > 0.0:
+        return radius, "Radius"
+    return face, "Along the face"
