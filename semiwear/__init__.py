@@ -17,6 +17,8 @@ from semiwear.accuracy import simulate
 from semiwear.analyses import loaded_contact, tooth_contact_analysis
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
+from semiwear.export import export_flank
+from semiwear.measured import calibrate, compare_wear, measured_wear, register
 from semiwear.plan import plan
 from semiwear.report import write_report as report
 from semiwear.results import open_results, save
@@ -32,11 +34,16 @@ __all__ = [
     "Scene",
     "SceneError",
     "SemiwearError",
+    "calibrate",
+    "compare_wear",
+    "export_flank",
     "load_scene",
     "loaded_contact",
+    "measured_wear",
     "open_results",
     "plan",
     "plot",
+    "register",
     "report",
     "save",
     "screen",

@@ -1,4 +1,4 @@
-"""Command line: run, plan, screen, report."""
+"""Command line: run, plan, screen, calibrate, report."""
 
 from __future__ import annotations
 
@@ -90,6 +90,24 @@ def _parser() -> argparse.ArgumentParser:
         "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
     )
     screen.set_defaults(action=_screen)
+
+    calibrate = commands.add_parser("calibrate", help="find the wear coefficient from measured flanks")
+    calibrate.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    calibrate.add_argument("measured", nargs="+", help="worn flanks, one a part: .nc or .csv, points or deviations")
+    calibrate.add_argument("--before", metavar="FILE", nargs="+", help="the same flanks before, in the same order")
+    calibrate.add_argument("--body", metavar="NAME", default="gear", help="whose flanks: gear (default) or pinion")
+    calibrate.add_argument("--meshes", metavar="N", type=float, help="engagements of a gear tooth that they have run")
+    calibrate.add_argument("--confidence", metavar="P", type=float, default=0.95, help="default 0.95")
+    calibrate.add_argument("--robust", action="store_true", help="fit with Huber's weights, for outliers")
+    calibrate.add_argument("--life", metavar="UM", type=float, help="tell the life until this greatest depth of wear")
+    calibrate.add_argument(
+        "--k-scatter", metavar="V", type=float, default=0.5,
+        help="coefficient of variation of k from part to part, for the life; default 0.5",
+    )  # fmt: skip
+    calibrate.add_argument(
+        "--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene"
+    )
+    calibrate.set_defaults(action=_calibrate)
 
     report = commands.add_parser("report", help="make the HTML page of a result")
     report.add_argument("file", help="a netCDF file that semiwear wrote")
@@ -194,6 +212,17 @@ def _screen(options: argparse.Namespace) -> None:
     with _Bar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
         screening = sw.screen(scene, options.threshold, progress=bar)
     print(screening)
+
+
+def _calibrate(options: argparse.Namespace) -> None:
+    with _Bar(unit="step") as bar:
+        found = sw.calibrate(
+            _scene(options), options.measured, before=options.before, body=options.body, meshes=options.meshes,
+            robust=options.robust, confidence=options.confidence, progress=bar,
+        )  # fmt: skip
+    print(found)
+    if options.life is not None:
+        print(f"\n{found.life(options.life, k_scatter=options.k_scatter)}")
 
 
 def _report(options: argparse.Namespace) -> None:

@@ -16,7 +16,8 @@ from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.patch_contact import PatchLoads
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.effect_clock import EffectClock
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
+from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.results import Zone
 from semiwear.wear.swept_line import Sweep
 
@@ -147,11 +148,13 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
 def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
     """What one wear state does at every mesh position."""
     pairs = teeth.rolls.pairs
-    least = state.coarse.least.min(axis=1).reshape(pairs, -1).min(axis=0)
+    # what the bodies turn, told as the approach at one lever arm
+    lever = reference_lever(teeth.pair)
+    least = (state.coarse.least * (lever / teeth.lines.lever_arm)).min(axis=1).reshape(pairs, -1).min(axis=0)
     loaded = np.any(state.loads.force > 0.0, axis=1).reshape(pairs, -1).sum(axis=0)
     scale = -teeth.pair.arcsec_per_mm
     return {
-        "transmission_error_loaded": _by_position(teeth, scale * (teeth.solver.approach(state.loads) - teeth.zero)),
+        "transmission_error_loaded": _by_position(teeth, scale * (lever * state.loads.rotation - teeth.zero)),
         "transmission_error_unloaded": _by_position(teeth, scale * (least - teeth.zero)),
         "pairs_in_contact": _by_position(teeth, loaded),
     }
@@ -266,7 +269,10 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
             zone = np.where(height < -teeth.half_width, Zone.ROOT, np.where(height > teeth.half_width, 2, Zone.PITCH))
         for name, values in zip(arrays, (height, radius, zone, active, specific), strict=True):
             arrays[name].append(values.T)
-    return {name: np.stack(values) for name, values in arrays.items()}
+    found = {name: np.stack(values) for name, values in arrays.items()}
+    if isinstance(pair, PointFlankMesh):
+        found["surface_error"] = _UM * np.array(pair.surface_errors)
+    return found
 
 
 def _driving_profile(teeth: LoadedTeeth) -> FloatArray:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from semiwear.check.cylindrical import cylindrical_problems
 from semiwear.check.face_gear import face_gear_problems
+from semiwear.check.flank_points import flank_points_problems
 from semiwear.errors import Problem
-from semiwear.scene import CylindricalPair, Scene
+from semiwear.scene import CylindricalPair, FlankPointsPair, Scene
 
 __all__ = ["geometric_problems"]
 
@@ -30,4 +31,6 @@ def geometric_problems(scene: Scene) -> list[Problem]:
     """
     if isinstance(scene.gear_pair, CylindricalPair):
         return cylindrical_problems(scene)
+    if isinstance(scene.gear_pair, FlankPointsPair):
+        return flank_points_problems(scene)
     return face_gear_problems(scene)

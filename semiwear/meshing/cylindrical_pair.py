@@ -297,6 +297,12 @@ class CylindricalMesh:
             partner_face=height,
         )
 
+    def driving_involute(self, profile: FloatArray) -> tuple[float, FloatArray, float, float]:
+        """Of the pinion's flank at roll 0: base radius [mm], roll angles, polar angle at its base, lead per z."""
+        pinion, _ = self._flanks
+        phase = -involute_function(self.table.working_pressure_angle)
+        return pinion.tooth.base_radius, pinion.roll_from_profile(profile), phase, self._helix
+
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion minus that of the gear [mm per radian of pinion rotation]."""
         rotation, shift = self._pinion_frame

@@ -14,6 +14,7 @@ Conventions, shared by every kind of pair (docs/frame.svg):
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from semiwear.geometry.section import ToothSection
 
-__all__ = ["BODIES", "DRIVEN", "DRIVING", "Borders", "FlankPair", "Meeting", "PrismBody"]
+__all__ = ["BODIES", "DRIVEN", "DRIVING", "Borders", "FlankPair", "Meeting", "PrismBody", "reference_lever"]
 
 FloatArray = NDArray[np.float64]
 
@@ -172,3 +173,12 @@ class FlankPair(Protocol):
 
     def prism_body(self, body: int) -> PrismBody:
         """Sections of a body with fillets and rim."""
+
+
+def reference_lever(pair: FlankPair) -> float:
+    """Lever arm by which `arcsec_per_mm` turns an approach into a rotation [mm].
+
+    The lever arm differs from place to place on flanks that are no involutes: an approach at another one counts for
+    ``reference_lever / lever_arm`` of itself.
+    """
+    return 180.0 * 3600.0 / pi / (pair.driving_meshes * pair.arcsec_per_mm)

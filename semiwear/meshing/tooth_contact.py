@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from semiwear.errors import SceneError
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
-from semiwear.meshing.flank_pair import Borders, FlankPair
+from semiwear.meshing.flank_pair import Borders, FlankPair, reference_lever
 
 __all__ = [
     "ContactPoints",
@@ -327,7 +327,7 @@ def unloaded_contact(pair: FlankPair, count: int = 41) -> UnloadedContact:
     low, high = _ends(pair)
     roll = np.linspace(low, high, count)
     points = contact_points(pair, roll)
-    error = -points.separation * pair.arcsec_per_mm
+    error = -points.separation * (reference_lever(pair) / pair.lever_arm(points.position)) * pair.arcsec_per_mm
     return UnloadedContact(roll, points, error - error.mean(), high - low)
 
 

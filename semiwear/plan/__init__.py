@@ -23,7 +23,7 @@ from semiwear.contact.teeth_solver import TeethSolver
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.partner_flank import PartnerFlank, partner_grid
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
@@ -255,6 +255,7 @@ class Plan:
             shape = self._shape(teeth.pair, even)
             teeth = replace(teeth, rolls=even, fine=shape.fine, lines=shape.fine, modification=shape.modification)
         least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
+        least = least * (reference_lever(teeth.pair) / teeth.lines.lever_arm)
         return float(least.min(axis=1).reshape(even.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:

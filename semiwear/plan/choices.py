@@ -6,7 +6,8 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from semiwear.scene import Scene
+from semiwear.meshing.point_flanks import surfaces_told
+from semiwear.scene import FlankPointsPair, Scene
 from semiwear.scene.tables import RESOLUTION
 
 __all__ = ["Choice", "physics_choices", "table"]
@@ -61,7 +62,7 @@ def _geometry_choice(scene: Scene) -> Choice:
         "geometry",
         pair.description,
         True,
-        f'gear_pair.type = "{pair.type}"',
+        f'gear_pair.type = "{pair.type}"' + (f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""),
         pair.references,
     )
 

@@ -19,6 +19,7 @@ from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.pairs import normal_per_arc
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 from semiwear.scene import Scene
 
@@ -40,6 +41,7 @@ __all__ = [
     "further_compliance",
     "hardness_laws",
     "modification_depth",
+    "modification_of",
     "pitch_offsets",
     "speeds_of",
     "tallest_modification",
@@ -59,12 +61,12 @@ def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid:
     depth: FloatArray | None = None
     if tables.gear is not None:
         borders = pair.borders(grid.face)
-        own = _modification(scene, "gear")
+        own = modification_of(scene, "gear")
         ends = (borders.root[:, None], borders.tip[:, None])
         depth = own.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
     if tables.pinion is not None:
         borders = pair.borders(grid.face)
-        other = _modification(scene, "pinion")
+        other = modification_of(scene, "pinion")
         near = lines.separation[0] < np.inf
         away = grid.profile - lines.profile[..., None]
         profile = lines.partner_profile[..., None] + lines.partner_slope[..., None] * away
@@ -75,7 +77,8 @@ def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid:
     return depth
 
 
-def _modification(scene: Scene, body: str) -> FlankModification:
+def modification_of(scene: Scene, body: str) -> FlankModification:
+    """What a scene asks to be taken off the flank of a body, `"pinion"` or `"gear"`."""
     from semiwear.meshing.flank_modification import FlankModification, Relief
 
     table = getattr(scene.effects.modification, body)
@@ -109,7 +112,7 @@ def tallest_modification(scene: Scene) -> float:
             )
             total += _UM * sum(abs(amount) for amount in amounts)
             if table.file is not None:
-                deviations = _modification(scene, name).deviations
+                deviations = modification_of(scene, name).deviations
                 total += float(np.ptp(deviations.deviation))  # type: ignore[union-attr]
     if scene.effects.pitch_error is not None:
         total += _UM * float(np.ptp(scene.effects.pitch_error.pinion_um))
@@ -125,7 +128,7 @@ def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
     table = scene.effects.pitch_error
     if table is None:
         return []
-    out = _UM * np.asarray(table.pinion_um) * scene.gear_pair.normal_per_arc
+    out = _UM * np.asarray(table.pinion_um) * normal_per_arc(scene.gear_pair)
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2

@@ -174,6 +174,15 @@ _TABLE = (
         "sliding velocity over the contact's own velocity on the flank",
         _ISO_21771,
     ),
+    Variable(
+        "flank",
+        "surface_error",
+        ("body",),
+        "um",
+        "estimated error of the surface through given points, along its normal; 95 % of the flank are within",
+        "de Boor 2001, A Practical Guide to Splines, ch. 17",
+        optional=True,
+    ),
     Variable("flank", "wear_depth", ("wear_step", *_ON_FLANK), "um", "wear depth along the normal", _ARCHARD),
     Variable(
         "flank",

@@ -10,6 +10,7 @@ from semiwear.scene.across import find_conflicts
 from semiwear.scene.cross_rules import CROSS_RULES
 from semiwear.scene.cylindrical_rules import CYLINDRICAL_CROSS_RULES
 from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_needs
+from semiwear.scene.flank_points_rules import FLANK_POINTS_CROSS_RULES
 from semiwear.scene.model import Check, Scene
 from semiwear.scene.reading import Reading, read_fields
 from semiwear.scene.schema import Schema, build, schema_of_data
@@ -45,7 +46,7 @@ def scene_from_dict(
     schema = schema_of_data(data)
     reading = read_fields(data, schema)
     # a rule over fields that this kind of gear pair does not have is never applied
-    rules = [*CROSS_RULES, *CYLINDRICAL_CROSS_RULES, *EFFECT_CROSS_RULES]
+    rules = [*CROSS_RULES, *CYLINDRICAL_CROSS_RULES, *FLANK_POINTS_CROSS_RULES, *EFFECT_CROSS_RULES]
     conflicts = find_conflicts(_with_defaults(reading, schema), rules)
     found = [*problems, *reading.problems, *find_missing_needs(reading), *conflicts]
     if reading.refused or any(reading.lacks(key) for key in schema.required):

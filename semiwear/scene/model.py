@@ -14,6 +14,7 @@ from typing import Any
 from semiwear.errors import Problem
 from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
 from semiwear.scene.effects import Effects
+from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.tables import (
     BodyCoefficients,
@@ -34,6 +35,8 @@ __all__ = [
     "CylindricalPair",
     "Effects",
     "FaceGearPair",
+    "FlankPointsControlPoint",
+    "FlankPointsPair",
     "Material",
     "Materials",
     "Numerics",
@@ -62,7 +65,7 @@ class Scene:
 
     title: str = ""
     reference: str | None = None
-    gear_pair: FaceGearPair | CylindricalPair
+    gear_pair: FaceGearPair | CylindricalPair | FlankPointsPair
     material: Materials = field(default_factory=Materials)
     operation: Operation
     wear: Wear | None = None

@@ -131,7 +131,7 @@ RULES: dict[str, Rule] = {
     "title": anything(),
     "reference": choice("seed_paper", otherwise="leave the field out when there is nothing to compare with"),
     **_pair(
-        type=choice("face_gear", "cylindrical"),
+        type=choice("face_gear", "cylindrical", "flank_points"),
         pinion_teeth=between(whole, 12, 1000, _TEETH),
         shaper_teeth=between(whole, 12, 1000, _TEETH),
         gear_teeth=between(whole, 12, 1000, _TEETH),

@@ -12,6 +12,8 @@ from semiwear.scene.cylindrical import CYLINDRICAL_DEFAULTS, CylindricalControlP
 from semiwear.scene.cylindrical_rules import CYLINDRICAL_RULES
 from semiwear.scene.defaults import DERIVED_DEFAULTS, DerivedDefault
 from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
+from semiwear.scene.flank_points import FLANK_POINTS_DEFAULTS, FlankPointsControlPoint, FlankPointsPair
+from semiwear.scene.flank_points_rules import FLANK_POINTS_RULES
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.model import (
     BodyCoefficients,
@@ -161,7 +163,13 @@ _CYLINDRICAL = Schema(
     CYLINDRICAL_RULES,
     CYLINDRICAL_DEFAULTS,
 )
-SCHEMAS: dict[str, Schema] = {schema.kind: schema for schema in (_FACE_GEAR, _CYLINDRICAL)}
+_FLANK_POINTS = Schema(
+    "flank_points",
+    _tables_in_order(FlankPointsPair, FlankPointsControlPoint),
+    FLANK_POINTS_RULES,
+    FLANK_POINTS_DEFAULTS,
+)
+SCHEMAS: dict[str, Schema] = {schema.kind: schema for schema in (_FACE_GEAR, _CYLINDRICAL, _FLANK_POINTS)}
 """Schemas by kind of gear pair."""
 
 TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (

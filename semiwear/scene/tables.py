@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
 from semiwear.scene.cylindrical import CylindricalControlPoint
+from semiwear.scene.flank_points import FlankPointsControlPoint
 
 __all__ = [
     "BODIES",
@@ -131,7 +132,7 @@ class Wear:
     coefficient_mm2_per_N: float | BodyCoefficients
     until: WearUntil
     worn_bodies: tuple[str, ...] = ("gear",)
-    control_point: ControlPoint | CylindricalControlPoint | None = None
+    control_point: ControlPoint | CylindricalControlPoint | FlankPointsControlPoint | None = None
 
     def coefficient(self, body: str) -> float:
         """Wear coefficient of a body, ``"pinion"`` or ``"gear"`` [mm2/N].

@@ -58,6 +58,7 @@ def synthetic_flank(profiles: int, faces: int, life: np.ndarray) -> dict[str, np
         "zone": zone,
         "active": np.ones(zone.shape, dtype=int),
         "specific_sliding": sliding,
+        "surface_error": np.array([0.02, 0.05]),
         "wear_depth": wear,
         "contact_pattern": 900 * np.broadcast_to(along_face, (life.size, profiles, faces)),
     }

@@ -1,0 +1,111 @@
+"""Limits of flanks given as points: files that can be read, grids that are flanks, flanks that can mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import cast
+
+import numpy as np
+
+from semiwear.check.limits import down, up
+from semiwear.errors import Problem, SceneError
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.meshing.point_flank_pair import PointFlankMesh, PointFlanks
+from semiwear.meshing.point_flank_sections import section_problems
+from semiwear.meshing.point_flanks import point_flanks, point_flanks_or_problems
+from semiwear.meshing.tooth_contact import separation_of_neighbours
+from semiwear.scene import FlankPointsControlPoint, FlankPointsPair, Placement, Scene
+
+__all__ = ["flank_points_problems"]
+
+_SEARCH = (3, 8)  # roll positions to either side of the pitch point, steps to a roll
+
+
+def flank_points_problems(scene: Scene) -> list[Problem]:
+    """What is wrong with flanks given as points; see `semiwear.check.geometric_problems`."""
+    flanks = point_flanks_or_problems(cast(FlankPointsPair, scene.gear_pair))
+    if isinstance(flanks, tuple):
+        return list(flanks)
+    mesh = PointFlankMesh(flanks, Placement())
+    found = [*_edges_fit(flanks, mesh), *_teeth_hand_over(mesh), *_sections(scene, flanks)]
+    return found or list(_control_point_is_on_the_flank(scene, mesh))
+
+
+def _edges_fit(flanks: PointFlanks, mesh: PointFlankMesh) -> Iterator[Problem]:
+    """The rounded edges leave a flank."""
+    ends = np.array(mesh.face_limits)
+    sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
+    for body, flank, inset, radius, width, end_radius in (
+        (
+            "pinion",
+            sharp.partner_tip,
+            sharp.partner_tip - rounded.partner_tip,
+            sharp.partner_tip_edge_radius,
+            sharp.partner_face[1] - sharp.partner_face[0],
+            sharp.partner_end_edge_radius,
+        ),
+        (
+            "gear",
+            float(sharp.tip.min()),
+            float((sharp.tip - rounded.tip).max()),
+            sharp.tip_edge_radius,
+            ends[1] - ends[0],
+            sharp.end_edge_radius,
+        ),
+    ):
+        if inset >= flank:
+            fix = "an edge radius is small, usually 0.2 mm"
+            yield Problem(
+                f"gear_pair.{body}_tip_edge_radius_mm", radius, f"below {down(radius * flank / inset)} mm", fix
+            )
+        if end_radius >= 0.5 * width:
+            fix = "an edge radius is small, usually 0.2 mm"
+            allowed = f"less than half the face width ({down(0.5 * width)} mm)"
+            yield Problem(f"gear_pair.{body}_end_edge_radius_mm", end_radius, allowed, fix)
+
+
+def _teeth_hand_over(mesh: PointFlankMesh) -> Iterator[Problem]:
+    """Flanks meet at every mesh position."""
+    if not _hands_over(mesh.flanks.table):
+        fix = "check the teeth of both bodies, and that the rows reach to the tip edges"
+        yield Problem("gear_pair.pinion_teeth", mesh.flanks.driving.teeth, "flanks that hand over", fix)
+
+
+@lru_cache(maxsize=16)
+def _hands_over(table: FlankPointsPair) -> bool:
+    """Kept between scenes: most changes of a scene leave its flanks alone."""
+    try:
+        separation_of_neighbours(PointFlankMesh(point_flanks(table), Placement()), *_SEARCH)
+    except SceneError:
+        return False
+    return True
+
+
+def _sections(scene: Scene, flanks: PointFlanks) -> Iterator[Problem]:
+    """Teeth can be drawn where the files bring no sections; rigid ones need none."""
+    if scene.numerics.tooth_compliance == "rigid":
+        return
+    for index in range(len(BODIES)):
+        if not flanks.sections[index]:
+            yield from section_problems(flanks.table, index, flanks.bodies[index], flanks.pitch_surfaces[index])
+
+
+def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterator[Problem]:
+    """The control point lies on the gear's flank, between root end and tip edge."""
+    point = None if scene.wear is None else scene.wear.control_point
+    if not isinstance(point, FlankPointsControlPoint):
+        return
+    low, high = mesh.face_limits
+    if not low <= point.face_mm <= high:
+        fix = "the face coordinate of the gear's points; without one, the length from the tooth's middle"
+        yield Problem("wear.control_point.face_mm", point.face_mm, f"{up(low)} to {down(high)} mm", fix)
+        return
+    station = np.array([point.face_mm])
+    borders = mesh.borders(station)
+    ends = np.array([float(borders.root[0]), float(borders.tip[0])])
+    heights = mesh.flank_place(1, np.full(2, point.face_mm), ends)[0]
+    if not heights[0] <= point.height_mm <= heights[1]:
+        allowed = f"{up(float(heights[0]))} to {down(float(heights[1]))} mm, root end to tip edge there"
+        fix = "the height above the pitch surface, normal to it"
+        yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)

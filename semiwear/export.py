@@ -1,0 +1,141 @@
+"""A scene's own flanks as files of points: `export_flank`."""
+
+from __future__ import annotations
+
+import os
+from typing import cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.errors import SceneError
+from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
+from semiwear.geometry.point_surface import LEAST_POINTS
+from semiwear.geometry.section import ToothSection
+from semiwear.meshing.flank_grid import flank_grid
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.own_flanks import KnownPair, axis_of, flank_ends, own_flank
+from semiwear.meshing.pairs import flank_pair
+from semiwear.meshing.partner_flank import partner_grid
+from semiwear.scene import Placement, Scene
+
+__all__ = ["export_flank"]
+
+FloatArray = NDArray[np.float64]
+
+
+def export_flank(
+    scene: Scene,
+    body: str,
+    path: str | os.PathLike[str],
+    *,
+    points: tuple[int, int] = (101, 101),
+    worn: xr.DataTree | None = None,
+    wear_step: int = -1,
+) -> None:
+    """Write the drive flank of a scene's pinion or gear as a grid of points, with normals and tooth sections.
+
+    The file is what ``gear_pair.type = "flank_points"`` reads (`semiwear.geometry.point_grid`). Its attributes tell
+    what such a scene needs besides: `axis_point_mm` and `axis_direction` in the fixed frame, `rotation`, `teeth`, and
+    the edge radii. Flank modifications and misalignment are effects of the scene, not part of its flanks: a scene
+    that reads the points names them again.
+
+    Parameters
+    ----------
+    scene : Scene
+    body : str
+        ``"pinion"`` or ``"gear"``.
+    path : path
+        A .nc file; or .csv, which holds points and normals alone. An existing file is replaced.
+    points : (int, int)
+        Rows from root to tip and columns along the tooth; at least 9 each.
+    worn : DataTree, optional
+        A result of `simulate` for this scene: what is worn off goes off along the normal. Default: unworn.
+    wear_step : int
+        Which of its wear steps. Default: the last.
+
+    Raises
+    ------
+    SceneError
+        For an unknown body, too few points, another kind of file, or a result that does not fit.
+    """
+    if body not in BODIES:
+        raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+    if len(points) != 2 or min(points) < LEAST_POINTS:
+        raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
+    index = BODIES.index(body)
+    pair = cast(KnownPair, flank_pair(scene.gear_pair, Placement()))
+    rows, columns = points
+    borders = pair.borders(np.array([np.mean(pair.face_limits)]))
+    low, high = borders.partner_face if index == DRIVING else borders.face
+    face = np.linspace(low, high, columns)
+    root, tip = flank_ends(pair, index, face)
+    share = np.linspace(0.0, 1.0, rows)[:, None]
+    profile = root + (tip - root) * share
+    flank, normals = own_flank(pair, index, face[None], profile)
+    if worn is not None:
+        depth = _depth(pair, index, worn, wear_step, face, profile)
+        flank = flank - depth[..., None] * normals
+    axis, prism = axis_of(pair, index), pair.prism_body(index)
+    edges = {
+        "tip_edge_radius_mm": (borders.partner_tip_edge_radius, borders.tip_edge_radius)[index],
+        "end_edge_radius_mm": (borders.partner_end_edge_radius, borders.end_edge_radius)[index],
+    }
+    write_point_grid(
+        path,
+        PointGrid(
+            points=flank,
+            # wear tilts a flank by some arc minutes: its normals are those of the points
+            normals=normals if worn is None else None,
+            face=face,
+            profile_length=tip - root,
+            sections=tuple(
+                _placed(pair, index, at, section, rows)
+                for at, section in zip(prism.faces, prism.sections, strict=True)
+            ),
+            attributes={
+                "body": body,
+                "teeth": abs(getattr(scene.gear_pair, f"{body}_teeth")),
+                "axis_point_mm": axis.point,
+                "axis_direction": axis.direction,
+                "rotation": axis.rotation,
+                "tooth_length_mm": prism.tooth_length,
+                **edges,
+            },
+        ),
+    )
+
+
+def _placed(pair: FlankPair, body: int, face: float, section: ToothSection, rows: int) -> PlacedSection:
+    root, tip = flank_ends(pair, body, np.array([face]))
+    row = (section.flank_profile - root) / (tip - root) * (rows - 1)
+    return PlacedSection(face, ToothSection(section.flank, row, section.fillet, section.rim))
+
+
+def _depth(
+    pair: FlankPair, body: int, worn: xr.DataTree, wear_step: int, face: FloatArray, profile: FloatArray
+) -> FloatArray:
+    """Wear depth at places of a flank, (rows, columns) [mm]; beyond the outermost nodes as at them."""
+    if "flank" not in worn.children or "wear_depth" not in worn["flank"]:
+        raise SceneError.of("worn", "a tree without /flank/wear_depth", "a result of simulate", "simulate the scene")
+    flank = worn["flank"].to_dataset()
+    if not -flank.sizes["wear_step"] <= wear_step < flank.sizes["wear_step"]:
+        raise SceneError.of("wear_step", wear_step, f"a wear step of the result, below {flank.sizes['wear_step']}")
+    depth = 1e-3 * flank["wear_depth"].isel(wear_step=wear_step, body=body).transpose("face", "profile").values
+    if not depth.any():  # a body that does not wear has other nodes
+        return np.zeros(profile.shape)
+    stations = flank["face"].values
+    make = flank_grid if body == DRIVEN else partner_grid
+    nodes = make(pair, stations, depth.shape[1]).profile
+    height = pair.flank_place(body, stations[:, None], nodes)[0]
+    told = flank["flank_height"].isel(body=body).transpose("face", "profile").values
+    if np.abs(height - told).max() > 1e-6 * np.ptp(told):
+        fix = "give the scene that the result was computed with"
+        raise SceneError.of("worn", "a result of another scene", "a result of this scene", fix)
+    root, tip = flank_ends(pair, body, stations)
+    share = (nodes - root[:, None]) / (tip - root)[:, None]
+    own_root, own_tip = flank_ends(pair, body, face)
+    wanted = (profile - own_root) / (own_tip - own_root)  # (rows, columns)
+    on_slices = np.stack([np.interp(wanted[:, 0], share[k], depth[k]) for k in range(stations.size)])
+    return np.stack([np.interp(face, stations, on_slices[:, i]) for i in range(profile.shape[0])])

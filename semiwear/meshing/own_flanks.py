@@ -1,0 +1,114 @@
+"""A pair's flanks in the bodies' own frames, their axes, and what else a file of points says of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.cylindrical_pair import CylindricalMesh
+from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.point_flank_body import frame_about
+from semiwear.meshing.point_flank_pair import PointFlankMesh
+
+__all__ = ["Axis", "KnownPair", "axis_of", "flank_ends", "own_flank"]
+
+FloatArray = NDArray[np.float64]
+
+KnownPair = FaceGearMesh | CylindricalMesh | PointFlankMesh
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of a body in the fixed frame.
+
+    Attributes
+    ----------
+    point : (3,) array [mm]
+        The origin of the body's own frame.
+    direction : (3,) array
+        Unit vector; the body's own z axis.
+    rotation : str
+        ``"positive"`` where the body turns right-handed about it, else ``"negative"``.
+    """
+
+    point: FloatArray
+    direction: FloatArray
+    rotation: str
+
+
+def axis_of(pair: FlankPair, body: int) -> Axis:
+    """The axis of a body, from the velocities of its points.
+
+    It points along the fixed axis that it is nearest to, and the origin is its point nearest to the fixed origin.
+    """
+    places = np.vstack([np.zeros(3), np.eye(3)])
+    velocity = pair.driven_velocity(places)
+    if body == DRIVING:
+        velocity = velocity + pair.sliding(places)
+    by_place = velocity[1:] - velocity[0]  # row k: turn x e_k
+    turn = np.array([by_place[1, 2], by_place[2, 0], by_place[0, 1]])
+    point = np.cross(turn, velocity[0]) / (turn @ turn)
+    direction = turn / np.linalg.norm(turn)
+    forwards = direction[np.argmax(np.abs(direction))] > 0.0
+    # sums of cosines and sines leave the last digits rough
+    point, direction = np.round(point, 12) + 0.0, np.round(direction, 15) + 0.0
+    return Axis(point, direction if forwards else -direction + 0.0, "positive" if forwards else "negative")
+
+
+def flank_ends(pair: FlankPair, body: int, face: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Profile coordinates of the nominal root and tip ends of a flank at face coordinates [mm]."""
+    borders = pair.borders(face, sharp=True)
+    if body == DRIVEN:
+        return borders.root, borders.tip
+    return np.full(face.shape, borders.partner_root), np.full(face.shape, borders.partner_tip)
+
+
+def own_flank(pair: KnownPair, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points and unit normals out of the material in the body's own frame, its axis as z.
+
+    Parameters
+    ----------
+    pair : FlankPair
+        In its nominal place.
+    body : int
+    face, profile : arrays that broadcast [mm]
+
+    Returns
+    -------
+    points, normals : (..., 3) arrays [mm], [1]
+    """
+    if body == DRIVEN:
+        met = pair.meeting(face, profile, np.zeros(1))
+        points, normals = met.position, met.normal
+    elif isinstance(pair, PointFlankMesh):
+        own = pair.flanks.driving
+        return own.points(own.u_at(profile, own.mean_length), own.v_at(face))
+    else:
+        points, normals = _involute(pair, face, profile)
+    axis = axis_of(pair, body)
+    frame = frame_about(axis.direction)
+    return (points - axis.point) @ frame, normals @ frame
+
+
+def _involute(
+    pair: FaceGearMesh | CylindricalMesh, face: FloatArray, profile: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The pinion's involute flank in the fixed frame."""
+    face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
+    if isinstance(pair, FaceGearMesh):
+        pinion = pair.pinion
+        base, roll, phase, lead = pinion.base_radius, pinion.roll_from_profile(profile), pinion.flank_phase, 0.0
+    elif isinstance(pair, CylindricalMesh):
+        base, roll, phase, lead = pair.driving_involute(profile)
+    else:
+        assert_never(pair)
+    centre = axis_of(pair, DRIVING).point
+    tangent = roll + phase + lead / base * face  # angle of the base circle's tangent
+    polar, radius = tangent - np.arctan(roll), base * np.sqrt(1.0 + roll**2)
+    points = np.stack([radius * np.sin(polar), -radius * np.cos(polar), face], axis=-1) + centre
+    normals = np.stack([-np.cos(tangent), -np.sin(tangent), np.full(face.shape, lead)], axis=-1)
+    return points, normals / np.sqrt(1.0 + lead**2)

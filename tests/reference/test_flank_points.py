@@ -1,0 +1,172 @@
+"""Flanks given as points against the pairs they were exported from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
+from semiwear.meshing.flank_grid import flank_grid
+from semiwear.meshing.pairs import flank_pair
+from semiwear.meshing.tooth_contact import unloaded_contact
+from semiwear.scene import Placement
+from tests.strategies.point_flanks import COARSE, exported, noisy, scene_of
+
+FACE_GEAR = sw.load_scene("face_gear_25x160").replace(
+    {f"numerics.{name}": value for name, value in COARSE.items()} | {"wear.until.control_depths_um": [5.0, 10.0]}
+)
+HELICAL = {
+    "gear_pair.helix_angle_deg": 20.0,
+    "gear_pair.centre_distance_mm": None,
+    "gear_pair.pinion_face_width_mm": 30.0,
+}
+DISPLACED = Placement(offset_mm=0.05, axial_gear_mm=0.1, shaft_angle_error_mrad=0.3, pinion_slope_mrad=0.2)
+KINDS = {"wear_depth": "wear", "contact_pressure": "pressure", "transmission_error": "error"}
+
+
+def kind_of(name: str) -> str:
+    return next((kind for start, kind in KINDS.items() if name.startswith(start)), name)
+
+
+def apart(first, second) -> dict[str, float]:
+    """Greatest difference of every quantity of two histories, over the greatest value of its kind."""
+    greatest: dict[str, float] = {}
+    for name, values in first.data_vars.items():
+        kind = kind_of(name)
+        greatest[kind] = max(greatest.get(kind, 0.0), float(np.abs(values).max()))
+    return {
+        name: float(np.abs(first[name].values - second[name].values).max()) / greatest[kind_of(name)]
+        for name in first.data_vars
+    }
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return sw.simulate(FACE_GEAR)
+
+
+@pytest.fixture(scope="module")
+def exact_history(exact):
+    return exact["history"].to_dataset()
+
+
+@pytest.fixture(scope="module")
+def face_gear(tmp_path_factory) -> sw.Scene:
+    return scene_of(exported(FACE_GEAR, tmp_path_factory.mktemp("points")))
+
+
+@pytest.fixture(scope="module")
+def worn(face_gear):
+    return sw.simulate(face_gear)
+
+
+def test_the_face_gear_as_points_wears_as_itself(exact_history, worn):
+    found = apart(exact_history, worn["history"].to_dataset())
+    assert set(found) == set(exact_history.data_vars)
+    assert max(found.values()) < 0.005, found
+    assert float(worn["flank"].surface_error.max()) < 0.01  # um
+
+
+def test_pitch_point_and_rolls_are_those_of_the_exact_pair(face_gear):
+    mesh, exact = flank_pair(face_gear.gear_pair, Placement()), flank_pair(FACE_GEAR.gear_pair, Placement())
+    assert mesh.pitch_point == pytest.approx(exact.pitch_point, abs=1e-4)
+    assert mesh.base_pitch == pytest.approx(exact.base_pitch, rel=1e-6)
+    assert mesh.arcsec_per_mm == pytest.approx(exact.arcsec_per_mm, rel=1e-6)
+    face = np.linspace(481.0, 559.0, 9)
+    places = [pair.meeting(face, pair.pitch_profile(face), np.zeros(1)).position for pair in (mesh, exact)]
+    assert places[0] == pytest.approx(places[1], abs=1e-4)
+
+
+@pytest.mark.parametrize("placement", [Placement(), DISPLACED], ids=["aligned", "displaced"])
+def test_separation_of_the_face_gear(face_gear, placement):
+    """Where both are told from the same place, inside both flanks: normal distances to some nanometres."""
+    mesh, exact = flank_pair(face_gear.gear_pair, placement), flank_pair(FACE_GEAR.gear_pair, placement)
+    face, roll = face_stations(exact, 15), np.linspace(-0.9, 0.9, 13)
+    lines = [trace_contact_lines(pair, roll, face) for pair in (exact, mesh)]
+    ends = exact.borders(face)
+    depth = lines[0].partner_profile - ends.partner_root
+    inside = (lines[0].separation[0] < 0.1) & (depth > 0.0) & (depth < ends.partner_tip - ends.partner_root)
+    assert inside.sum() > 30
+    gaps = [line.separation[0] for line in lines]
+    # a displaced pair is turned on until it touches: what is left is common to all
+    shift = np.median((gaps[0] - gaps[1])[inside])
+    if placement.is_aligned:
+        assert abs(shift) < 1e-6
+    assert (gaps[0] - shift)[inside] == pytest.approx(gaps[1][inside], abs=3e-6)
+    assert lines[0].sliding[inside] == pytest.approx(lines[1].sliding[inside], abs=2e-2)
+    # curvatures where the difference quotients stay on both flanks
+    inside &= (depth > 1.0) & (depth < ends.partner_tip - ends.partner_root - 1.0)
+    assert lines[0].separation[2][inside] == pytest.approx(lines[1].separation[2][inside], rel=2e-3)
+
+
+@pytest.fixture(scope="module")
+def helical(tmp_path_factory) -> tuple[sw.Scene, sw.Scene]:
+    scene = sw.load_scene("spur_fzg_c").replace(HELICAL)
+    return scene, scene_of(exported(scene, tmp_path_factory.mktemp("helical"), (61, 41)))
+
+
+def test_a_helical_pair_as_points(helical):
+    """Parallel axes and line contact: exact parallel surfaces, lines that touch evenly."""
+    scene, points = helical
+    exact, mesh = (flank_pair(one.gear_pair, Placement()) for one in (scene, points))
+    normal_base_pitch = 2.0 * np.pi * exact.lever_arm(exact.pitch_point[None])[0] / scene.gear_pair.pinion_teeth
+    assert mesh.base_pitch == pytest.approx(normal_base_pitch, rel=1e-6)
+    contact = unloaded_contact(mesh, 11)
+    assert np.abs(contact.transmission_error).max() < 0.01  # arcsec
+    height = mesh.flank_place(1, np.zeros(2), np.array([1.0, 3.0]))
+    assert height[0] == pytest.approx(height[1] - exact.working_radii[1], abs=1e-4)
+    radius = np.hypot(mesh.pitch_point[0], mesh.pitch_point[1])
+    assert radius == pytest.approx(exact.working_radii[0], abs=1e-4)
+
+
+def test_an_internal_pair_as_points(tmp_path):
+    teeth = {"pinion_teeth": 20, "gear_teeth": -60, "centre_distance_mm": None}
+    shifts = {"pinion_profile_shift": 0.0, "gear_profile_shift": 0.0}
+    scene = sw.load_scene("spur_fzg_c").replace({f"gear_pair.{k}": v for k, v in (teeth | shifts).items()})
+    mesh = flank_pair(scene_of(exported(scene, tmp_path, (61, 31))).gear_pair, Placement())
+    exact = flank_pair(scene.gear_pair, Placement())
+    assert mesh.pitch_point == pytest.approx(exact.pitch_point, abs=1e-3)
+    assert mesh.base_pitch == pytest.approx(exact.base_pitch, rel=1e-6)
+    assert np.abs(unloaded_contact(mesh, 7).transmission_error).max() < 0.05  # arcsec
+    # the tips of an internal gear point to its axis
+    heights = mesh.flank_place(1, np.zeros(2), np.array([1.0, 3.0]))
+    assert heights[0][1] > heights[0][0]
+    assert heights[1][1] < heights[1][0]
+
+
+def test_worn_flanks_are_exported_with_their_wear(exact, face_gear, tmp_path):
+    """The gear's surface lies as far below the fresh one as wear says; the pinion, which does not wear, as it was."""
+    again = scene_of(exported(FACE_GEAR, tmp_path, worn=exact))
+    fresh, gone = (flank_pair(scene.gear_pair, Placement()).flanks for scene in (face_gear, again))
+    stations, depth = exact["flank"].face.values, exact["flank"].wear_depth.isel(wear_step=-1, body=1).values.T
+    own = flank_pair(FACE_GEAR.gear_pair, Placement())
+    grid = flank_grid(own, stations, depth.shape[1])
+    face = stations[:, None]
+    places = []
+    for flanks in (fresh, gone):
+        driven, v = flanks.driven, flanks.driven.v_at(face)
+        profile = grid.profile - own.borders(stations, sharp=True).root[:, None]
+        places.append(driven.points(driven.u_at(profile, driven.profile_length(v)), v))
+    (before, normal), (after, _) = places
+    below = -np.sum((after - before) * normal, axis=-1)
+    assert 1e-3 * depth.max() > 0.005
+    # but for the cusp on the pitch cone, which falls between rows of the grid, and the ends of the worn area
+    off = np.abs(below - 1e-3 * depth) / (1e-3 * depth.max())
+    assert np.quantile(off, 0.95) < 0.02
+    assert off.max() < 0.2
+    assert gone.driving.surface.points == pytest.approx(fresh.driving.surface.points, abs=1e-9)
+    assert np.isfinite(sw.simulate(again)["history"].wear_depth_max_root.values).all()
+
+
+@pytest.mark.parametrize("size_um", [0.1, 1.0, 3.0])
+def test_noise_degrades_gracefully(size_um, exact_history, tmp_path):
+    scene = scene_of(exported(FACE_GEAR, tmp_path, change=noisy(1e-3 * size_um)))
+    assert sw.plan(scene).choices[0].why.count("smoothed by") == 2
+    tree = sw.simulate(scene)
+    error = tree["flank"].surface_error.values
+    assert np.all(error > 0.01 * size_um)
+    assert np.all(error < size_um)
+    found = apart(exact_history, tree["history"].to_dataset())
+    assert all(np.isfinite(value) for value in found.values())
+    assert max(found.values()) < 0.005 + 0.02 * size_um, found
