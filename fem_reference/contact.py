@@ -81,6 +81,7 @@ class PairContact:
     nodes : (k,) int array
         Nodes of the slave body.
     pressure : (k,) array [MPa]
+        Force over area; at nodes that hang over half off the master together with their neighbours.
     force : (k,) array [N]
         Presses the slave along minus its normal.
     gap : (k,) array [mm]
@@ -291,14 +292,14 @@ def condense(bodies: Mapping[str, SupportedBody], pairs: Sequence[ContactPair]) 
     mortars = tuple(couple(p.slave, p.master, normals=p.normals, reach=p.reach) for p in pairs)
     seconds = {"mortar": perf_counter() - started, "factor": 0.0, "compliance": 0.0}
     for name in bodies:
-        slaves = [m.nodes for p, m in zip(pairs, mortars, strict=True) if p.slave.body == name]
+        slaves = [np.unique(m.shares.indices) for p, m in zip(pairs, mortars, strict=True) if p.slave.body == name]
         place, times = np.unique(np.concatenate([*slaves, np.empty(0, dtype=np.int64)]), return_counts=True)
         if (times > 1).any():
             raise SceneError.of(
                 "pairs", f"node {place[times > 1][0]} of {name} in two pairs", "each slave node in one pair",
                 "take the facets about it out of one of the slave surfaces",
             )  # fmt: skip
-    loads = [m.unit_loads(len(p.slave.points)) for p, m in zip(pairs, mortars, strict=True)]
+    loads = [mortar.unit_loads() for mortar in mortars]
     count = sum(len(mortar.nodes) for mortar in mortars)
     compliance = np.zeros((count, count))
     unit_loads = {}
@@ -312,10 +313,10 @@ def condense(bodies: Mapping[str, SupportedBody], pairs: Sequence[ContactPair]) 
                 block = block + on_master
             blocks.append(block)
         unit_loads[name] = csr_matrix(hstack(blocks))
-        started = perf_counter()
+        spent = dict(body.seconds)
         compliance += body.compliance(unit_loads[name])
-        seconds["compliance"] += perf_counter() - started
-        seconds["factor"] += body.seconds["factor"]
+        for stage in ("factor", "compliance"):
+            seconds[stage] += body.seconds[stage] - spent[stage]
     return CondensedContact(bodies, tuple(pairs), mortars, unit_loads, compliance, seconds)
 
 
@@ -351,7 +352,7 @@ def _report(pair: ContactPair, mortar: Mortar, force: FloatArray, gap: FloatArra
     return PairContact(
         name=pair.name,
         nodes=mortar.nodes,
-        pressure=force / mortar.weight,
+        pressure=mortar.pressure(force),
         force=force,
         gap=gap,
         active=active,

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from fem_reference.fem_results import line_load
-from fem_reference.kinematics import PairKinematics
 from fem_reference.mesh_position import PairResult, PositionResult
+from fem_reference.pair_motion import PairMotion
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 
@@ -40,7 +40,7 @@ _STEPS = 8
 """Instants of the time grid between two roll positions that were solved; 1/18 apart, lines move by 0.4 mm."""
 
 
-def line_pressures(found: PairResult, pair: PairKinematics, fresh: RigidFlank) -> FloatArray:
+def line_pressures(found: PairResult, pair: PairMotion, fresh: RigidFlank) -> FloatArray:
     """Pressures on (face station of `/flank`, offset from the fresh line) [MPa].
 
     Every station carries the line load that the nodal forces have there.
@@ -98,7 +98,7 @@ class _Track:
 
     def radians(self, rolls: float) -> float:
         """Rotation of the pinion over some roll positions."""
-        return 2.0 * pi / self.fresh.pair.pinion.teeth * rolls
+        return 2.0 * pi / self.fresh.pair.pinion_teeth * rolls
 
     def at(self, roll: float) -> tuple[tuple[IntArray, IntArray], IntArray, FloatArray, FloatArray]:
         """Points (profile, face) beside the line, offset below each and the way to the next, sliding per radian."""

@@ -14,15 +14,16 @@ both agree.
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.kinematics import PairKinematics
+from fem_reference.pair_motion import PairMotion
+from fem_reference.pairs import pair_motion
 from fem_reference.rigid_lines import RigidLine, effective_modulus
 
 __all__ = ["beside_edges", "reference_half_width"]
@@ -33,16 +34,23 @@ BoolArray = NDArray[np.bool_]
 _ACROSS = 2.0  # reference half-widths from an edge
 _ALONG = 12.0  # reference half-widths along the line from a slice whose edge presses
 _STEP = 0.1  # mm, of the differences that give curvatures
+_FLAT = 1e-5  # of the curvature across the line: what is flatter along it touches along a line
 
 
-def reference_half_width(pair: PairKinematics) -> float:
+def reference_half_width(pair: PairMotion) -> float:
     """Small half-axis of the contact ellipse at the pitch point, whole torque on one fresh, aligned pair [mm].
 
-    Source: Johnson 1985, *Contact Mechanics*, equations 4.26 to 4.32.
+    Half the width of a line contact over the whole face where flanks touch along lines.
+
+    Source: Johnson 1985, *Contact Mechanics*, equations 4.26 to 4.32 and 4.43.
     """
-    aligned = PairKinematics(pair.scene)
+    aligned = pair_motion(pair.scene)
     across, along = _principal_curvatures(aligned)
-    force = 1e3 * pair.scene.operation.pinion_torque_Nm / aligned.pinion.base_radius
+    force = 1e3 * pair.scene.operation.pinion_torque_Nm / aligned.lever
+
+    if along < _FLAT * across:
+        low, high = pair.gear_face
+        return sqrt(4.0 * force / (pi * (high - low) * effective_modulus(pair.scene) * across))
 
     # b/a from the ratio of the curvatures; m = 1 - (b/a)^2
     def excess(ratio: float) -> float:
@@ -57,9 +65,9 @@ def reference_half_width(pair: PairKinematics) -> float:
     return ratio * major
 
 
-def _principal_curvatures(pair: PairKinematics) -> tuple[float, float]:
+def _principal_curvatures(pair: PairMotion) -> tuple[float, float]:
     """Greater and smaller curvature of the gap at the pitch point [1/mm]."""
-    face, steps = pair.gear.pitch_radius, np.array([-1.0, 0.0, 1.0]) * _STEP
+    face, steps = pair.pitch_face, np.array([-1.0, 0.0, 1.0]) * _STEP
     met = pair.meeting(face + steps[:, None], steps[None, :], 0.0)
     tangent = np.stack([met.position[2, 1] - met.position[0, 1], met.position[1, 2] - met.position[1, 0]])
     tangent /= 2.0 * _STEP
@@ -76,7 +84,7 @@ def _principal_curvatures(pair: PairKinematics) -> tuple[float, float]:
 
 
 def beside_edges(
-    pair: PairKinematics,
+    pair: PairMotion,
     half_width: float,
     line: RigidLine,
     face: FloatArray,
@@ -89,7 +97,7 @@ def beside_edges(
 
     Parameters
     ----------
-    pair : PairKinematics
+    pair : PairMotion
     half_width : float [mm]
         `reference_half_width`.
     line : RigidLine
@@ -103,7 +111,7 @@ def beside_edges(
     ends = np.minimum(pair.gear.tip_profile(face) - inset.gear_tip - profile, profile - pair.gear.root_profile)
     pinion_tip = pair.pinion_profile_limits[1]
     across = np.minimum(ends * spacing, pinion_tip - inset.pinion_tip - pinion_profile) < margin
-    table = face_gear_pair(pair.scene)
+    table: Any = pair.scene.gear_pair
     own = np.minimum(face - pair.gear_face[0], pair.gear_face[1] - face) - table.gear_end_edge_radius_mm
     theirs = np.minimum(pinion_face - pair.pinion_face[0], pair.pinion_face[1] - pinion_face)
     aside = across | (np.minimum(own, theirs - table.pinion_end_edge_radius_mm) < margin)

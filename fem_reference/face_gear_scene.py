@@ -1,4 +1,4 @@
-"""The kind of gear pair that these finite elements mesh."""
+"""The table of a face gear pair, where nothing else will do."""
 
 from __future__ import annotations
 
@@ -22,6 +22,6 @@ def face_gear_pair(scene: Scene) -> FaceGearPair:
             "gear_pair.type",
             pair.type,
             '"face_gear"',
-            "these finite elements mesh face gears only: use the core",
+            "this part of the finite elements knows face gears only; loaded_contact takes cylindrical pairs too",
         )
     return pair

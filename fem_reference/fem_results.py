@@ -9,10 +9,11 @@ from math import pi
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from fem_reference.edge_rule import beside_edges, reference_half_width
-from fem_reference.kinematics import PairKinematics
 from fem_reference.mesh_position import PairResult, PositionResult
+from fem_reference.pair_motion import PairMotion, line_speed
 from fem_reference.rigid_lines import RigidFlank, RigidLine
 from fem_reference.root_load import BODIES
 from fem_reference.wear import face_stations
@@ -36,7 +37,7 @@ _REFERENCES = (
 _ON_ROLL = ("elements_across", "reaches_border", "edge_contact")  # of `/diagnostics`
 
 
-def line_load(found: PairResult, pair: PairKinematics) -> FloatArray:
+def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     """Nodal forces summed across the contact, per length of the line, on the face stations of `/flank` [N/mm]."""
     columns, where = np.unique(found.face, return_inverse=True)
     force = np.bincount(where, weights=found.contact.force)
@@ -48,8 +49,9 @@ def line_load(found: PairResult, pair: PairKinematics) -> FloatArray:
     stations = face_stations(pair)
     ends = np.linspace(low, high, len(stations) + 1)
     share = np.diff(np.interp(ends, borders, total))
-    place = np.stack([np.interp(ends, found.line.face, found.line.position[:, k]) for k in range(3)], axis=1)
-    return share / np.linalg.norm(np.diff(place, axis=0), axis=1)
+    # the line is known up to the ends' roundings; slices lie beyond
+    line = make_interp_spline(found.line.face, found.line.position, k=1)
+    return share / np.linalg.norm(np.diff(line(ends), axis=0), axis=1)
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,11 @@ def line_motion(fresh: RigidFlank, roll: float) -> tuple[RigidLine, LineMotion]:
     speed = {}
     for name, pose in (("gear", pair.gear_pose), ("pinion", pair.pinion_pose)):
         own = [pose(line.roll).back(line.position) for line in (before, after)]
-        speed[name] = np.maximum(pair.line_speed(own[0], own[1], 2.0 * _SHIFT), 1e-9)
+        speed[name] = np.maximum(line_speed(pair, own[0], own[1], 2.0 * _SHIFT), 1e-9)
     return now, LineMotion(np.linalg.norm(pair.sliding(now.position), axis=1), speed)
 
 
-def _pressures(found: PairResult, pair: PairKinematics, half_width: float) -> tuple[float, float, int]:
+def _pressures(found: PairResult, pair: PairMotion, half_width: float) -> tuple[float, float, int]:
     """Greatest pressure away from edges and near them [MPa], and the node of the first."""
     pressure = found.contact.pressure
     border = found.contact.on_edge | beside_edges(
@@ -120,7 +122,7 @@ def result_groups(
         Mesh positions, growing.
     """
     pair = states[0][0].pair
-    fresh, lever, scale = RigidFlank(pair), pair.pinion.base_radius, -pair.arcsec_per_mm
+    fresh, lever, scale = RigidFlank(pair), pair.lever, -pair.arcsec_per_mm
     half_width = reference_half_width(pair)
     zero = float(np.mean([fresh.least_gap(k / _ZERO_POSITIONS) for k in range(_ZERO_POSITIONS)]))
     numbers = sorted({j for _, solved in states for result in solved for j in result.pairs})

@@ -25,11 +25,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from fem_reference.face_gear_scene import face_gear_pair
+from fem_reference.pair_motion import EdgeInsets, FlankMeeting, PairMotion, Pose, displacement, rounded
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import Placement, Scene
 
-__all__ = ["EdgeInsets", "FlankMeeting", "PairKinematics", "Pose"]
+__all__ = ["PairKinematics", "face_gear_motion"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,69 +38,8 @@ _ARCSEC = 180.0 * 3600.0 / pi
 
 
 @dataclass(frozen=True)
-class Pose:
-    """A rigid motion from a body's own frame into the fixed frame: turn, then shift.
-
-    Attributes
-    ----------
-    rotation : (3, 3) array
-    shift : (3,) array [mm]
-    """
-
-    rotation: FloatArray
-    shift: FloatArray
-
-    def points(self, own: FloatArray) -> FloatArray:
-        """Fixed-frame places of points (..., 3) [mm]."""
-        return own @ self.rotation.T + self.shift
-
-    def vectors(self, own: FloatArray) -> FloatArray:
-        """Fixed-frame components of vectors (..., 3)."""
-        return own @ self.rotation.T
-
-    def back(self, fixed: FloatArray) -> FloatArray:
-        """Own-frame places of fixed-frame points (..., 3) [mm]."""
-        return (fixed - self.shift) @ self.rotation
-
-
-@dataclass(frozen=True)
-class FlankMeeting:
-    """Gear flank points and what they find on the pinion's involute.
-
-    Attributes
-    ----------
-    gap : array [mm]
-        Distance along the pinion's normal, positive when apart.
-    position, normal : (..., 3) arrays [mm], [1]
-        The gear's points in the fixed frame, and its normals out of the material.
-    pinion_profile, pinion_face : arrays [mm]
-        Profile coordinate of the involute that is met, and place along the pinion's axis.
-    """
-
-    gap: FloatArray
-    position: FloatArray
-    normal: FloatArray
-    pinion_profile: FloatArray
-    pinion_face: FloatArray
-
-
-@dataclass(frozen=True)
-class EdgeInsets:
-    """Distances from nominal tip edges to where their roundings begin.
-
-    Attributes
-    ----------
-    gear_tip : array [mm]
-    pinion_tip : float [mm]
-    """
-
-    gear_tip: FloatArray
-    pinion_tip: float
-
-
-@dataclass(frozen=True)
 class PairKinematics:
-    """Face gear pair in motion.
+    """Face gear pair in motion (a `PairMotion`).
 
     Attributes
     ----------
@@ -142,6 +82,21 @@ class PairKinematics:
         )
 
     @property
+    def pinion_teeth(self) -> int:
+        """Number of the pinion's teeth."""
+        return self.pinion.teeth
+
+    @property
+    def lever(self) -> float:
+        """Base radius of the pinion [mm]."""
+        return self.pinion.base_radius
+
+    @property
+    def pitch_face(self) -> float:
+        """Gear radius of the pitch point [mm]."""
+        return self.gear.pitch_radius
+
+    @property
     def ratio(self) -> float:
         """Gear rotation per pinion rotation."""
         return self.pinion.teeth / self.gear.gear_teeth
@@ -154,6 +109,14 @@ class PairKinematics:
     def pitch_height(self, face: FloatArray) -> FloatArray:
         """Height of the pitch cone above the gear's pitch plane at gear radii [mm]."""
         return self.pinion.pitch_radius * (1.0 - face / self.gear.pitch_radius)
+
+    def pitch_profile(self, face: FloatArray) -> FloatArray:
+        """Profile coordinate of the pitch cone at gear radii [mm]."""
+        return self.gear.profile_from_height(face, self.pitch_height(face))
+
+    def flank_grid(self, face: FloatArray, radius: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Face and profile coordinates of gear radii and heights (P, F) [mm]: radii are the face coordinate."""
+        return radius[0], self.gear.profile_from_height(radius, height)
 
     @property
     def gear_face(self) -> tuple[float, float]:
@@ -199,13 +162,13 @@ class PairKinematics:
     @cached_property
     def _displacement(self) -> tuple[FloatArray, FloatArray]:
         """Turn and shift by the placement: x -> turn x + shift; about y first, both axes through the pitch point."""
-        place = self.placement
-        about_y = Rotation.from_rotvec([0.0, 1e-3 * place.pinion_slope_mrad, 0.0])
-        about_x = Rotation.from_rotvec([1e-3 * place.shaft_angle_error_mrad, 0.0, 0.0])
-        turn = (about_x * about_y).as_matrix()
-        pitch_point = np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius])
-        moved = np.array([place.offset_mm, place.axial_gear_mm, place.axial_pinion_mm])
-        return turn, pitch_point - turn @ pitch_point + moved
+        return displacement(self.placement, np.array([0.0, -self.gear.shaper_pitch_radius, self.gear.pitch_radius]))
+
+    def turned_to_zero(self, body: str, pair: int) -> FloatArray:
+        """Rotation (3, 3) of a body in its own frame that brings the tooth of a pair to tooth 0."""
+        about = np.array([0.0, 0.0, 1.0]) if body == "pinion" else np.array([0.0, 1.0, 0.0])
+        teeth = self.pinion.teeth if body == "pinion" else self.gear.gear_teeth
+        return Rotation.from_rotvec(2.0 * pi * pair / teeth * about).as_matrix()
 
     # --- flanks ----------------------------------------------------------------------------------------------
 
@@ -261,29 +224,8 @@ class PairKinematics:
         )
 
     def rounding(self, face: ArrayLike, profile: ArrayLike, met: FlankMeeting) -> FloatArray:
-        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges.
-
-        An edge of radius rho that turns by t begins rho tan(t/2) before the nominal edge and falls off as its arc.
-        """
-        table = face_gear_pair(self.scene)
-        face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
-        inset, gear_end, pinion_end = (
-            self.edge_insets(face), table.gear_end_edge_radius_mm, table.pinion_end_edge_radius_mm,
-        )  # fmt: skip
-        edges = (
-            (self.gear.tip_profile(face) - profile, table.gear_tip_edge_radius_mm, inset.gear_tip),
-            (self.pinion_profile_limits[1] - met.pinion_profile, table.pinion_tip_edge_radius_mm, inset.pinion_tip),
-            (face - self.gear_face[0], gear_end, gear_end),
-            (self.gear_face[1] - face, gear_end, gear_end),
-            (met.pinion_face - self.pinion_face[0], pinion_end, pinion_end),
-            (self.pinion_face[1] - met.pinion_face, pinion_end, pinion_end),
-        )
-        added = np.zeros(face.shape)
-        for distance, radius, begins in edges:
-            into = begins - distance
-            arc = radius - np.sqrt(np.maximum(radius**2 - np.clip(into, 0.0, radius) ** 2, 0.0))
-            added += np.where(distance < -1e-9, np.inf, arc)
-        return added
+        """Gap that the rounded edges of both bodies add [mm]; infinite beyond the nominal edges."""
+        return rounded(self, face, profile, met)
 
     # --- speeds ----------------------------------------------------------------------------------------------
 
@@ -294,17 +236,16 @@ class PairKinematics:
         pinion = np.cross(turn @ np.array([0.0, 0.0, -1.0]), position - centre)
         return pinion - np.cross(np.array([0.0, -self.ratio, 0.0]), position)
 
-    def line_speed(self, before: FloatArray, after: FloatArray, rolls: float) -> FloatArray:
-        """Speed of a contact line over a flank, normal to the line [mm per radian of the pinion].
 
-        Parameters
-        ----------
-        before, after : (face, 3) arrays [mm]
-            The line in the body's own frame at two roll positions, by the same stations.
-        rolls : float
-            Roll positions between them.
-        """
-        moved = (after - before) / rolls * self.pinion.teeth / (2.0 * pi)
-        along = np.gradient(0.5 * (before + after), axis=0)
-        along /= np.linalg.norm(along, axis=-1)[:, None]
-        return np.linalg.norm(moved - np.sum(moved * along, -1)[:, None] * along, axis=-1)
+def face_gear_motion(pair: PairMotion) -> PairKinematics:
+    """The pair, where only that of a face gear will do.
+
+    Raises
+    ------
+    SceneError
+        For another kind.
+    """
+    if not isinstance(pair, PairKinematics):
+        face_gear_pair(pair.scene)
+        raise TypeError(f"not a face gear in motion: {type(pair).__name__}")
+    return pair

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 from fem_reference.contact import ContactPair
 from fem_reference.elasticity import ElasticBody
-from fem_reference.face_gear_mesh import face_gear_mesh
-from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.kinematics import Pose
 from fem_reference.moved_nodes import moved_flanks
-from fem_reference.pinion_mesh import pinion_mesh
+from fem_reference.pair_motion import Pose
+from fem_reference.pairs import body_mesh, module_of
 from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus
 from fem_reference.root_load import BODIES
 from fem_reference.surface import Surface
@@ -78,16 +76,16 @@ def line_meshes(
 ) -> dict[str, ToothMesh]:
     """Meshes of gear and pinion in their own frames for a mesh position."""
     scene = flank.pair.scene
-    divisions = Divisions.of_module(face_gear_pair(scene).module_mm)
+    divisions = Divisions.of_module(module_of(scene))
     divisions = replace(divisions, depth=4, face_size=2.0 * settings.element_length)
     refined = _refinements(flank, expected, settings)
-    gear = face_gear_mesh(
-        scene, teeth=settings.gear_teeth, refinements=refined["gear"], divisions=divisions, detailed=()
+    gear = body_mesh(
+        scene, "gear", teeth=settings.gear_teeth, refinements=refined["gear"], divisions=divisions, detailed=()
     )
     if settings.worn_flank == "moved_nodes":
         gear = moved_flanks(gear, flank.wear, {-j for j in expected.lines})
-    pinion = pinion_mesh(
-        scene, teeth=settings.pinion_teeth, refinements=refined["pinion"], divisions=divisions, detailed=()
+    pinion = body_mesh(
+        scene, "pinion", teeth=settings.pinion_teeth, refinements=refined["pinion"], divisions=divisions, detailed=()
     )
     return {"gear": gear, "pinion": pinion}
 
@@ -213,7 +211,7 @@ def candidates(
         slave=_surface("gear", bodies["gear"].points, gear, near, poses["gear"]),
         master=_surface("pinion", bodies["pinion"].points, pinion, other, poses["pinion"]),
         gap=at_fresh,
-        lever=pair.pinion.base_radius,
+        lever=pair.lever,
         normals=None if moved else normals,
         reach=_REACH,
         name=f"pair {j:+d}",

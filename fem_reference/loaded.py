@@ -6,8 +6,8 @@ multipliers on the gear's flank, with the exact gap of the true flanks, rounding
 torque is given, the pinion's rotation solved for. Root stress is taken from finer meshes of 20-node elements under
 the same contact forces. Nothing is shared with the core but scene, flank geometry and result schema.
 
-A position takes 20 to 60 s on two cores with CHOLMOD (extra `fem`); SuperLU, which scipy brings, needs some ten times
-that and is for coarse meshes only.
+A position of the shipped face gear takes some 30 s of processor time. Root stress wants CHOLMOD (extra `fem`):
+SuperLU, which scipy brings, takes some ten times as long to factorise its meshes, once.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_reference.contact import ContactMeshError
 from fem_reference.fem_results import result_groups, tree_of
-from fem_reference.kinematics import PairKinematics
 from fem_reference.mesh_position import MeshedPosition, MeshSettings, PositionResult
+from fem_reference.pairs import pair_motion, usual_teeth
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.root_load import RootStress
 from fem_reference.wear import wear_depth_of
@@ -36,6 +36,7 @@ FloatArray = NDArray[np.float64]
 _WIDER = 2.0  # times the patch of a pair whose contact reached its border
 _WIDEST = 1.0  # a patch as wide as that, in times of the usual one, may be made wider: once
 _KNOWN_EFFECTS = ("free_edges",)  # solids have them by themselves
+_LENGTH, _LENGTHS = 2.5, 14  # mm of an element along the line, and fewest elements over the face
 _LIGHT = 0.1  # share of the load of pairs that need not be resolved
 
 POSITIONS = 9
@@ -49,9 +50,9 @@ def loaded_contact(
     placement: Placement | None = None,
     *,
     elements_per_half_width: float = 3.0,
-    element_length: float = 2.5,
-    teeth: int = 5,
-    pinion_teeth: int = 9,
+    element_length: float | None = None,
+    teeth: int | None = None,
+    pinion_teeth: int | None = None,
     root_stress: bool = True,
     strict: bool = True,
     worn_flank: str = "gap",
@@ -61,7 +62,7 @@ def loaded_contact(
     Parameters
     ----------
     scene : Scene
-        With a face gear pair.
+        With a face gear pair or a cylindrical one.
     roll_positions : array_like, optional
         Roll positions, taken modulo 1; every tooth pair there is solved. Default: nine even ones over a mesh cycle.
     wear_depth : optional
@@ -72,10 +73,12 @@ def loaded_contact(
     elements_per_half_width : float
         Elements across the half-width to expect of the contact on the flank as it is: 2 gives the peak pressure to
         5 %, 3 to 2 %, 4 to 1 %.
-    element_length : float
-        Length of the elements along the contact line [mm].
-    teeth, pinion_teeth : int
-        Teeth in the meshes of gear and pinion, 5 and more.
+    element_length : float, optional
+        Length of the elements along the contact line [mm]. Default 2.5, or a fourteenth of the gear's face width if
+        that is less.
+    teeth, pinion_teeth : int, optional
+        Teeth in the meshes of gear and pinion, 5 and more. Default 5 of a face gear and 9 of its pinion, or 11 of
+        each cylindrical gear, whose sectors are softer than the whole ring: by 2 % with 5 teeth, 0.1 % with 11.
     root_stress : bool
         Whether to work out root stress.
     strict : bool
@@ -96,16 +99,25 @@ def loaded_contact(
     Raises
     ------
     SceneError
-        For a torque that is not positive, a bad wear depth, no possible contact or an effect that is not in here.
+        For a torque that is not positive, a bad wear depth, no possible contact, an effect that is not in here or a
+        kind of gear pair that has no teeth to mesh (flanks given as points).
     ContactMeshError
         If strict, see there.
     """
     refuse_effects(scene)
-    flank = RigidFlank(PairKinematics(scene, on_loaded_flank(scene, placement)))
+    flank = RigidFlank(pair_motion(scene, on_loaded_flank(scene, placement)))
     flank = RigidFlank(flank.pair, wear_depth_of(wear_depth, flank.pair))
     positions = _mesh_positions(roll_positions)
-    settings = MeshSettings(elements_per_half_width, element_length, teeth, pinion_teeth, worn_flank=worn_flank)
-    roots = RootStress(scene, teeth, pinion_teeth) if root_stress else None
+    low, high = flank.pair.gear_face
+    usual = usual_teeth(scene)
+    settings = MeshSettings(
+        elements_per_half_width,
+        min(_LENGTH, (high - low) / _LENGTHS) if element_length is None else element_length,
+        usual["gear"] if teeth is None else teeth,
+        usual["pinion"] if pinion_teeth is None else pinion_teeth,
+        worn_flank=worn_flank,
+    )
+    roots = RootStress(scene, settings.gear_teeth, settings.pinion_teeth) if root_stress else None
     solved = solve_positions(flank, positions, settings, roots, strict=strict)
     groups, coords = result_groups([(flank, solved)], positions)
     return tree_of(scene, groups, coords, "loaded_contact")

@@ -14,8 +14,8 @@ from fem_reference.active_set import BoolArray
 from fem_reference.condensation import SupportedBody
 from fem_reference.contact import CondensedContact, ContactSolution, PairContact, condense
 from fem_reference.elasticity import ElasticBody
-from fem_reference.kinematics import Pose
 from fem_reference.line_meshes import Candidates, MeshSettings, candidates, line_meshes
+from fem_reference.pair_motion import Pose
 from fem_reference.rigid_lines import Forecast, RigidFlank, RigidLine, effective_modulus, forecast
 from fem_reference.root_load import BODIES, RootStress
 from fem_reference.tooth_mesh import ToothMesh
@@ -103,23 +103,25 @@ class MeshedPosition:
         pair, scene = flank.pair, flank.pair.scene
         started = perf_counter()
         lines = flank.lines(mesh_position)
-        expected = forecast(lines, -(len(lines) // 2), torque / pair.pinion.base_radius, effective_modulus(scene))
+        expected = forecast(lines, -(len(lines) // 2), torque / pair.lever, effective_modulus(scene))
         poses = {"gear": pair.gear_pose(mesh_position), "pinion": pair.pinion_pose(mesh_position)}
         meshes = line_meshes(flank, mesh_position, expected, settings)
         meshed = perf_counter()
         bodies = {name: _elastic(meshes[name], poses[name], getattr(scene.material, name)) for name in BODIES}
         supported = {
-            name: SupportedBody(bodies[name].stiffness, bodies[name].dofs(meshes[name].held)) for name in BODIES
+            name: SupportedBody(body.stiffness, body.dofs(meshes[name].held), body.points)
+            for name, body in bodies.items()
         }
         found = {j: candidates(flank, expected, j, settings, meshes, bodies, poses) for j in expected.lines}
         assembled = perf_counter()
         condensed = condense(supported, [one.contact for one in found.values()])
-        # factors take gigabytes, and only displacements would need them
+        # stiffnesses take much room, and only displacements would need them
         condensed = replace(condensed, bodies={}, unit_loads={})
         seconds = {
             "mesh": meshed - started,
-            "stiffness and factor": assembled - meshed,
-            "contact": perf_counter() - assembled,
+            "stiffness": assembled - meshed,
+            "condensation": perf_counter() - assembled,
+            "contact": 0.0,
         }
         return cls(flank, settings, expected, poses, found, condensed, seconds)
 

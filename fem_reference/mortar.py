@@ -14,6 +14,10 @@ The gap of a slave node is :math:`\gamma_j + n_j \cdot (P u^{master} - u^{slave}
 its work-conjugate is the force :math:`F_j = p_j D_{jj}`, which presses the slave along -n_j and, spread by P, the
 master along +n_j.
 
+A node beyond the other surface's border, of whose area next to nothing is covered, would carry the force that closes
+a gap extrapolated to where no surface is: finite on no area. Its dual function is added to that of its neighbour,
+which keeps their sum and with it constant pressure.
+
 Sources: Wohlmuth, SIAM J. Numer. Anal. 38 (2000) 989, doi:10.1137/S0036142999350929 (dual functions); Popp,
 Gitterle, Gee, Wall, Int. J. Numer. Meth. Eng. 83 (2010) 1428, doi:10.1002/nme.2866 (segments in the plane of the
 slave element); Cichosz, Bischoff, Comput. Meth. Appl. Mech. Eng. 200 (2011) 1317 (borders).
@@ -44,6 +48,14 @@ SLIVER = 1e-4
 """Covered share of a slave element below which the bilinear functions stand in for the dual ones, which would come
 from a nearly singular matrix. Force still passes exactly, its moment to this share of an element's."""
 
+LEAST_COVER = 0.02
+"""Covered share of the facets about a node below which a neighbour carries its part. Anything from 0.001 to 0.05
+gives the same; above, edges lose nodes that do carry load."""
+
+POOLED_COVER = 0.5
+"""Covered share below which a node's pressure is that of its and its neighbour's force and area together: the load
+of an edge is finite on any area, so that only areas of the mesh's own size tell a pressure."""
+
 FACING = -0.1
 """Greatest product of the unit normals of two facets that count as opposite."""
 
@@ -56,6 +68,9 @@ class Mortar:
     ----------
     nodes : (k,) int array
         Slave nodes that lie opposite the master.
+    shares : (k, n_slave) sparse array
+        How each force acts on the slave's nodes: on `nodes`, and to a small part on those that they stand for; its
+        rows sum to 1.
     weight : (k,) array [mm2]
         D: force over pressure.
     normals : (k, 3) array
@@ -69,10 +84,13 @@ class Mortar:
     distance : (k,) array [mm]
         Gap between the two meshes as they lie, along the normals.
     covered : (k,) array
-        Share of the facets about the node that lies opposite the master.
+        Share of the facets about the node that lies opposite the master; the least one of the nodes it stands for.
+    beside : (k,) int array
+        For each node itself, or the neighbour with which its pressure is told.
     """
 
     nodes: IntArray
+    shares: csr_matrix
     weight: FloatArray
     normals: FloatArray
     sampling: csr_matrix
@@ -80,6 +98,12 @@ class Mortar:
     transfer: csr_matrix
     distance: FloatArray
     covered: FloatArray
+    beside: IntArray
+
+    def pressure(self, force: FloatArray) -> FloatArray:
+        """Pressure at the nodes under forces (k,) [MPa]."""
+        extra = (self.beside != np.arange(len(self.nodes))).astype(float)
+        return (force + extra * force[self.beside]) / (self.weight + extra * self.weight[self.beside])
 
     def average(self, field: Field) -> FloatArray:
         """A quantity seen by the slave nodes, (k,).
@@ -101,20 +125,12 @@ class Mortar:
         """Values at the nodes of the master body, such as its wear depth, as the slave nodes see them."""
         return self.transfer @ values
 
-    def unit_loads(self, slave_nodes: int) -> tuple[csr_matrix, csr_matrix]:
+    def unit_loads(self) -> tuple[csr_matrix, csr_matrix]:
         """Loads on the unknowns of slave and master for unit forces F, (3 n, k) each.
 
         Transposed they give the opening of the gap by displacements, n . (P u_master - u_slave).
         """
-        count = len(self.nodes)
-        rows = (3 * self.nodes[:, None] + np.arange(3)).ravel()
-        columns = np.repeat(np.arange(count), 3)
-        on_slave = csr_matrix((-self.normals.ravel(), (rows, columns)), shape=(3 * slave_nodes, count))
-        spread = self.transfer.tocoo()
-        rows = (3 * spread.col[:, None] + np.arange(3)).ravel()
-        values = (spread.data[:, None] * self.normals[spread.row]).ravel()
-        shape = (3 * self.transfer.shape[1], count)
-        return on_slave, csr_matrix((values, (rows, np.repeat(spread.row, 3))), shape=shape)
+        return _along(self.shares, -self.normals), _along(self.transfer, self.normals)
 
 
 def couple(
@@ -154,22 +170,60 @@ def couple(
     dual_shape = _interpolation(slave.quads[element], dual, len(slave.points))
     share = slave_shape.T @ area
     # nodes with next to no covered area take no part
-    nodes = np.flatnonzero(share > 1e-9 * share.max())
-    weight = share[nodes]
-    sampling = csr_matrix(diags_array(1.0 / weight) @ (dual_shape[:, nodes].T @ diags_array(area)))
+    known = np.flatnonzero(share > 1e-9 * share.max())
+    whole = _whole_share(slave)
+    covered = share[known] / whole[known]
+    keeper = _keepers(slave, known, share[known], covered < LEAST_COVER)
+    kept, row = np.unique(keeper, return_inverse=True)
+    nodes = known[kept]
+    belongs = csr_matrix((np.ones(len(known)), (row, np.arange(len(known)))))
+    weight = belongs @ share[known]
+    dual_sums = dual_shape[:, known] @ belongs.T
+    sampling = csr_matrix(diags_array(1.0 / weight) @ (dual_sums.T @ diags_array(area)))
     transfer = csr_matrix(sampling @ master_shape)
     points = slave_shape @ slave.points
     unit = (slave.node_normals if normals is None else np.asarray(normals, dtype=float))[nodes]
+    least = np.ones(len(nodes))
+    np.minimum.at(least, row, covered)
     return Mortar(
         nodes=nodes,
+        shares=csr_matrix((share[known] / weight[row], (row, known)), shape=(len(nodes), len(slave.points))),
         weight=weight,
         normals=unit,
         sampling=sampling,
         points=points,
         transfer=transfer,
         distance=np.einsum("jk,jk->j", unit, transfer @ master.points - sampling @ points),
-        covered=weight / _whole_share(slave)[nodes],
+        covered=least,
+        beside=_keepers(slave, nodes, weight, weight < POOLED_COVER * whole[nodes]),
     )
+
+
+def _keepers(slave: Surface, nodes: IntArray, weight: FloatArray, small: NDArray[np.bool_]) -> IntArray:
+    """Index of the node that stands for each node: itself, or for a small one a neighbour that is not."""
+    row_of = np.full(len(slave.points), -1, dtype=np.int64)
+    row_of[nodes] = np.arange(len(nodes))
+    keeper = np.arange(len(nodes))
+    beside = slave.neighbours
+    for k in np.flatnonzero(small):
+        start, end = beside.indptr[nodes[k]], beside.indptr[nodes[k] + 1]
+        near = row_of[beside.indices[start:end]]
+        near = near[near >= 0]
+        # towards more weight only, so that no chain closes
+        if len(near) and weight[near].max() > weight[k]:
+            keeper[k] = near[np.argmax(weight[near])]
+    while (keeper[keeper] != keeper).any():
+        keeper = keeper[keeper]
+    return keeper
+
+
+def _along(spread: csr_matrix, direction: FloatArray) -> csr_matrix:
+    """Loads (3 n, k) that act in shares `spread` (k, n) along the directions (k, 3)."""
+    parts = spread.tocoo()
+    rows = (3 * parts.col[:, None] + np.arange(3)).ravel()
+    values = (parts.data[:, None] * direction[parts.row]).ravel()
+    shape = (3 * spread.shape[1], spread.shape[0])
+    return csr_matrix((values, (rows, np.repeat(parts.row, 3))), shape=shape)
 
 
 def _neighbours(slave: Surface, master: Surface, reach: float | None) -> tuple[IntArray, IntArray]:

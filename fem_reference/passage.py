@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fem_reference.edge_rule import reference_half_width
 from fem_reference.fem_results import line_motion
-from fem_reference.kinematics import PairKinematics
+from fem_reference.kinematics import PairKinematics, face_gear_motion
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.wear import face_stations, flank_profile
 from semiwear.results import Zone
@@ -47,7 +47,7 @@ class Passage:
     @classmethod
     def of(cls, fresh: RigidFlank, first: float = -2.0, last: float = 2.0) -> Passage:
         """Traced between two roll positions."""
-        pair = fresh.pair
+        pair = face_gear_motion(fresh.pair)
         face, profile = face_stations(pair), flank_profile(pair)
         rolls = np.linspace(first, last, round((last - first) * _TRACED) + 1)
         traced = [line_motion(fresh, float(roll)) for roll in rolls]

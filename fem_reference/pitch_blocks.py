@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -110,6 +111,10 @@ class ToothSurface(Protocol):
     Section points are (x, height) on a face station: x the arc from the middle of the tooth, positive to the loaded
     side; height y in the gear's frame or the pinion's radius. All lengths in mm.
     """
+
+    def __hash__(self) -> int:
+        """Of what it is made from."""
+        ...
 
     @property
     def name(self) -> str:
@@ -301,7 +306,7 @@ def _section(
     profiles: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, ...]:
     """The four blocks of one pitch on a face station."""
-    fillet = _fillet_points(surface.fillet(face), divisions.fillet)
+    fillet = _fillet_points(surface, face, divisions.fillet).copy()
     bend = divisions.fillet  # of 2 * fillet + 1 lattice points: M
     sides = []
     for profile in profiles:
@@ -344,8 +349,10 @@ def _columns(top: FloatArray, foot_across: FloatArray, foot: float, depth: Float
     return top + depth[:, None, None] * (bottom - top)
 
 
-def _fillet_points(outline: FloatArray, elements: int) -> FloatArray:
+@lru_cache(maxsize=1024)  # the teeth of a body share their face stations
+def _fillet_points(surface: ToothSurface, face: float, elements: int) -> FloatArray:
     """Lattice points (2 elements + 1) along a fillet, as many before as after the middle of its turning."""
+    outline = surface.fillet(face)
     length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline, axis=0).T))])
     curve = CubicSpline(length, outline)
     tangent = curve(length, 1)

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.kinematics import PairKinematics
+from fem_reference.pair_motion import PairMotion
 from fem_reference.wear import NoWear, WearDepth
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.scene import Material, Scene
@@ -97,13 +96,13 @@ class RigidFlank:
 
     Attributes
     ----------
-    pair : PairKinematics
+    pair : PairMotion
     wear : WearDepth
     stations, heights : int
         Points along and across the flank.
     """
 
-    pair: PairKinematics
+    pair: PairMotion
     wear: WearDepth = field(default_factory=NoWear)
     stations: int = 81
     heights: int = 161
@@ -112,7 +111,7 @@ class RigidFlank:
     def _grid(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Face stations (S, 1), profile (S, H) and wear (S, H) [mm]; the roundings of the ends are left out."""
         low, high = self.pair.gear_face
-        inset = 2.0 * face_gear_pair(self.pair.scene).gear_end_edge_radius_mm
+        inset = 2.0 * self.pair.scene.gear_pair.gear_end_edge_radius_mm
         face = np.linspace(low + inset, high - inset, self.stations)[:, None]
         tip = self.pair.gear.tip_profile(face)
         profile = self.pair.gear.root_profile + (tip - self.pair.gear.root_profile) * np.linspace(0, 1, self.heights)

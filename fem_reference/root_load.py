@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,10 +12,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from fem_reference.elasticity import ElasticBody
-from fem_reference.face_gear_mesh import face_gear_mesh
-from fem_reference.face_gear_scene import face_gear_pair
-from fem_reference.kinematics import Pose
-from fem_reference.pinion_mesh import pinion_mesh
+from fem_reference.pair_motion import Pose
+from fem_reference.pairs import body_mesh, module_of, pair_motion
 from fem_reference.root_stress import fillet_stress
 from fem_reference.solvers import Factor, factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
@@ -65,15 +62,15 @@ class RootStress:
     @cached_property
     def meshes(self) -> dict[str, ToothMesh]:
         """Both meshes, in their own frames."""
-        make = {"gear": (face_gear_mesh, self.gear_teeth), "pinion": (pinion_mesh, self.pinion_teeth)}
+        counts = {"gear": self.gear_teeth, "pinion": self.pinion_teeth}
         return {
-            name: function(self.scene, element="hex20", teeth=teeth, divisions=self._divisions)
-            for name, (function, teeth) in make.items()
+            name: body_mesh(self.scene, name, element="hex20", teeth=teeth, divisions=self._divisions)
+            for name, teeth in counts.items()
         }
 
     @property
     def _divisions(self) -> Divisions:
-        module = face_gear_pair(self.scene).module_mm
+        module = module_of(self.scene)
         return Divisions(
             self.flank,
             self.fillet,
@@ -115,7 +112,7 @@ class RootStress:
     def _forces(self, name: str, observed: int, pairs: Mapping[int, PairResult], pose: Pose) -> FloatArray:
         """Nodal forces (3 n,) of all pairs on a body turned until the observed pair's tooth is tooth 0 [N]."""
         body, _, _ = self._systems[name]
-        mesh = self.meshes[name]
+        mesh, motion = self.meshes[name], pair_motion(self.scene)
         force = np.zeros((len(body.points), 3))
         for j, found in pairs.items():
             # pair j is pinion tooth j on gear tooth -j
@@ -124,18 +121,9 @@ class RootStress:
                 continue
             at = (found.pinion_face, found.pinion_profile) if name == "pinion" else (found.face, found.profile)
             sign = 1.0 if name == "pinion" else -1.0
-            vector = found.force_vector @ pose.rotation @ self._turn(name, observed).T
+            vector = found.force_vector @ pose.rotation @ motion.turned_to_zero(name, observed).T
             force += sign * (_carry(mesh.flanks[tooth, LOADED], *at, len(body.points)).T @ vector)
         return force.ravel()
-
-    def _turn(self, name: str, pair: int) -> FloatArray:
-        """Rotation of a body about its axis that brings the tooth of a pair to tooth 0."""
-        gears = face_gear_pair(self.scene)
-        if name == "pinion":
-            c, s = np.cos(2.0 * pi * pair / gears.pinion_teeth), np.sin(2.0 * pi * pair / gears.pinion_teeth)
-            return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        c, s = np.cos(2.0 * pi * pair / gears.gear_teeth), np.sin(2.0 * pi * pair / gears.gear_teeth)
-        return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def _carry(grid: FlankGrid, face: FloatArray, profile: FloatArray, nodes: int) -> csr_matrix:

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fem_reference.deposit import Deposit, by_roll
+from fem_reference.face_gear_scene import face_gear_pair
 from fem_reference.fem_results import result_groups, tree_of
 from fem_reference.kinematics import PairKinematics
 from fem_reference.loaded import mesh_and_solve, on_loaded_flank, refuse_effects, torque_of
@@ -80,8 +81,8 @@ def simulate(
     Raises
     ------
     SceneError
-        Without a table [wear], without a number of meshes, for fewer than one cycle, a pinion that wears or an
-        effect that is not in here.
+        For another kind than a face gear, without a table [wear], without a number of meshes, for fewer than one
+        cycle, a pinion that wears or an effect that is not in here.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
@@ -93,6 +94,7 @@ def simulate(
     if scene.wear.worn_bodies != ("gear",):
         raise SceneError.of("wear.worn_bodies", scene.wear.worn_bodies, '["gear"]', "the pinion does not wear here")
     refuse_effects(scene)
+    face_gear_pair(scene)
     pair = PairKinematics(scene, on_loaded_flank(scene, placement))
     fresh = RigidFlank(pair)
     passage = Passage.of(fresh)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,15 +60,20 @@ class FilletGrid:
     arc : (arc, face) array [mm]
         Length along the fillet from the end of the flank.
     face : (face,) array [mm]
-    points, tangents : (arc, face, 3) arrays [mm], [1]
-        Places, and unit tangents down the fillet in the section.
+    points : (arc, face, 3) array [mm]
     """
 
     nodes: IntArray
     arc: FloatArray
     face: FloatArray
     points: FloatArray
-    tangents: FloatArray
+
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """Unit tangents (arc, face, 3) down the fillet in the section, by splines through the points."""
+        columns = [CubicSpline(a, p)(a, 1) for a, p in zip(self.arc.T, self.points.swapaxes(0, 1), strict=True)]
+        tangents = np.stack(columns, axis=1)
+        return tangents / np.linalg.norm(tangents, axis=2, keepdims=True)
 
 
 @dataclass(frozen=True)
@@ -178,19 +184,9 @@ def _normals(surface: ToothSurface, pattern: Pattern, face: FloatArray, tooth: i
 
 
 def _fillet_grid(number: IntArray, points: FloatArray, ids: IntArray, face: FloatArray, step: int) -> FilletGrid:
-    """The fillet's nodes with arc length and tangent from splines through its lattice points."""
-    places = points[:, ids]
-    arcs, tangents = [], []
-    for level in places:
-        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(level, axis=0), axis=1))])
-        tangent = CubicSpline(arc, level)(arc, 1)
-        arcs.append(arc)
-        tangents.append(tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
+    """The fillet's nodes with arc length through its lattice points."""
+    places = points[:, ids].swapaxes(0, 1)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
+    arc = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
     pick = np.s_[::step, ::step]
-    return FilletGrid(
-        nodes=number[:, ids].T[pick],
-        arc=np.stack(arcs, axis=1)[pick],
-        face=face[::step],
-        points=places.swapaxes(0, 1)[pick],
-        tangents=np.stack(tangents, axis=1)[pick],
-    )
+    return FilletGrid(nodes=number[:, ids].T[pick], arc=arc[pick], face=face[::step], points=places[pick])

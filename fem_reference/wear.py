@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from fem_reference.kinematics import PairKinematics
+from fem_reference.pair_motion import PairMotion
 from semiwear.errors import SceneError
 
 __all__ = ["FlankWear", "NoWear", "WearDepth", "face_stations", "flank_profile", "wear_depth_of"]
@@ -69,20 +69,20 @@ class FlankWear:
         return result
 
 
-def face_stations(pair: PairKinematics) -> FloatArray:
+def face_stations(pair: PairMotion) -> FloatArray:
     """Face stations of `/flank`: the middles of equal slices [mm]."""
     low, high = pair.gear_face
     slices = pair.scene.numerics.face_slices
     return low + (high - low) * (np.arange(slices) + 0.5) / slices
 
 
-def flank_profile(pair: PairKinematics) -> FloatArray:
+def flank_profile(pair: PairMotion) -> FloatArray:
     """Profile coordinates of the gear's `/flank` grid, (profile, face), even beside the pitch cone [mm]."""
     face, points = face_stations(pair), pair.scene.numerics.profile_points
     gear = pair.gear
     tip = gear.tip_profile(face) - pair.edge_insets(face).gear_tip
     root = np.full(face.shape, gear.root_profile)
-    pitch = gear.profile_from_height(face, pair.pitch_height(face))
+    pitch = pair.pitch_profile(face)
     split = np.clip(np.rint((pitch - root) / (tip - root) * (points - 1)), 0, points - 1)
     split = np.where((split < 2) | (split > points - 3), points - 1, split)
     middle = np.where(split == points - 1, tip, pitch)
@@ -92,9 +92,7 @@ def flank_profile(pair: PairKinematics) -> FloatArray:
     return np.where(index <= split, below, above)
 
 
-def wear_depth_of(
-    given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairKinematics
-) -> WearDepth:
+def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairMotion) -> WearDepth:
     """Wear depth from what a user has.
 
     Parameters
@@ -103,7 +101,7 @@ def wear_depth_of(
         A `/flank` group with `wear_depth`, `flank_height` and `flank_radius` (its last wear step counts): any grid. A
         `wear_depth` array or DataArray, (body, profile, face) or (profile, face) [um]: on the grid that the scene's
         own `numerics` give, as `simulate` and `semiwear.loaded_contact` have it. None: unworn.
-    pair : PairKinematics
+    pair : PairMotion
 
     Raises
     ------
@@ -117,7 +115,7 @@ def wear_depth_of(
     if isinstance(given, xr.Dataset):
         table = given.isel(wear_step=-1) if "wear_step" in given.dims else given
         height, radius = (np.asarray(table[name].sel(body="gear")) for name in ("flank_height", "flank_radius"))
-        face, profile = radius[0], pair.gear.profile_from_height(radius, height)
+        face, profile = pair.flank_grid(np.asarray(table["face"]), radius, height)
         depth = np.asarray(table["wear_depth"])
     else:
         face, profile = face_stations(pair), flank_profile(pair)

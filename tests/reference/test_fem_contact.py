@@ -126,7 +126,7 @@ def hertz(cells, master_cells, *, centre=(0.0, 0.0), quarter=True):
 
     contact = condense(bodies, [ContactPair(surfaces["slave"], surfaces["master"], gap=gap)])
     (mortar,) = contact.mortars
-    slave_load, master_load = mortar.unit_loads(len(surfaces["slave"].points))
+    slave_load, master_load = mortar.unit_loads()
     worn = np.zeros(len(surfaces["slave"].points))
     worn[mortar.nodes] = mortar.average(gap) + slave_load.T @ moved["slave"] + master_load.T @ moved["master"]
     return contact.solve(LOAD / 4 if quarter else LOAD, gaps=[worn]), surfaces["slave"].points[mortar.nodes]

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 from scipy.sparse import csr_matrix, diags_array
+from skfem import MeshHex
 
 from fem_reference.active_set import solve_complementarity
 from fem_reference.condensation import SupportedBody
 from fem_reference.contact import ContactMeshError, ContactPair, condense, solve_contact
+from fem_reference.elasticity import ElasticBody
 from fem_reference.mortar import couple
 from fem_reference.segments import bilinear, clip, integration_points, local_coordinates, signed_area
-from fem_reference.surface import Surface
+from fem_reference.surface import Surface, outward_quads
 from semiwear.errors import ConvergenceError, SceneError
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -99,12 +101,12 @@ def test_mortar_carries_linear_fields(name):
     area = {"same extent": 4.0, "master larger and coarse": 4.0, "master ends on nodes": 1.0}
     assert mortar.weight.sum() == pytest.approx(area.get(name, 4.0 * 0.73 * 0.61), rel=1e-10)
     assert (mortar.weight > 0.0).all()
-    miss = mortar.transfer @ master.points[:, :2] - slave.points[mortar.nodes, :2]
+    miss = (mortar.transfer @ master.points - mortar.shares @ slave.points)[:, :2]
     blur = 1e-4 if name == "master smaller and turned" else 1e-9
     assert np.abs(mortar.weight[:, None] / mortar.weight.max() * miss).max() < blur
 
     force = mortar.weight * np.random.default_rng(3).uniform(size=len(mortar.nodes))
-    on_slave, on_master = mortar.unit_loads(len(slave.points))
+    on_slave, on_master = mortar.unit_loads()
     there, back = (on_master @ force).reshape(-1, 3), (on_slave @ force).reshape(-1, 3)
     np.testing.assert_allclose(there.sum(axis=0), [0.0, 0.0, force.sum()], atol=1e-10)
     moments = np.cross(master.points, there).sum(axis=0), -np.cross(slave.points, back).sum(axis=0)
@@ -117,13 +119,64 @@ def test_dual_functions_are_dual():
     mortar = couple(slave, sheet((9, 4), (0.8, 1.2), up=False, turn=0.2))
     a, b, c, d = 0.3, -1.1, 0.7, 0.4
     linear = lambda p: a + b * p[:, 0] + c * p[:, 1]  # noqa: E731
-    np.testing.assert_allclose(mortar.average(linear), linear(slave.points[mortar.nodes]), atol=1e-9)
+    np.testing.assert_allclose(mortar.average(linear), linear(mortar.shares @ slave.points), atol=1e-9)
     flat = sheet((6, 5))
     mortar = couple(flat, sheet((9, 4), (0.8, 1.2), up=False))
     twisted = lambda p: linear(p) + d * p[:, 0] * p[:, 1]  # noqa: E731
-    np.testing.assert_allclose(mortar.average(twisted), twisted(flat.points[mortar.nodes]), atol=1e-8)
+    np.testing.assert_allclose(mortar.average(twisted), mortar.shares @ twisted(flat.points), atol=1e-8)
     np.testing.assert_array_equal(mortar.average(np.arange(42.0)), np.arange(42.0)[mortar.nodes])
     np.testing.assert_array_equal(mortar.average(2.0), np.full(len(mortar.nodes), 2.0))
+
+
+def border_master(end):
+    """A master above the slave's x from -1 to `end`."""
+    half = 0.5 * (end + 1.0)
+    master = sheet((5, 3), (half, 1.0), up=False, height=0.0)
+    return Surface(None, master.points + np.array([half - 1.0, 0.0, 0.0]), master.quads)
+
+
+@pytest.mark.parametrize("covered", [1e-6, 1e-4, 1e-3, 1e-2])
+def test_a_node_of_next_to_no_covered_area_is_carried_by_its_neighbour(covered):
+    """Element edges at multiples of 1/4: the master ends just beyond one, over a sliver of the next elements."""
+    slave = sheet((8, 4))
+    mortar = couple(slave, border_master(0.25 + 0.25 * covered))
+    x = slave.points[mortar.nodes, 0]
+    assert x.max() == pytest.approx(0.25)
+    # nothing is lost: area, constant and linear fields
+    assert mortar.weight.sum() == pytest.approx(2.0 * (1.25 + 0.25 * covered), rel=1e-10)
+    np.testing.assert_allclose(mortar.shares.sum(axis=1), 1.0, atol=1e-14)
+    np.testing.assert_allclose(mortar.transfer.sum(axis=1), 1.0, atol=1e-10)
+    whole = couple(slave, border_master(0.25)).weight
+    np.testing.assert_allclose(mortar.weight, whole, rtol=2.1 * covered)
+    # a gap that is known at the nodes is that of the node that stays, whatever lies beyond the border
+    far = np.where(slave.points[:, 0] > 0.3, 1.0, 1e-3)
+    np.testing.assert_array_equal(mortar.average(far), 1e-3)
+    # and the border is still known
+    assert (mortar.covered[x > 0.2] < 0.98).all()
+    np.testing.assert_allclose(mortar.covered[x < 0.2], 1.0, atol=1e-12)
+
+
+def punched_block(covered):
+    """Contact of a block, held below, under a rigid flat punch that ends just beyond an edge of its elements."""
+    ticks = [np.linspace(-1.0, 1.0, 9), np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 0.0, 4)]
+    mesh = MeshHex.init_tensor(*ticks)
+    body = ElasticBody(mesh, youngs_modulus=2e5, poissons_ratio=0.3)
+    top = mesh.facets_satisfying(lambda p: p[2] > -1e-9, boundaries_only=True)
+    slave = Surface("block", body.points, outward_quads(mesh, top))
+    supported = SupportedBody(body.stiffness, body.dofs(np.flatnonzero(body.points[:, 2] < -0.99)))
+    pair = ContactPair(slave, border_master(0.25 + 0.25 * covered), reach=1.0)
+    return solve_contact({"block": supported}, [pair], 1000.0)
+
+
+@pytest.mark.parametrize("covered", [1e-7, 1e-5, 1e-3, 1e-2, 0.1, 0.2, 0.5])
+def test_pressure_at_a_border_does_not_grow_as_less_of_an_element_is_covered(covered):
+    """Force over area at nodes just over the master's border went to infinity with the area (to 1e5 MPa on teeth)."""
+    ends_there, beyond = punched_block(0.0), punched_block(covered)
+    # an edge presses differently with its place in the mesh, but not without bound
+    ratio = beyond.pairs[0].peak_pressure / ends_there.pairs[0].peak_pressure
+    assert 0.7 < ratio < 1.1
+    if covered < 0.02:
+        assert beyond.rotation == pytest.approx(ends_there.rotation, rel=1e-3 + covered)
 
 
 def test_covered_share_marks_the_border_of_the_master():

@@ -1,0 +1,222 @@
+"""Cylindrical pairs in finite elements: motion, flanks, fillets and meshes, beside the core's and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, tan
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from fem_reference import simulate, tooth_influence
+from fem_reference.cylindrical_mesh import CylindricalSurface
+from fem_reference.cylindrical_motion import CylindricalMotion
+from fem_reference.hexahedra import MeshError
+from fem_reference.pair_motion import line_speed
+from fem_reference.pairs import body_mesh, pair_motion
+from fem_reference.rigid_lines import RigidFlank
+from fem_reference.tooth_mesh import LOADED, Divisions
+from fem_reference.wear import flank_profile, wear_depth_of
+from semiwear.errors import SceneError
+from semiwear.geometry.involute import InvoluteTooth
+from semiwear.meshing.pairs import flank_pair, on_loaded_flank
+from semiwear.scene import Placement
+
+INTERNAL = {
+    "gear_pair.gear_teeth": -60, "gear_pair.centre_distance_mm": None, "gear_pair.gear_profile_shift": 0.0,
+    "gear_pair.pinion_profile_shift": 0.2,
+}  # fmt: skip
+HELICAL = {"gear_pair.helix_angle_deg": 15.0, "gear_pair.centre_distance_mm": None}
+KINDS = {
+    "spur": {},
+    "helical": HELICAL,
+    "left hand": HELICAL | {"gear_pair.hand": "left"},
+    "internal": INTERNAL,
+    "internal helical": INTERNAL | {"gear_pair.helix_angle_deg": 12.0},
+    "offset faces": HELICAL | {"gear_pair.face_offset_mm": 3.0, "gear_pair.gear_face_width_mm": 20.0},
+    "coast": HELICAL | {"operation.loaded_flank": "coast"},
+}
+DISPLACED = Placement(
+    offset_mm=0.02, axial_pinion_mm=0.3, axial_gear_mm=-0.05, shaft_angle_error_mrad=0.7, pinion_slope_mrad=-0.4
+)
+
+
+@pytest.fixture(scope="module")
+def shipped() -> sw.Scene:
+    return sw.load_scene("spur_fzg_c")
+
+
+def scene_of(shipped: sw.Scene, kind: str) -> sw.Scene:
+    return shipped.replace(KINDS[kind]) if KINDS[kind] else shipped
+
+
+def motion_of(shipped: sw.Scene, kind: str, placement: Placement | None = None) -> CylindricalMotion:
+    motion = pair_motion(scene_of(shipped, kind), placement)
+    assert isinstance(motion, CylindricalMotion)
+    return motion
+
+
+@pytest.mark.parametrize("placement", [Placement(), DISPLACED])
+@pytest.mark.parametrize("kind", KINDS)
+def test_flanks_part_and_slide_as_in_the_core(shipped: sw.Scene, kind: str, placement: Placement) -> None:
+    """Two ways to write the same pair: poses and meshes here, closed forms in the fixed frame there."""
+    scene = scene_of(shipped, kind)
+    core = flank_pair(*on_loaded_flank(scene.gear_pair, placement, scene.operation.loaded_flank))
+    moved = placement
+    if kind == "coast":
+        moved = replace(placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad)
+    motion = motion_of(shipped, kind, moved)
+    face = np.linspace(*motion.gear_face, 5)[:, None]
+    profile = np.linspace(motion.gear.root_profile, float(motion.gear.tip_profile(np.array(0.0))), 9)
+    for roll in (-0.6, 0.0, 0.3):
+        ours, theirs = motion.meeting(face, profile, roll), core.meeting(face, profile, np.array(roll))
+        close = {"atol": 1e-11, "rtol": 0.0}
+        np.testing.assert_allclose(ours.gap, theirs.separation, **close)
+        np.testing.assert_allclose(ours.position, theirs.position, **close)
+        np.testing.assert_allclose(ours.normal, theirs.normal, **close)
+        np.testing.assert_allclose(ours.pinion_profile, theirs.partner_profile, **close)
+        np.testing.assert_allclose(ours.pinion_face, theirs.partner_face, **close)
+        np.testing.assert_allclose(motion.sliding(ours.position), core.sliding(theirs.position), **close)
+    assert motion.arcsec_per_mm == pytest.approx(core.arcsec_per_mm, rel=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_teeth_lie_where_their_poses_say(shipped: sw.Scene, kind: str) -> None:
+    """Pair j stands at a roll position as pair 0 does j later; a body turned to zero has its tooth j at tooth 0."""
+    motion = motion_of(shipped, kind)
+    for name, flank, pose, tooth in (
+        ("pinion", motion.pinion, motion.pinion_pose, 1), ("gear", motion.gear, motion.gear_pose, -1),
+    ):  # fmt: skip
+        surface = CylindricalSurface(flank, (-7.0, 7.0), name)
+        profile = np.linspace(flank.root_profile, float(flank.tip_profile(np.array(0.0))), 5)
+        section, normal = surface.flank(profile, 2.0)
+        own, outward = flank.points(np.array(2.0), profile)
+        np.testing.assert_allclose(surface.to_space(section, 2.0, 0), own, atol=1e-12)
+        frame = surface.directions(section[:, 0], 2.0, 0)
+        np.testing.assert_allclose(np.einsum("na,nai->ni", normal, frame), outward, atol=1e-13)
+        neighbour = surface.to_space(section, 2.0, tooth)
+        np.testing.assert_allclose(pose(0.2).points(neighbour), pose(1.2).points(own), atol=1e-11)
+        np.testing.assert_allclose(neighbour @ motion.turned_to_zero(name, 1).T, own, atol=1e-11)
+        # normals are normal and point out of the material
+        step = 1e-5
+        along = flank.points(np.array(2.0), profile + step)[0] - flank.points(np.array(2.0), profile - step)[0]
+        axial = flank.points(np.array(2.0 + step), profile)[0] - flank.points(np.array(2.0 - step), profile)[0]
+        for tangent in (along, axial):
+            np.testing.assert_allclose(np.einsum("ni,ni->n", tangent, outward), 0.0, atol=1e-5 * step)
+        inside = surface.to_space(0.5 * section + [0.0, 0.5] * section, 2.0, 0)
+        assert (np.einsum("ni,ni->n", own - inside, outward) > 0.0).all()
+
+
+def test_fillet_of_a_spur_tooth_is_the_racks(shipped: sw.Scene) -> None:
+    flank = motion_of(shipped, "spur").pinion
+    tooth = flank.tooth
+    spur = InvoluteTooth(
+        teeth=16, module=4.5, pressure_angle=tooth.normal_pressure_angle, addendum=5.0,
+        rack_addendum=tooth.rack_addendum, rack_tip_radius=tooth.rack_tip_radius, bore_radius=20.0,
+        profile_shift=tooth.profile_shift * 4.5,
+    )  # fmt: skip
+    angle, radius = flank.fillet(41)
+    np.testing.assert_allclose(np.column_stack([radius * np.sin(angle), radius * np.cos(angle)]), spur.fillet(41))
+
+
+@pytest.mark.parametrize("body", ["pinion", "gear"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_fillets_join_flank_and_root(shipped: sw.Scene, kind: str, body: str) -> None:
+    """At the end of the involute with a common tangent, on the root circle at right angles to the radius."""
+    flank = getattr(motion_of(shipped, kind), body)
+    tooth = flank.tooth
+    angle, radius = flank.fillet(2001)
+    first = tooth.form_roll_angle
+    assert radius[0] == pytest.approx(tooth.base_radius * np.hypot(1.0, first), rel=1e-12)
+    assert angle[0] == pytest.approx(float(flank.half_angle(np.array(first))), rel=1e-11)
+    assert radius[-1] == pytest.approx(tooth.root_radius, rel=1e-12)
+    assert angle[-1] <= pi / tooth.teeth
+    slope = np.gradient(radius * angle, radius)
+    step = 1e-5
+    there = np.array([first - step, first + step])
+    wanted = np.diff(tooth.base_radius * np.hypot(1.0, there) * flank.half_angle(there))
+    wanted = wanted / np.diff(tooth.base_radius * np.hypot(1.0, there))
+    assert slope[0] == pytest.approx(wanted[0], abs=0.01)
+    assert abs(radius[-1] - radius[-2]) < 0.01 * abs(angle[-1] - angle[-2]) * radius[-1]
+
+
+@pytest.mark.parametrize("kind", ["spur", "internal helical"])
+@pytest.mark.parametrize("body", ["pinion", "gear"])
+def test_meshes_lie_on_their_flanks(shipped: sw.Scene, kind: str, body: str) -> None:
+    scene = scene_of(shipped, kind)
+    mesh = body_mesh(scene, body, teeth=3, divisions=Divisions(4, 4, 1, 2, 2, 4.0))
+    own = getattr(motion_of(shipped, kind), body)
+    flank = mesh.flanks[0, LOADED]
+    points, normals = own.points(np.broadcast_to(flank.face, flank.profile.shape), flank.profile)
+    np.testing.assert_allclose(mesh.mesh.p.T[flank.nodes], points, atol=1e-12)
+    np.testing.assert_allclose(flank.normals, normals, atol=1e-13)
+    held = np.hypot(*mesh.mesh.p[:2, mesh.held])
+    outer = own.tooth.root_radius - own.tooth.side * own.tooth.rim_thickness
+    np.testing.assert_allclose(held, outer, rtol=1e-12)
+
+
+def test_a_whole_ring_closes(shipped: sw.Scene) -> None:
+    divisions = Divisions(2, 2, 1, 1, 1, 14.0)
+    ring = body_mesh(shipped, "pinion", teeth=99, divisions=divisions, detailed=())
+    sector = body_mesh(shipped, "pinion", teeth=15, divisions=divisions, detailed=())
+    assert len(ring.teeth) == 16
+    apiece = (ring.mesh.nelements - sector.mesh.nelements, ring.mesh.nvertices / 16)
+    assert ring.mesh.nelements == 16 * apiece[0]
+    assert apiece[1] == int(apiece[1])
+
+
+@pytest.mark.parametrize("kind", ["spur", "helical", "internal"])
+def test_conjugate_flanks_touch_along_their_whole_line(shipped: sw.Scene, kind: str) -> None:
+    """And the line moves over the flank as it rolls off the base cylinder."""
+    motion = motion_of(shipped, kind)
+    rigid = RigidFlank(motion)
+    line = rigid.line(0.1)
+    assert np.abs(line.gap).max() < 3e-7
+    before, after = (rigid.line(0.1 + shift) for shift in (-0.02, 0.02))
+    moved = [motion.gear_pose(one.roll).back(one.position) for one in (before, after)]
+    speed = line_speed(motion, moved[0], moved[1], 0.04)
+    # over the gear's flank: roll angle times base radius for each radian of the gear; the line is a straight one,
+    # at right angles to the transverse involute
+    wanted = motion.ratio * motion.gear.tooth.base_radius * motion.gear.roll_from_profile(line.profile)
+    np.testing.assert_allclose(speed, wanted, rtol=2e-3)
+
+
+def test_wear_lies_on_the_grid_of_the_core(shipped: sw.Scene) -> None:
+    """A `/flank` group and a bare array say the same."""
+    scene = shipped.replace({"wear.worn_bodies": ("gear",), "numerics.wear_steps": 1, "wear.until.meshes": 1e7})
+    flank = sw.simulate(scene)["flank"].to_dataset()
+    pair = pair_motion(scene)
+    height = flank.flank_height.sel(body="gear").values
+    radius = pair.gear.tooth.base_radius * np.hypot(1.0, pair.gear.roll_from_profile(flank_profile(pair)))
+    np.testing.assert_allclose(radius - pair.gear.working_radius, height, atol=1e-9)
+    face = np.linspace(-6.0, 6.0, 7)
+    profile = np.linspace(-3.0, 3.0, 7)
+    whole, bare = wear_depth_of(flank, pair), wear_depth_of(flank.wear_depth.isel(wear_step=-1).values, pair)
+    assert bare.depth(face, profile).max() > 1e-5
+    np.testing.assert_allclose(whole.depth(face, profile), bare.depth(face, profile), atol=1e-9)
+
+
+def test_pointed_and_undercut_teeth_are_refused(shipped: sw.Scene) -> None:
+    own = motion_of(shipped, "spur").pinion
+    pointed = replace(own, tooth=replace(own.tooth, tip_radius=46.0))
+    with pytest.raises(MeshError, match="pointed"):
+        CylindricalSurface(pointed, (-7.0, 7.0), "pinion").profile_limits(0.0)
+    undercut = replace(own, tooth=replace(own.tooth, profile_shift=-0.4))
+    with pytest.raises(MeshError, match="undercut"):
+        CylindricalSurface(undercut, (-7.0, 7.0), "pinion").profile_limits(0.0)
+
+
+def test_what_knows_face_gears_only_says_so(shipped: sw.Scene) -> None:
+    for refused in (lambda: tooth_influence(shipped), lambda: simulate(shipped.replace(
+        {"wear.worn_bodies": ("gear",)}))):  # fmt: skip
+        with pytest.raises(SceneError, match=r"gear_pair\.type.*loaded_contact takes cylindrical pairs"):
+            refused()
+
+
+def test_helix_of_the_reference_cylinder(shipped: sw.Scene) -> None:
+    motion = motion_of(shipped, "helical")
+    twist = tan(np.radians(15.0)) / motion.pinion.tooth.reference_radius
+    assert motion.pinion.twist == pytest.approx(twist)
+    assert motion.gear.twist == pytest.approx(-twist * motion.ratio)
+    assert motion_of(shipped, "coast").pinion.twist == pytest.approx(-twist)
