@@ -24,15 +24,9 @@ import xarray as xr
 import semiwear as sw
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.results.kinds import difference, history, worst
+from validation.problems import REFERENCE
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
-REFERENCE = {
-    "numerics.accuracy": 0.005,  # of the wear steps: every other number is given
-    "numerics.roll_positions": 96,
-    "numerics.face_slices": 101,
-    "numerics.profile_points": 181,
-    "numerics.harmonics": 41,
-}
 
 
 def drawn_scene(random: np.random.Generator) -> sw.Scene:

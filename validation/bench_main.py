@@ -18,20 +18,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import semiwear as sw
+sys.path.insert(0, os.fspath(Path(__file__).parents[1]))  # as a script it finds its own folder only
 
-KINDS = {
-    "wear": ("wear_depth_max_root", "wear_depth_max_addendum", "wear_depth_max_pitch", "wear_depth_control_point"),
-    "pressure": ("contact_pressure_root", "contact_pressure_addendum", "contact_pressure_pitch"),
-    "load share": ("load_share_max",),
-    "root stress": ("root_stress_max",),
-    "transmission error": ("transmission_error_mean", "transmission_error_amplitude"),
-    "meshes": ("meshes",),
-}
+import semiwear as sw
+from validation.problems import KINDS
 
 COLD = """
 import time; t0 = time.perf_counter()

@@ -1,6 +1,7 @@
 """Hard cases: scenes at the limits of geometry, load and material, placements, worn and measured flanks, bare gaps.
 
-Grids are small and teeth mostly rigid, so that an example takes a fraction of a second.
+Grids are small and teeth mostly rigid, so that an example takes a fraction of a second. The small scene is that of
+`validation.hard_cases`, where the cases with names are.
 """
 
 from __future__ import annotations
@@ -15,22 +16,33 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-import semiwear as sw
 from semiwear.scene import Placement, Scene
+from validation.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, SMALL, UNTIL_MESHES, scene_of
 
-SHIPPED = sw.load_scene("face_gear_25x160")
-NOMINAL_TORQUE = SHIPPED.operation.pinion_torque_Nm
-SMALL: dict[str, Any] = {
-    "wear": None,
-    "numerics.face_slices": 21,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 5,
-    "numerics.cells_per_half_width": 3,
-    "numerics.tooth_compliance": "rigid",
-}
-UNTIL_MESHES: dict[str, Any] = {"wear.until.control_depths_um": None, "wear.control_point": None}
-SHARP = {f"gear_pair.{body}_{edge}_edge_radius_mm": 0.0 for body in ("pinion", "gear") for edge in ("tip", "end")}
+__all__ = [
+    "CONFORMAL",
+    "NOMINAL_TORQUE",
+    "SHARP",
+    "SHIPPED",
+    "SMALL",
+    "UNTIL_MESHES",
+    "HardCase",
+    "Hung",
+    "LineGap",
+    "conditions",
+    "gear_pairs",
+    "hard_cases",
+    "hard_placements",
+    "line_gaps",
+    "measured_flanks",
+    "mirrored",
+    "scene_of",
+    "torque_factors",
+    "wear_maps",
+    "wear_runs",
+    "within",
+]
+
 DERIVED = (
     "pinion_centre_mm",
     "pinion_addendum_mm",
@@ -42,8 +54,6 @@ DERIVED = (
     "pinion_bore_radius_mm",
     "gear_rim_thickness_mm",
 )
-# One tooth more than the pinion's: the shaper is too small for its usual tip rounding.
-CONFORMAL: dict[str, Any] = {"gear_pair.shaper_teeth": 26, "gear_pair.shaper_tip_radius_mm": 1.0}
 
 
 class Hung(AssertionError):
@@ -177,14 +187,6 @@ def conditions(draw: st.DrawFn) -> dict[str, Any]:
     if draw(st.integers(0, 9)) == 0:
         changes["numerics.tooth_compliance"] = "prism"
     return changes
-
-
-def scene_of(*changes: dict[str, Any], wears: bool = False) -> Scene:
-    """The small scene, changed; without a table [wear] unless it `wears`."""
-    merged = {key: value for key, value in SMALL.items() if key != "wear" or not wears}
-    for more in changes:
-        merged |= more
-    return SHIPPED.replace(merged)
 
 
 # ---- placements

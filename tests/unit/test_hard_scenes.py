@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from math import pi
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.linalg import toeplitz
 
 import semiwear as sw
-from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import fresh_gap, fresh_slope
 from semiwear.contact.line_contact import LineContact
-from semiwear.contact.stripe import stripe_table
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
-from tests.strategies.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
+from validation.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
+from validation.standing_contact import EXPLICIT_LIMIT, roughness_after, strips
 
 FIDELITIES = ["line", "patch"]
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}
-CATALAN = 0.915965594177219
 
 
 def loaded(
@@ -294,56 +290,23 @@ def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity,
     assert error.value.result is not None
 
 
-def strips(count: int) -> np.ndarray:
-    """Displacement of strips of unit width under unit pressure, E* = 1, in plane strain (Johnson 1985, eq. 2.25)."""
-    s = np.arange(count, dtype=float)
-    high, low = s + 0.5, np.abs(s - 0.5)
-    influence = 1.0 - high * np.log(high) + np.where(s > 0.0, 1.0, -1.0) * low * np.log(low)
-    return toeplitz(2.0 / pi * (influence + np.log(2.0 * count)))
-
-
-def loads_of_strips(compliance: np.ndarray, gap: np.ndarray, load: float) -> np.ndarray:
-    """Loads of strips, by the solver of fidelity `line` with a compliance of its own."""
-    size = gap.size
-    force, slack, one = np.zeros(size), np.empty(size), np.ones(size)
-    status, *_ = solve_line_loads(
-        compliance, gap, one, load, 1e12 * one, np.array([0, size]), np.arange(size) + 0.5, one, -1.0, 1.0, one,
-        2.0, *stripe_table(), 1e-5, 60, np.ones(size, dtype=bool), one.copy(), force, slack,
-    )  # fmt: skip
-    assert status == SolveStatus.CONVERGED
-    return force
-
-
 STRIPS = strips(60)
-LIMIT = 16.0 * CATALAN / pi**2  # of k ds over dx/E*
-
-
-def roughness_after(wear_a_step: float, *, implicit: bool, steps: int = 60) -> float:
-    """How a wave from strip to strip has grown, its height at the start being one."""
-    size = STRIPS.shape[0]
-    wave = 1e-6 * (-1.0) ** np.arange(size) * np.hanning(size)
-    # pressed by a stamp that fits: the even contact stays even
-    worn = wave.copy()
-    for _ in range(steps):
-        matrix = STRIPS + wear_a_step * np.eye(size) if implicit else STRIPS
-        worn = worn + wear_a_step * (loads_of_strips(matrix, worn, 60.0) - loads_of_strips(matrix, 0.0 * worn, 60.0))
-    return float(np.abs(np.diff(worn, 2)).max() / np.abs(np.diff(wave, 2)).max())
 
 
 def test_the_limit_of_explicit_steps_is_twice_the_least_eigenvalue():
-    assert pytest.approx(1.485, abs=1e-3) == LIMIT
-    assert 2.0 * np.linalg.eigvalsh(STRIPS)[0] == pytest.approx(LIMIT, rel=5e-3)
+    assert pytest.approx(1.485, abs=1e-3) == EXPLICIT_LIMIT
+    assert 2.0 * np.linalg.eigvalsh(STRIPS)[0] == pytest.approx(EXPLICIT_LIMIT, rel=5e-3)
 
 
 @pytest.mark.parametrize(("factor", "stable"), [(0.9, True), (0.97, True), (1.1, False), (1.5, False)])
 def test_explicit_steps_lose_stability_at_the_limit(factor, stable):
-    grown = roughness_after(factor * LIMIT, implicit=False)
+    grown = roughness_after(factor * EXPLICIT_LIMIT, implicit=False)
     assert grown < 1.0 if stable else grown > 10.0
 
 
 @pytest.mark.parametrize("factor", [0.9, 1.5, 10.0, 1e3, 1e6])
 def test_implicit_steps_are_stable_however_long(factor):
-    assert roughness_after(factor * LIMIT, implicit=True) < 1.0
+    assert roughness_after(factor * EXPLICIT_LIMIT, implicit=True) < 1.0
 
 
 def test_gears_lose_stability_with_explicit_steps_of_many_micrometres_only():

@@ -1,0 +1,17 @@
+"""Sections of the validation report, in their order."""
+
+from __future__ import annotations
+
+from validation.section import SectionPlan
+from validation.sections import accuracy_time, closed_forms, finite_elements, hard_cases, paper, peers
+
+__all__ = ["SECTIONS"]
+
+SECTIONS: tuple[SectionPlan, ...] = (
+    SectionPlan("accuracy_time", accuracy_time.TITLE, accuracy_time.build),
+    SectionPlan("paper", paper.TITLE, paper.build),
+    SectionPlan("closed_forms", closed_forms.TITLE, closed_forms.build),
+    SectionPlan("finite_elements", finite_elements.TITLE, finite_elements.build),
+    SectionPlan("peers", peers.TITLE, peers.build),
+    SectionPlan("hard_cases", hard_cases.TITLE, hard_cases.build),
+)

@@ -1,0 +1,121 @@
+"""A whole life by explicit, implicit and extrapolated wear steps on one grid: how many solutions an error takes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+import semiwear as sw
+from semiwear.scene import Scene
+from semiwear.wear.adaptive import doubled
+from semiwear.wear.stepping import Trial, WearState, WearStepper
+
+__all__ = ["SCHEMES", "SOLVES_A_STEP", "Life", "SchemeRun", "life_of", "solves_for"]
+
+SCHEMES = ("explicit", "implicit", "extrapolated")
+SOLVES_A_STEP = {"explicit": 1, "implicit": 1, "extrapolated": 3}
+"""Solutions of the loaded contact that a wear step is made of."""
+
+
+@dataclass(frozen=True)
+class SchemeRun:
+    """A life in so many steps.
+
+    Attributes
+    ----------
+    scheme : str
+    steps : int
+    greatest : float [um]
+        Greatest wear at the end.
+    error : float
+        Of it, relative to the converged one.
+    seconds : float
+        Of the processor.
+    shrinks : bool
+        Whether wear has become less anywhere in any step.
+    """
+
+    scheme: str
+    steps: int
+    greatest: float
+    error: float
+    seconds: float
+    shrinks: bool
+
+    @property
+    def solves(self) -> int:
+        """Solutions of the loaded contact."""
+        return self.steps * SOLVES_A_STEP[self.scheme]
+
+
+@dataclass(frozen=True)
+class Life:
+    """A number of meshes that a stepper wears; explicit and implicit steps share everything else.
+
+    Attributes
+    ----------
+    stepper : WearStepper
+        Implicit.
+    meshes : float
+    """
+
+    stepper: WearStepper
+    meshes: float
+    _explicit: WearStepper = field(init=False, repr=False)
+    _unworn: WearState = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_explicit", replace(self.stepper, implicit=False))
+        object.__setattr__(self, "_unworn", self.stepper.start())
+
+    def states(self, scheme: str, count: int) -> list[np.ndarray]:
+        """Wear [mm] after each of so many steps of even length, the unworn flank first."""
+        state, found = self._unworn, [self._unworn.wear]
+        for k in range(count):
+            if scheme == "extrapolated":
+                state = self.stepper.commit(self._extrapolated(state, k, count))
+            else:
+                stepper = self._explicit if scheme == "explicit" else self.stepper
+                state = stepper.step(state, self.meshes / count)
+            found.append(state.wear)
+        return found
+
+    def _extrapolated(self, state: WearState, k: int, count: int) -> Trial:
+        """The k-th of so many steps."""
+        return doubled(self.stepper, state, lambda at, part: self._towards(at, (k + part) / count)).trial
+
+    def _towards(self, state: WearState, share: float) -> Trial:
+        return self.stepper.trial(state, share * self.meshes - state.meshes)
+
+    def run(self, scheme: str, count: int, converged: float) -> SchemeRun:
+        """A life, measured against the converged greatest wear [mm]."""
+        started = time.process_time()
+        states = self.states(scheme, count)
+        seconds = time.process_time() - started
+        shrinks = any(bool((after < before).any()) for before, after in pairwise(states))
+        greatest = float(states[-1].max())
+        return SchemeRun(scheme, count, 1e3 * greatest, abs(greatest / converged - 1.0), seconds, shrinks)
+
+
+def life_of(scene: Scene) -> Life:
+    """The life of a scene that ends at a number of meshes."""
+    assert scene.wear is not None and scene.wear.until.meshes is not None
+    physics = sw.plan(scene)
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    assert isinstance(stepper, WearStepper)
+    return Life(stepper, scene.wear.until.meshes)
+
+
+def solves_for(runs: Sequence[SchemeRun], scheme: str, error: float) -> int | None:
+    """Fewest solutions from which on a scheme keeps an error; None where its longest run does not."""
+    own = sorted((run for run in runs if run.scheme == scheme), key=lambda run: run.steps)
+    found = None
+    for run in reversed(own):
+        if run.error > error:
+            break
+        found = run.solves
+    return found
