@@ -4,7 +4,7 @@
 
 Scenes are drawn in a moderate neighbourhood of the shipped one (torque, widths, mounting errors, materials, wear
 coefficient, depths or meshes to wear to). Each is solved to every accuracy in turn, and once at fixed fine numbers
-(`REFERENCE`), which are not exact either: for accuracies of 0.01 and less they say little. The error found
+(`REFERENCE`), which are not exact either: for an accuracy of 0.003 they say little. The error found
 is the greatest difference of any quantity in /history, over the greatest value of its kind. Seconds are of the
 processor, since a machine has others to serve. References are kept in a folder as netCDF when
 one is named.

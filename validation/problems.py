@@ -44,11 +44,11 @@ KINDS: dict[str, tuple[str, ...]] = {
 """Variables of /history by kind."""
 
 REFERENCE: dict[str, Any] = {
-    "numerics.accuracy": 0.005,  # of the wear steps: every other number is given
-    "numerics.roll_positions": 96,
-    "numerics.face_slices": 101,
-    "numerics.profile_points": 181,
-    "numerics.harmonics": 41,
+    "numerics.accuracy": 0.003,  # of the wear steps: every other number is given
+    "numerics.roll_positions": 160,
+    "numerics.face_slices": 161,
+    "numerics.profile_points": 281,
+    "numerics.harmonics": 49,
 }
 """Fine numbers for a whole run of fidelity `line`, adaptive wear steps included."""
 
