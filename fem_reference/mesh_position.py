@@ -112,7 +112,9 @@ class MeshedPosition:
             name: SupportedBody(body.stiffness, body.dofs(meshes[name].held), body.points)
             for name, body in bodies.items()
         }
-        found = {j: candidates(flank, expected, j, settings, meshes, bodies, poses) for j in expected.lines}
+        every = {j: candidates(flank, expected, j, settings, meshes, bodies, poses) for j in expected.lines}
+        # a pair that is expected to touch may have no node near enough
+        found = {j: one for j, one in every.items() if len(one.contact.slave.quads) and len(one.contact.master.quads)}
         assembled = perf_counter()
         condensed = condense(supported, [one.contact for one in found.values()])
         # stiffnesses take much room, and only displacements would need them

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from importlib import metadata
+from typing import TYPE_CHECKING, Any
 
 from semiwear import plot
 from semiwear.accuracy import simulate
@@ -18,13 +19,15 @@ from semiwear.analyses import loaded_contact, tooth_contact_analysis
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
 from semiwear.export import export_flank
-from semiwear.measured import calibrate, compare_wear, measured_wear, register
 from semiwear.plan import plan
 from semiwear.report import write_report as report
 from semiwear.results import open_results, save
 from semiwear.scene import Placement, Scene, shipped_scenes
 from semiwear.scene import load_scene as _load_scene
 from semiwear.screen import screen
+
+if TYPE_CHECKING:
+    from semiwear.measured import calibrate, compare_wear, measured_wear, register
 
 __all__ = [
     "ConvergenceError",
@@ -56,6 +59,15 @@ try:
     __version__ = metadata.version("semiwear")
 except metadata.PackageNotFoundError:
     __version__ = "unknown"
+
+
+def __getattr__(name: str) -> Any:
+    """What concerns measured flanks is loaded when it is asked for."""
+    if name in ("calibrate", "compare_wear", "measured_wear", "register"):
+        from semiwear import measured
+
+        return getattr(measured, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
