@@ -22,20 +22,20 @@ __all__ = ["schemes_part"]
 WANTED = {"error": 0.01, "flank_error": 0.02}
 OF = {"error": "greatest wear", "flank_error": "wear over the whole flank"}
 COUNTS = {
-    "explicit": (8, 16, 32, 64, 128, 256),
+    "explicit": (8, 16, 32, 64, 128),
     "implicit": (1, 2, 4, 8, 16, 32, 64),
     "extrapolated": (1, 2, 4, 8, 16),
 }
 QUICK_COUNTS = {"explicit": (8, 16, 32, 64), "implicit": (1, 2, 4, 8, 16, 32), "extrapolated": (1, 2, 4, 8)}
-CONVERGED = {True: 128, False: 384}
+CONVERGED = {True: 128, False: 256}
 """Explicit steps, in a quick run and else, of the life that counts as converged."""
 
 
 def schemes_part(quick: bool, progress: Progress) -> Section:
-    """Lives in many numbers of steps, at one slice count or at three."""
+    """Lives in many numbers of steps, at one slice count or at two."""
     runs: dict[int, list[SchemeRun]] = {}
     failures: list[str] = []
-    for slices in (31,) if quick else (31, 61, 91):
+    for slices in (31,) if quick else (31, 61):
         runs[slices] = _lives(slices, quick, progress, failures)
     needed = {
         slices: {
