@@ -27,7 +27,7 @@ from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import fresh_sweep
 
-__all__ = ["NoProgress", "Progress", "simulate"]
+__all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
 
 _DEPTH_A_STEP = 6e-3  # mm of greatest wear that an automatic wear step leaves, about
 _AUTO_STEPS = (3, 40)
@@ -96,13 +96,18 @@ def simulate(
         scene = scene.replace({"numerics.fidelity": fidelity})
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
-    if resume and checkpoint is None:
-        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
+    require_checkpoint(checkpoint, resume)
     kept: Keeper = NoCheckpoint()
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
     with kept:
         return _simulated(plan(scene), kept, progress or NoProgress())
+
+
+def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
+    """Raise `SceneError` where a run is to go on from no checkpoint."""
+    if resume and checkpoint is None:
+        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
 
 
 def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:

@@ -18,10 +18,10 @@ import numpy as np
 from xarray import DataTree
 
 from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
-from semiwear.errors import ConvergenceError, SceneError
+from semiwear.errors import ConvergenceError
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
-from semiwear.simulate import NoProgress, Progress
+from semiwear.simulate import NoProgress, Progress, require_checkpoint
 from semiwear.simulate import simulate as simulate_as_given
 
 __all__ = ["ROUNDS", "round_checkpoint", "simulate"]
@@ -83,8 +83,7 @@ def simulate(
         scene = scene.replace({"numerics.fidelity": fidelity})
     if scene.numerics.accuracy is None or scene.wear is None:
         return simulate_as_given(scene, progress=progress, checkpoint=checkpoint, resume=resume)
-    if resume and checkpoint is None:
-        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
+    require_checkpoint(checkpoint, resume)  # before the coarse runs
     return _Search(scene, progress or NoProgress()).run(checkpoint, resume)
 
 

@@ -221,6 +221,21 @@ def _refine(u, g, count, at, low, high, cubic, room, longest, fine_u, fine_g):  
 
 
 @njit(cache=True, error_model="numpy")
+def _reached(at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
+    """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
+    width = half_width / per_mm
+    room = _room(cubic, width)
+    # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
+    reach = width + sqrt(2.0 * (gone.max() - gone.min() + room) / max(cubic[2], LEAST_BEND))
+    count = outline(
+        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split,
+        work[0], work[1],
+    )  # fmt: skip
+    count, least = _refine(work[0], work[1], count, at, low, high, cubic, room, _FINE * width, work[2], work[3])
+    return room, count, least
+
+
+@njit(cache=True, error_model="numpy")
 def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
     a, b = t_a * t_a, t_b * t_b
@@ -252,8 +267,8 @@ def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
-    nodes_u, nodes_g = np.empty(MOST_NODES), np.empty(MOST_NODES)
-    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    work = np.empty((4, MOST_NODES))
+    u, g = work[2], work[3]
     rolls, faces = profile.shape
     for i in range(faces):
         for k in range(rolls):
@@ -268,19 +283,12 @@ def _find(  # type: ignore[no-untyped-def]
             out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
             if not near[k, i]:
                 continue
-            spread = gone.max() - gone.min()
-            if spread == 0.0 and not out_edge[k, i]:
+            if gone.max() == gone.min() and not out_edge[k, i]:
                 continue
-            room = _room(cubic, width)
-            # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-            reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
-            count = outline(
-                at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
-                high_radius[k, i], room, gone, nodes[i], split[i], nodes_u, nodes_g,
+            room, count, least = _reached(
+                at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
+                split[i], half_width, work,
             )  # fmt: skip
-            count, least = _refine(
-                nodes_u, nodes_g, count, at, low[k, i], high[k, i], cubic, room, _FINE * width, u, g
-            )
             out_least[k, i] = least
             area, below, moment = 0.0, 0.0, 0.0
             for c in range(count - 1):
@@ -360,16 +368,10 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work, mass, middle
 ):
     """Stretches of one footprint: their middles, their shares before division by the area, how many, and the area."""
-    spread = gone.max() - gone.min()
-    width = half_width / per_mm
-    room = _room(cubic, width)
-    reach = width + sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
-    count = outline(
-        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split,
-        work[0], work[1],
-    )  # fmt: skip
+    room, count, least = _reached(
+        at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
+    )
     u, g = work[2], work[3]
-    count, least = _refine(work[0], work[1], count, at, low, high, cubic, room, _FINE * width, u, g)
     area = 0.0
     pieces = 0
     for c in range(count - 1):
@@ -385,7 +387,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
+def _step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
     """How far a line moves in the step about a roll position, and in how many parts to spread what it leaves there.
 
     Footprints a step apart would leave ripples of that wavelength; spread over the step they leave none.
@@ -416,7 +418,7 @@ def _spread(  # type: ignore[no-untyped-def]
             )  # fmt: skip
             if area <= 0.0:
                 continue
-            moves, parts = step_of(at_profile[:, i], rate[:, i], k, nodes[i, 1] - nodes[i, 0])
+            moves, parts = _step_of(at_profile[:, i], rate[:, i], k, nodes[i, 1] - nodes[i, 0])
             scale = rate[k, i] / (area * per_mm * parts)
             for part in range(parts):
                 ahead = (part + 0.5) / parts - 0.5

@@ -96,10 +96,19 @@ class LoadedTeeth:
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
-        deepest = float(removed.depth.max())
-        near = self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH else 0.0)
-        fine = footprints(self.fine, self.grid, removed, self.half_width, near)
+        fine = footprints(self.fine, self.grid, removed, self.half_width, self._near_lines(removed))
         return fine, fine.every(self.rolls.substeps)
+
+    def touch_solved(self, removed: Removed) -> Footprints:
+        """Footprints at the solved positions alone."""
+        step = self.rolls.substeps
+        near = np.ascontiguousarray(self._near_lines(removed)[::step])
+        return footprints(self.lines, self.grid, removed.every(step), self.half_width, near)
+
+    def _near_lines(self, removed: Removed) -> BoolArray:
+        """Slices that can carry load, on the fine roll grid."""
+        deepest = float(removed.depth.max())
+        return self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH else 0.0)
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, partner_wear: FloatArray | None = None
