@@ -31,6 +31,7 @@ _MASTER = 1.4  # the pinion's candidates reach this much farther than the gear's
 _LEAST_WIDTH = 0.4  # of the widest pair's half-width: what the others are meshed for at least
 _LIGHT, _LIGHT_WIDTH = 0.1, 0.8  # share of the load below which elements may be larger, and how large in the same way
 _APPROACH = 1.5  # forecast approaches that are allowed for
+_AT_END = 0.08  # of the element length: elements at the ends of a contact are no shorter, however sharp the edge
 _APART = 1.0  # mm: the gap where nothing lies opposite
 _REACH = 2.0  # mm, of facets that are tried against each other
 
@@ -152,19 +153,43 @@ def _refinements(flank: RigidFlank, expected: Forecast, settings: MeshSettings) 
     for j, line in expected.lines.items():
         middle, half = _patch(flank, expected, j, settings)
         near = line.gap - expected.least < 1.5 * expected.approach
+        ends, at_end = _face_ends(flank, middle, settings)
         tables = {
             "gear": (-j, middle.face, middle.profile), "pinion": (j, middle.pinion_face, middle.pinion_profile),
         }  # fmt: skip
         for name, (tooth, face, profile) in tables.items():
+            low, high = float(face[near].min()) - 1.0, float(face[near].max()) + 1.0
             result[name][tooth] = Refinement(
                 profile_middle=_curve(face, profile),
                 profile_half_range=half,
-                face_range=(float(face[near].min()) - 1.0, float(face[near].max()) + 1.0),
+                face_range=(low, high),
                 element_size_profile=_element_size(expected, j, settings),
                 element_size_face=settings.element_length,
                 growth=settings.growth,
+                face_ends=tuple(end for end in ends[name] if low <= end <= high),
+                element_size_end=at_end,
             )
     return result
+
+
+def _face_ends(flank: RigidFlank, line: RigidLine, settings: MeshSettings) -> tuple[dict[str, list[float]], float]:
+    """Where either body ends, by face coordinates of each, and the element size along the face there [mm].
+
+    The nodes of an end lie a rounding's height off and carry nothing, so that a contact ends within the outermost
+    elements: short by half of one, and what it lacks there its neighbours would carry.
+    """
+    pair, table = flank.pair, flank.pair.scene.gear_pair
+    order = {"gear": np.argsort(line.face), "pinion": np.argsort(line.pinion_face)}
+    places = {"gear": line.face, "pinion": line.pinion_face}
+    ends = {"gear": list(pair.gear_face), "pinion": list(pair.pinion_face)}
+    met: dict[str, list[float]] = {}
+    for name, other in (("gear", "pinion"), ("pinion", "gear")):
+        by = order[other]
+        known, here = places[other][by], places[name][by]
+        met[name] = [float(np.interp(end, known, here)) for end in ends[other] if known[0] < end < known[-1]]
+    radius = max(table.gear_end_edge_radius_mm, table.pinion_end_edge_radius_mm)
+    size = min(max(radius, _AT_END * settings.element_length), settings.element_length)
+    return {name: ends[name] + met[name] for name in BODIES}, size
 
 
 def _curve(face: FloatArray, profile: FloatArray) -> Callable[[FloatArray], FloatArray]:

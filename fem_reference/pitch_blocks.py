@@ -35,6 +35,7 @@ __all__ = ["Divisions", "Pattern", "Refinement", "ToothSurface", "depth_corners"
 FloatArray = NDArray[np.float64]
 
 _SAG = 0.15  # fall of the tooth's lower border from M to the middle and lean of the sides below M: opens M's angles
+_FROM_END = 0.25  # growth of elements along the face from where contact may end, mm for each mm
 _STEEPEST = 2.2  # exponent of the growth from a surface inwards
 
 
@@ -54,6 +55,11 @@ class Refinement:
         Greatest element sizes within the patch [mm].
     growth : float
         Increase of the element size for each mm outside. Default 0.35.
+    face_ends : tuple of float [mm]
+        Face coordinates where a contact may end: at an end of either body. About them elements are short along the
+        face.
+    element_size_end : float [mm]
+        Greatest element size along the face at these.
     """
 
     profile_middle: Callable[[FloatArray], FloatArray]
@@ -62,6 +68,8 @@ class Refinement:
     element_size_profile: float
     element_size_face: float
     growth: float = 0.35
+    face_ends: tuple[float, ...] = ()
+    element_size_end: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -160,7 +168,7 @@ class ToothSurface(Protocol):
 
 
 def face_corners(surface: ToothSurface, refinements: Iterable[Refinement], coarse: float) -> FloatArray:
-    """Face stations: fine where any refined patch is."""
+    """Face stations: fine where any refined patch is, and finer still where contact may end."""
     low, high = surface.face_limits
     patches = tuple(refinements)
 
@@ -170,6 +178,8 @@ def face_corners(surface: ToothSurface, refinements: Iterable[Refinement], coars
             start, end = patch.face_range
             outside = np.maximum(np.maximum(start - face, face - end), 0.0)
             wanted = np.minimum(wanted, patch.element_size_face + patch.growth * outside)
+            for end in patch.face_ends:
+                wanted = np.minimum(wanted, patch.element_size_end + _FROM_END * np.abs(face - end))
         return wanted
 
     return equal_shares(low, high, size)

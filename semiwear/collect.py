@@ -138,10 +138,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
         "sliding_distance": sliding,
     }
     if teeth.solver.bodies:
-        per_cycle = teeth.rolls.phase.size
-        arrays["root_stress"] = np.stack(
-            [body.root_stress(loads.force, per_cycle) for body in teeth.solver.bodies], axis=-1
-        )
+        arrays["root_stress"] = teeth.root_stress(state)
     return arrays
 
 

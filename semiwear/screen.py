@@ -345,9 +345,9 @@ def _mesh_cycle(scene: Scene) -> _Cycle:
         values["wear rate"] = 1e3 * max(float(depth.max()) for depth in worn if depth is not None)
     pressure = teeth.pressures(contact)
     values["pressure"] = float(pressure.inner.max())
-    per_cycle = teeth.rolls.phase.size
-    for name, body in zip(BODIES, teeth.solver.bodies, strict=bool(teeth.solver.bodies)):
-        values[f"root stress {name}"] = float(body.root_stress(contact.loads.force, per_cycle).max())
+    if teeth.solver.bodies:
+        for name, stress in zip(BODIES, teeth.root_stress(contact).max(axis=0), strict=True):
+            values[f"root stress {name}"] = float(stress)
     error = collect.mesh_cycle(teeth, contact)["transmission_error_loaded"]
     values |= {"transmission error mean": float(error.mean()), "transmission error amplitude": float(np.ptp(error))}
     told: dict[str, str] = {}

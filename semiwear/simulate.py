@@ -26,6 +26,7 @@ from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import fresh_sweep
+from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
 
@@ -162,7 +163,7 @@ def _restored(physics: Plan, stepper: WearStepper, kept: Keeper, clock: _Clock) 
 def _wear_steps(
     physics: Plan,
     teeth: LoadedTeeth,
-    stepper: WearStepper | AdaptiveStepper,
+    stepper: WearStepper | TwoStageStepper | AdaptiveStepper,
     known: Sequence[WearState],
     kept: Keeper,
 ) -> Iterator[_WearStep]:
@@ -192,7 +193,7 @@ def _wear_steps(
         yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {1e3 * state.wear.max():.3g} um at most")
 
 
-def _steps_for(stepper: WearStepper | AdaptiveStepper, start: WearState, meshes: float) -> int:
+def _steps_for(stepper: WearStepper | TwoStageStepper | AdaptiveStepper, start: WearState, meshes: float) -> int:
     """Wear steps for a run: its greatest depth, estimated with a single step, over a usual depth a step."""
     depth = float(stepper.step(start, meshes).wear.max())
     return int(np.clip(np.ceil(depth / _DEPTH_A_STEP), *_AUTO_STEPS))

@@ -4,9 +4,9 @@ Finite elements take a minute a mesh position, so their results are kept in `val
 afresh. Nothing is fitted on either side. Cases:
 
 * `unworn`: one mesh cycle, root stress included;
-* `worn`: the same on the flank that the core wears to its last control depth, given to both;
+* `worn`: the same, root stress too, on the flank that the core wears to its last control depth, given to both;
 * `moved_nodes`: that flank at the pitch position by nodes really moved;
-* `finer`: that flank with twice the elements, which the narrow ridge at the pitch line needs;
+* `finer`: that flank with twice the elements, which the narrow ridge at the pitch line and pressed tips need;
 * `misaligned`, `coast`: one mesh position each;
 * `wear_cycle`: some micrometres of wear from the fresh flank, by both.
 """
@@ -147,9 +147,9 @@ class ContactCase:
 _FLAT = {"root_stress": False}
 CONTACT = {
     "unworn": ContactCase(),
-    "worn": ContactCase(worn=True, options=_FLAT),
+    "worn": ContactCase(worn=True),
     "moved_nodes": ContactCase((0.0,), worn=True, options=_FLAT | {"worn_flank": "moved_nodes"}),
-    "finer": ContactCase(worn=True, options=_FLAT | {"elements_per_half_width": 6.0}),
+    "finer": ContactCase(worn=True, options={"elements_per_half_width": 6.0}),
     "misaligned": ContactCase((0.3,), placement=sw.Placement(shaft_angle_error_mrad=1.0), options=_FLAT),
     "coast": ContactCase((0.3,), changes={"operation.loaded_flank": "coast"}, options=_FLAT),
 }

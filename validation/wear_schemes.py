@@ -1,4 +1,4 @@
-"""A whole life by explicit, implicit and extrapolated wear steps on one grid: how many solutions an error takes."""
+"""A whole life by explicit, implicit and two-stage wear steps on one grid: how many solutions an error takes."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 
 import semiwear as sw
 from semiwear.scene import Scene
-from semiwear.wear.adaptive import doubled
-from semiwear.wear.stepping import Trial, WearState, WearStepper
+from semiwear.wear.stepping import WearState, WearStepper
+from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["SCHEMES", "SOLVES_A_STEP", "Life", "SchemeRun", "life_of", "solves_for"]
 
-SCHEMES = ("explicit", "implicit", "extrapolated")
-SOLVES_A_STEP = {"explicit": 1, "implicit": 3, "extrapolated": 8}
+SCHEMES = ("explicit", "implicit", "two-stage")
+SOLVES_A_STEP = {"explicit": 1, "implicit": 3, "two-stage": 5}
 """Solutions of the loaded contact that a wear step is made of: the elastic contact after it; of an implicit step also
-its rehearsal and itself; an extrapolated one is a whole step, without the contact after it, and two halves."""
+its rehearsal and itself; of two stages the rehearsal of the first, each stage and the contact after each."""
 
 
 @dataclass(frozen=True)
@@ -69,31 +69,23 @@ class Life:
 
     stepper: WearStepper
     meshes: float
-    _explicit: WearStepper = field(init=False, repr=False)
     _unworn: WearState = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_explicit", replace(self.stepper, implicit=False))
         object.__setattr__(self, "_unworn", self.stepper.start())
 
     def states(self, scheme: str, count: int) -> list[np.ndarray]:
         """Wear [mm] after each of so many steps of even length, the unworn flank first."""
-        state, found = self._unworn, [self._unworn.wear]
-        for k in range(count):
-            if scheme == "extrapolated":
-                state = self.stepper.commit(self._extrapolated(state, k, count))
-            else:
-                stepper = self._explicit if scheme == "explicit" else self.stepper
-                state = stepper.step(state, self.meshes / count)
+        state, found, stepper = self._unworn, [self._unworn.wear], self._stepper(scheme)
+        for _ in range(count):
+            state = stepper.step(state, self.meshes / count)
             found.append(state.wear)
         return found
 
-    def _extrapolated(self, state: WearState, k: int, count: int) -> Trial:
-        """The k-th of so many steps."""
-        return doubled(self.stepper, state, lambda at, part: self._towards(at, (k + part) / count)).trial
-
-    def _towards(self, state: WearState, share: float) -> Trial:
-        return self.stepper.trial(state, share * self.meshes - state.meshes)
+    def _stepper(self, scheme: str) -> WearStepper | TwoStageStepper:
+        if scheme == "two-stage":
+            return TwoStageStepper(self.stepper)
+        return self.stepper if scheme == "implicit" else replace(self.stepper, implicit=False)
 
     def run(self, scheme: str, count: int, converged: np.ndarray) -> SchemeRun:
         """A life, measured against the converged wear of the flank [mm]."""

@@ -3,7 +3,9 @@
 1. A coarse run, and one for each parameter in which that alone is finer.
 2. Richardson's estimate of every contribution; the parameters that dominate are refined until the sum is allowed.
 3. A run there. Its difference from the coarse run must not exceed what the estimates say of the latter; where it does
-   the estimates are raised in proportion, and if they then say too much, parameters are refined once more.
+   the estimates are raised in proportion.
+4. Where they then say too much, a run at half the numbers is asked as well: from so much nearer its difference tells
+   the error better, and of first order it is the error. Parameters are refined once more if that is too much, too.
 
 Wear steps look after themselves (`semiwear.wear.adaptive`).
 """
@@ -124,6 +126,9 @@ class _Search:
             errors = self._errors(tree, values, factors)
             if worst(errors) <= self.asked or not self.open:
                 break
+            errors = self._errors(tree, values, factors, self._change_at_half(tree, values))
+            if worst(errors) <= self.asked:
+                break
             if chosen_resolution(self.parts, factors, allowed) == values:
                 break
         _tell(tree, errors, self.asked)
@@ -165,15 +170,34 @@ class _Search:
         said = together(part.errors for part in self.parts)
         return {name: max(1.0, size / said[name]) for name, size in found.items() if said.get(name, 0.0) > 0.0}
 
-    def _errors(self, tree: DataTree, values: Mapping[str, int], factors: Mapping[str, float]) -> Errors:
-        """Estimated errors of a result: of the resolution and of the wear steps."""
+    def _change_at_half(self, tree: DataTree, values: Mapping[str, int]) -> Errors:
+        """What half of the numbers that were chosen would change in a result: of first order, their error."""
+        self.progress.step(1, 1, "the same at half the resolution, to know the error better")
+        half = {name: max(value // 2, _least(name)) if name in self.open else value for name, value in values.items()}
+        coarser = history(simulate_as_given(self._with(self.pilot_scene, half)))
+        return difference(coarser, history(tree, self.pilot_states))
+
+    def _errors(
+        self,
+        tree: DataTree,
+        values: Mapping[str, int],
+        factors: Mapping[str, float],
+        at_half: Errors | None = None,
+    ) -> Errors:
+        """Estimated errors of a result: of the resolution, chosen and given, and of the wear steps."""
         steps = tree["diagnostics"].to_dataset()["error_estimate"]
         told = {str(name): float(size) for name, size in zip(steps["quantity"].values, steps.values, strict=True)}
-        resolution = {
-            name: factors.get(name, 1.0) * size
-            for name, size in together(contributions_at(self.parts, values).values()).items()
-        }
-        return together([told, self.fixed_steps, resolution])
+        by_name = contributions_at(self.parts, values)
+        chosen, given = (
+            {
+                name: factors.get(name, 1.0) * size
+                for name, size in together(by_name[key] for key in by_name if (key in self.open) is open_).items()
+            }
+            for open_ in (True, False)
+        )
+        if at_half is not None:
+            chosen = {name: min(size, at_half[name]) for name, size in chosen.items()}
+        return together([told, self.fixed_steps, chosen, given])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:
         found = history(simulate_as_given(self._with(self.pilot_scene, values)))

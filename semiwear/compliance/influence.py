@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, LinePlaces, cubic_weights
+from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, LinePlaces, cubic_weights, loads_by_height
 from semiwear.errors import SceneError
 
 __all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
@@ -135,6 +135,10 @@ class InfluenceOnLines:
     Attributes
     ----------
     body : InfluenceData
+    place, place_slope : (roll, face) arrays
+        Height of each contact point as a share of the flank there, and its derivative by the driven profile.
+    station : (roll, face, S) array
+        Weights of the face stations.
     weights, slopes : (roll, face, H S) arrays
         Interpolation from the grid to each contact point, and its derivative by the driven profile [1/mm].
     depth : (roll, face) array [mm]
@@ -142,6 +146,9 @@ class InfluenceOnLines:
     """
 
     body: InfluenceData
+    place: FloatArray
+    place_slope: FloatArray
+    station: FloatArray
     weights: FloatArray
     slopes: FloatArray
     depth: FloatArray
@@ -151,13 +158,14 @@ class InfluenceOnLines:
         """Prepare a body for contact lines at `places`, between the flank's ends `root` and `tip` there [mm]."""
         heights, stations = body.depth.shape
         per_mm = 1.0 / (tip - root)
-        height, slope = cubic_weights((places.profile - root) * per_mm, body.heights)
+        place, place_slope = (places.profile - root) * per_mm, per_mm * places.slope
+        height, slope = cubic_weights(place, body.heights)
         station, _ = cubic_weights(places.face, body.faces)
-        slope = slope * (per_mm * places.slope)[..., None]
+        slope = slope * place_slope[..., None]
         shape = (*places.profile.shape, heights * stations)
         weights = (height[..., :, None] * station[..., None, :]).reshape(shape)
         slopes = (slope[..., :, None] * station[..., None, :]).reshape(shape)
-        return cls(body, weights, slopes, weights @ body.depth.ravel())
+        return cls(body, place, place_slope, station, weights, slopes, weights @ body.depth.ravel())
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
@@ -178,12 +186,18 @@ class InfluenceOnLines:
                 matrix[block] += weights[mine] @ seen
                 slope[block] += slopes[mine] @ seen
 
-    def root_stress(self, force: FloatArray, per_cycle: int, stations: int = 33) -> FloatArray:
+    def root_stress(
+        self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None, stations: int = 33
+    ) -> FloatArray:
         """As `semiwear.compliance.tooth.root_stress`."""
         offsets, fillet, count = self.body.stress.shape[:3]
-        modal = np.einsum("ki,kig->kg", force, self.weights)
+        if moved is None:
+            modal = np.einsum("ki,kig->kg", force, self.weights)
+        else:
+            loads = loads_by_height(force, moved, self.place, self.place_slope, self.body.heights)
+            modal = np.einsum("kih,kis->khs", loads, self.station).reshape(len(loads), -1)
         table = self.body.stress.reshape(offsets, fillet * count, -1)
-        stress = np.zeros((force.shape[0], fillet * count))
+        stress = np.zeros((len(modal), fillet * count))
         reach = offsets // 2
         for offset in range(-reach, reach + 1):
             # the observer's tooth is `offset` from the loaded one: pairs ahead * offset rolls further on see it

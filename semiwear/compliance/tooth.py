@@ -27,6 +27,7 @@ __all__ = [
     "ToothBody",
     "cubic_weights",
     "line_compliance",
+    "loads_by_height",
     "root_stress",
 ]
 
@@ -113,15 +114,11 @@ def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
-    """Linear blending weights of the sections at face coordinates: (..., B) array."""
-    if faces.size == 1:
-        return np.ones((*at.shape, 1))
-    place = np.interp(at, faces, np.arange(faces.size, dtype=float))
-    low = np.minimum(place.astype(np.int64), faces.size - 2)
-    weights = np.zeros((*at.shape, faces.size))
-    np.put_along_axis(weights, low[..., None], (1.0 - (place - low))[..., None], axis=-1)
-    np.put_along_axis(weights, low[..., None] + 1, (place - low)[..., None], axis=-1)
-    return weights
+    """Blending weights of the sections at face coordinates, local cubics: (..., B) array.
+
+    Straight lines between sections would all lie above the compliance, which falls ever more slowly along the face.
+    """
+    return cubic_weights(at, faces)[0]
 
 
 def _of_root(section: PrismSection, stress: FloatArray) -> FloatArray:
@@ -159,8 +156,8 @@ class CompliantBody(Protocol):
     ) -> None:
         """Add the compliance between contact points [mm/N], and its derivative by the observer's profile."""
 
-    def root_stress(self, force: FloatArray, per_cycle: int) -> FloatArray:
-        """Greatest tensile tangential stress along the root [MPa], (roll,), under the forces of all slices [N]."""
+    def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
+        """Greatest tensile tangential stress along the root [MPa], (roll,); arguments as for `root_stress`."""
 
 
 @dataclass(frozen=True)
@@ -170,6 +167,8 @@ class BodyOnLines:
     Attributes
     ----------
     body : ToothBody
+    place, place_slope : (roll, face) arrays
+        Height of each contact point as a share of the flank there, and its derivative by the driven profile.
     height, height_slope : (roll, face, H) arrays
         Weights of the load heights at each contact point, and their derivatives by the driven profile.
     section : (roll, face, B) array
@@ -182,14 +181,17 @@ class BodyOnLines:
         Prism matrices [section, observer, tooth offset, harmonic, load], mm/N.
     stress : (B, N, H, 3 F) array
         Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
+    jumps : (N, H, B, E) array
+        What a unit load does to the jumps that free the ends [harmonic, load height, section, jump].
     ends, ends_slope : (roll, face, B, E) arrays
-        What a unit load at each contact point does to the jumps that free the ends, by each section, and its
-        derivative by the driven profile.
+        The same for a unit load at each contact point, and its derivative by the driven profile.
     end_stress : (B, N, F, E) array
         Fillet stress of those jumps.
     """
 
     body: ToothBody
+    place: FloatArray
+    place_slope: FloatArray
     height: FloatArray
     height_slope: FloatArray
     section: FloatArray
@@ -197,6 +199,7 @@ class BodyOnLines:
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
+    jumps: FloatArray
     ends: FloatArray
     ends_slope: FloatArray
     end_stress: FloatArray
@@ -211,7 +214,8 @@ class BodyOnLines:
         # heights count from the end of the fillet to the tip of the local section
         local_root, local_tip = section @ root, section @ tip
         per_mm = 1.0 / (local_tip - local_root)
-        height, slope = cubic_weights((places.profile - local_root) * per_mm, load_heights(count))
+        place, place_slope = (places.profile - local_root) * per_mm, per_mm * places.slope
+        height, slope = cubic_weights(place, load_heights(count))
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
         depth = np.einsum("kib,bh,kih->ki", section, np.stack([s.depth for s in body.sections]), height)
@@ -219,16 +223,18 @@ class BodyOnLines:
         depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))
         deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
         stress = np.stack([_of_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
-        slope = slope * (per_mm * places.slope)[..., None]
+        slope = slope * place_slope[..., None]
         cosine = np.cos(angle[..., None] * np.arange(harmonics))
-        jumps = np.stack([s.end_deflection for s in body.sections])  # (B, N, E, load)
-        by_harmonic = jumps.transpose(1, 3, 0, 2).reshape(harmonics, -1)
+        jumps = np.stack([s.end_deflection for s in body.sections]).transpose(1, 3, 0, 2)  # (N, load, B, E)
+        by_harmonic = jumps.reshape(harmonics, -1)
         ends, ends_slope = (
-            np.einsum("kih,kihbe->kibe", w, (cosine @ by_harmonic).reshape(*w.shape, *jumps.shape[::2]))
+            np.einsum("kih,kihbe->kibe", w, (cosine @ by_harmonic).reshape(*w.shape, *jumps.shape[2:]))
             for w in (height, slope)
         )
         return cls(
             body=body,
+            place=place,
+            place_slope=place_slope,
             height=height,
             height_slope=slope,
             section=section,
@@ -236,6 +242,7 @@ class BodyOnLines:
             depth=depth,
             deflection=np.ascontiguousarray(deflection.transpose(0, 3, 2, 1, 4)),
             stress=np.ascontiguousarray(stress.transpose(0, 1, 4, 2, 3).reshape(*stress.shape[:2], count, -1)),
+            jumps=jumps,
             ends=ends,
             ends_slope=ends_slope,
             end_stress=np.stack([_of_root(s, s.end_stress.swapaxes(1, 2)) for s in body.sections]),
@@ -287,9 +294,9 @@ class BodyOnLines:
         shares = np.concatenate([self.section[rolls, faces]] * 2)[:, :, None]
         return (shares * both).reshape(len(both), -1) @ moved.reshape(len(moved), -1).T
 
-    def root_stress(self, force: FloatArray, per_cycle: int) -> FloatArray:
+    def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
         """See `root_stress`."""
-        return root_stress(self, force, per_cycle)
+        return root_stress(self, force, per_cycle, moved)
 
 
 def line_compliance(
@@ -311,16 +318,54 @@ def line_compliance(
     return 0.5 * (matrix + matrix.T), slope
 
 
-def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: int = 33) -> FloatArray:
+def loads_by_height(
+    force: FloatArray, moved: FloatArray, place: FloatArray, place_slope: FloatArray, heights: FloatArray
+) -> FloatArray:
+    """Forces at places across contact lines, shared among load heights.
+
+    Parameters
+    ----------
+    force : (roll, face) or (roll, face, places) array [N]
+    moved : array [mm]
+        How far each force acts from the line, in the driven flank's profile coordinate; shaped like `force`.
+    place, place_slope : (roll, face) arrays
+        Height of the line as a share of the flank, and its derivative by the driven profile [1/mm].
+    heights : (H,) array
+        Load heights as shares of the flank, growing.
+
+    Returns
+    -------
+    (roll, face, H) array [N]
+    """
+    across = force.reshape(*place.shape, -1)
+    roll, face, k = np.nonzero(across)
+    at = place[roll, face] + place_slope[roll, face] * moved.reshape(across.shape)[roll, face, k]
+    shares = across[roll, face, k, None] * cubic_weights(at, heights)[0]
+    loads = np.zeros((*place.shape, len(heights)))
+    # the places of a slice follow one another
+    first = np.flatnonzero(np.diff(roll, prepend=-1) | np.diff(face, prepend=-1))
+    if first.size:
+        loads[roll[first], face[first]] = np.add.reduceat(shares, first, axis=0)
+    return loads
+
+
+def root_stress(
+    body: BodyOnLines, force: FloatArray, per_cycle: int, moved: FloatArray | None = None, stations: int = 33
+) -> FloatArray:
     """Greatest tensile tangential stress along the root of a body's tooth [MPa].
 
     Parameters
     ----------
     body : BodyOnLines
     force : (roll, face) array [N]
-        Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle.
+        Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle. With `moved` also
+        (roll, face, places): forces at several places across each line.
     per_cycle : int
         Number of roll positions to a base pitch.
+    moved : array [mm], optional
+        How far from the contact line, in the driven flank's profile coordinate, each force acts; of the shape of
+        `force`. A worn flank is touched elsewhere than along the line: near the fillet a load bends the tooth less
+        but stresses the root beside it, so that a millimetre counts. Without it all act on the line.
     stations : int
         Observers along the width.
 
@@ -331,14 +376,17 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: 
     """
     tooth = body.body
     sections, harmonics, heights, width = body.stress.shape
-    loaded = np.flatnonzero(force.any(axis=1))
+    if moved is None:
+        loads = force[..., None] * body.height
+    else:
+        loads = loads_by_height(force, moved, body.place, body.place_slope, load_heights(heights))
+    loaded = np.flatnonzero(loads.any(axis=(1, 2)))
     # modal loads of each load's own section: (harmonic, roll, section, height)
     modal = np.zeros((harmonics, loaded.size, sections, heights))
     for k, roll in enumerate(loaded):
-        on = np.flatnonzero(force[roll])
-        shares = body.section[roll, on][:, :, None] * body.height[roll, on][:, None, :]
-        cosines = force[roll, on, None] * body.cosine[roll, on]
-        modal[:, k] = (cosines.T @ shares.reshape(on.size, -1)).reshape(harmonics, sections, heights)
+        on = np.flatnonzero(loads[roll].any(axis=1))
+        shares = body.section[roll, on][:, :, None] * loads[roll, on][:, None, :]
+        modal[:, k] = (body.cosine[roll, on].T @ shares.reshape(on.size, -1)).reshape(harmonics, sections, heights)
     # stress per harmonic by the load's section, and by each section for all loads
     table = body.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
     by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
@@ -349,11 +397,11 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, stations: 
     mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
     seen = 0.5 * (cosine @ by_load.reshape(harmonics, -1) + mixed @ by_section.reshape(harmonics * sections, -1))
     points = width // 3
-    stress = np.zeros((3, force.shape[0], stations, points))
+    stress = np.zeros((3, loads.shape[0], stations, points))
     stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
     # the jumps that free the ends, likewise by the load's section and by the observer's
-    jumps = np.einsum("ki,kibe->kbe", force[loaded], body.ends[loaded])
-    jumps_by_load = np.einsum("ki,kib,kibe->kbe", force[loaded], body.section[loaded], body.ends[loaded])
+    jumps = np.einsum("nkh,nhbe->kbe", modal.sum(axis=2), body.jumps, optimize=True)
+    jumps_by_load = np.einsum("nkbh,nhbe->kbe", modal, body.jumps, optimize=True)
     of_jumps = np.einsum("zn,bnfe->zbef", cosine, body.end_stress)
     stress[1, loaded] += 0.5 * np.einsum("kbe,zbef->kzf", jumps_by_load, of_jumps, optimize=True)
     stress[1, loaded] += 0.5 * np.einsum("kbe,zb,zbef->kzf", jumps, observer, of_jumps, optimize=True)

@@ -108,30 +108,40 @@ class Footprints:
 
 @njit(cache=True, error_model="numpy")
 def _convex(away, cubic):  # type: ignore[no-untyped-def]
-    """Second derivative at the line, at least zero, and how far towards `away` the cubic stays convex."""
-    bend = max(cubic[2], 0.0)
-    if bend + away * cubic[3] >= 0.0:
+    """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
+    side = 1.0 if away >= 0.0 else -1.0
+    bend, third, fourth = max(cubic[2], 0.0), side * cubic[3], cubic[4]
+    # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
+    rest = third * third - 2.0 * bend * fourth
+    if rest < 0.0:
         return bend, away
-    return bend, -bend / cubic[3]
+    if third > 0.0:
+        first = -(third + sqrt(rest)) / fourth if fourth < 0.0 else np.inf
+    elif sqrt(rest) - third > 0.0:
+        first = 2.0 * bend / (sqrt(rest) - third)
+    else:
+        first = 0.0 if fourth < 0.0 else np.inf
+    return bend, away if abs(away) <= first else side * first
 
 
 @njit(cache=True, error_model="numpy")
 def fresh_gap(away, cubic):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
-    The separation is convex. Its cubic is not, far out on one side, and would fall there without end: beyond the
-    place where its curvature vanishes the separation goes on straight.
+    The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
+    beyond the place where its curvature vanishes the separation goes on straight.
     """
     bend, d = _convex(away, cubic)
-    slope = cubic[1] + d * (bend + 0.5 * d * cubic[3])
-    return cubic[0] + d * (cubic[1] + d * (0.5 * bend + d * cubic[3] / 6.0)) + (away - d) * slope
+    slope = cubic[1] + d * (bend + d * (0.5 * cubic[3] + d * cubic[4] / 6.0))
+    rise = d * (cubic[1] + d * (0.5 * bend + d * (cubic[3] / 6.0 + d * cubic[4] / 24.0)))
+    return cubic[0] + rise + (away - d) * slope
 
 
 @njit(cache=True, error_model="numpy")
 def fresh_slope(away, cubic):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
     bend, d = _convex(away, cubic)
-    return cubic[1] + d * (bend + 0.5 * d * cubic[3])
+    return cubic[1] + d * (bend + d * (0.5 * cubic[3] + d * cubic[4] / 6.0))
 
 
 @njit(cache=True, error_model="numpy")

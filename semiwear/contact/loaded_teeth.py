@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, footprints
+from semiwear.contact.patch_contact import PatchLoads
 from semiwear.contact.teeth_solver import SlicePressures, TeethLoads, TeethSolver
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
@@ -144,6 +145,20 @@ class LoadedTeeth:
             place=found.place,
             border=np.where(aside, np.maximum(found.inner, found.border), found.border),
         )
+
+    def root_stress(self, state: LoadedState) -> FloatArray:
+        """Greatest root stress of every body's tooth [MPa], (roll, body), the forces where the worn flank bears them.
+
+        Fidelity `patch` knows the force on every cell, `line` the middle of each slice's footprint.
+        """
+        force, moved = state.loads.force, state.coarse.profile - self.lines.profile
+        if isinstance(state.loads, PatchLoads) and self.solver.resolved is not None:
+            force = state.loads.cells
+            columns = force.shape[-1]
+            offset = (np.arange(columns) - 0.5 * (columns - 1)) * self.solver.resolved.cells.width
+            moved = offset / self.lines.spacing[..., None]
+        per_cycle = self.rolls.phase.size
+        return np.stack([body.root_stress(force, per_cycle, moved) for body in self.solver.bodies], axis=-1)
 
     def _at_ends(self, margin: float) -> BoolArray:
         """Slices nearer than `margin` to an end of either body's face, (roll, face)."""

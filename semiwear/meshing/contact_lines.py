@@ -2,7 +2,7 @@
 
 A slice is a curve of constant `face` on the driven flank. In each slice the separation has one minimum along
 the profile; the minima of all slices are the contact line (the valley), or its continuation along a border of
-either flank. Around its minimum each slice keeps a cubic in the profile coordinate, so that a worn flank can
+either flank. Around its minimum each slice keeps a quartic in the profile coordinate, so that a worn flank can
 be searched without asking geometry again.
 """
 
@@ -40,8 +40,8 @@ class ContactLines:
         Profile coordinate of the line, held inside [low, high].
     low, high : array [mm]
         Ends of the part of the slice that can touch: the driven flank's own ends or the driving body's tip.
-    separation : (4, roll, face) array
-        Value and first three derivatives of the separation by the profile coordinate, at `profile`;
+    separation : (5, roll, face) array
+        Value and first four derivatives of the separation by the profile coordinate, at `profile`;
         the rounding of the end edges is part of the value, which is infinite where a slice lies wholly beyond an
         end or the tip of the driving flank.
     spacing : array
@@ -181,6 +181,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         first = (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * step)
         second = (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * step**2)
         third = (-f[0] + 2.0 * f[1] - 2.0 * f[3] + f[4]) / (2.0 * step**3)
+        fourth = (f[0] - 4.0 * f[1] + 6.0 * f[2] - 4.0 * f[3] + f[4]) / step**4
         at = profile
         # inside the slice Newton meets the minimum; where the separation is not convex only a border can be least
         move = np.where(
@@ -190,10 +191,11 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     moved = profile - at
     separation = np.stack(
         [
-            f[2] + first * moved + 0.5 * second * moved**2 + third * moved**3 / 6.0,
-            first + second * moved + 0.5 * third * moved**2,
-            second + third * moved,
-            third,
+            f[2] + first * moved + 0.5 * second * moved**2 + third * moved**3 / 6.0 + fourth * moved**4 / 24.0,
+            first + second * moved + 0.5 * third * moved**2 + fourth * moved**3 / 6.0,
+            second + third * moved + 0.5 * fourth * moved**2,
+            third + fourth * moved,
+            fourth,
         ]
     )
     position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step)

@@ -20,7 +20,7 @@ __all__ = ["FaceGearMesh"]
 FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
-_GEAR_SECTIONS = 5
+_GEAR_SECTIONS = 7
 
 
 def _edge_inset(edge_radius: float, turn: float | FloatArray) -> FloatArray:
@@ -217,7 +217,7 @@ class FaceGearMesh:
         return self.gear.profile_from_height(face, height)
 
     def prism_body(self, body: int) -> PrismBody:
-        """One section of the pinion; five of the gear, whose section changes with radius."""
+        """One section of the pinion; seven of the gear, whose section changes with radius."""
         if body == DRIVING:
             low, high = self.borders(np.array([self.gear.pitch_radius])).partner_face
             return PrismBody(high - low, low, (0.5 * (low + high),), (self.pinion.section(),))

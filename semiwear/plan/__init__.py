@@ -36,6 +36,7 @@ from semiwear.scene import Placement, Scene
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
+from semiwear.wear.two_stage import TwoStageStepper
 
 if TYPE_CHECKING:
     from xarray import DataTree
@@ -159,18 +160,18 @@ class Plan:
         return WearStepper(
             teeth,
             Doses(k[DRIVEN], k[DRIVING] * ratio),
-            numerics.wear_scheme == "implicit",
+            numerics.wear_scheme != "explicit",
             mapping,
             cases=self._load_cases(teeth),
             factor=self._coefficient_factor(teeth),
             depth_factor=hardness[DRIVEN].factor if hardness is not None else None,
         )
 
-    def wear_steps(self, stepper: WearStepper) -> WearStepper | AdaptiveStepper:
-        """What takes the wear steps: the stepper itself, or steps as long as an asked accuracy allows."""
+    def wear_steps(self, stepper: WearStepper) -> WearStepper | TwoStageStepper | AdaptiveStepper:
+        """What takes the wear steps: the stepper itself, in two stages, or as long as an asked accuracy allows."""
         numerics = self.scene.numerics
         if numerics.accuracy is None or "wear_steps" not in numerics.chosen_for_accuracy or not stepper.implicit:
-            return stepper
+            return TwoStageStepper(stepper) if numerics.wear_scheme == "two-stage" else stepper
         assert self.scene.wear is not None
         until = self.scene.wear.until
         end = 1e-3 * until.control_depths_um[-1] if until.control_depths_um is not None else until.meshes

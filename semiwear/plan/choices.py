@@ -151,16 +151,16 @@ def _mapping_choice(scene: Scene) -> Choice:
 def _scheme_choice(scene: Scene) -> Choice:
     if scene.wear is None:
         return Choice("wear steps", "none", False, "no wear")
-    implicit = scene.numerics.wear_scheme == "implicit"
-    if implicit and "wear_steps" in scene.numerics.chosen_for_accuracy:
-        why = "numerics.accuracy: steps doubled and extrapolated, as long as their error allows"
+    scheme = scene.numerics.wear_scheme
+    if scheme != "explicit" and "wear_steps" in scene.numerics.chosen_for_accuracy:
+        why = "numerics.accuracy: in two stages, as long as their error allows"
         return Choice("wear steps", "adaptive, implicit: stable at any step", True, why)
-    return Choice(
-        "wear steps",
-        "implicit: stable at any step" if implicit else "explicit: loads of the start hold",
-        True,
-        f'numerics.wear_scheme = "{scene.numerics.wear_scheme}"',
-    )
+    how = {
+        "implicit": "implicit: stable at any step",
+        "two-stage": "implicit, in two stages: stable at any step",
+        "explicit": "explicit: loads of the start hold",
+    }
+    return Choice("wear steps", how[scheme], True, f'numerics.wear_scheme = "{scheme}"')
 
 
 def _end_choice(scene: Scene) -> Choice:

@@ -1,93 +1,37 @@
 """Wear steps that measure their own error and are as long as it allows.
 
-A step is solved whole and in two halves, all three implicit and of first order. Their difference tells the error, and
-their combination 2 (halves) - (whole) is better than either (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357;
-step doubling with local extrapolation: Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I,
-II.4). The combination is clipped, so that wear never shrinks.
+A step is solved plainly and in two stages (`two_stage`); both are implicit, and their difference tells the error.
 
-Worn flanks are stiff: where too much is taken off, less load falls in the next step. Hence errors do not pile up as
-in II.4; on worn gear flanks one third of what a step leaves is there after the next, and the difference goes with the
-length of the step, not with its square.
+Worn flanks are stiff: where too much is taken off, less load falls in the next step. What a step leaves is made by
+rates about as fast as itself, whatever its length, so that errors hardly pile up. Half of it there after the next
+step covers the error on the worn flank of the shipped scene with 1 to 8 and with 32 steps; with 16 it says 1.3 times
+too little.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.errors import ConvergenceError
-from semiwear.wear.mapping import Worn
 from semiwear.wear.stepping import ControlPoint, Trial, WearState, WearStepper
+from semiwear.wear.two_stage import measured
 
-__all__ = ["AdaptiveStepper", "Doubled", "doubled"]
+__all__ = ["AdaptiveStepper"]
 
 _STEP_SHARE = 0.5  # of an asked accuracy; as squares, most of it is left for slices, roll positions and the like
 _STEP_MOST = 0.03  # longer steps leave rough flanks, which no finer grid smoothes
-_STAYS = 1.0 / 3.0  # of an error, after the next step
-_LEFT = 1.2  # error of an extrapolated step, over the difference that it tells
+_STAYS = 0.5  # of an error, after the next step
 _SAFETY = 0.9
 _GROWTH = (0.3, 3.0)  # of the step's length, from one to the next
 _SHORTEST = 1e-3  # of what is asked for: shorter steps would not end
 _END = 1e-9  # of what is asked for
 
-FloatArray = NDArray[np.float64]
-Advance = Callable[[WearState, float], Trial]
-"""A step from a state to a reading of what measures the way."""
-
-
-@dataclass(frozen=True)
-class Doubled:
-    """A step solved whole and in two halves.
-
-    Attributes
-    ----------
-    trial : Trial
-        Extrapolated.
-    difference : float [mm]
-        Of whole and halves, root of the sum of squares over the worn flanks.
-    size : float [mm]
-        Of the wear at the end of the step, likewise.
-    """
-
-    trial: Trial
-    difference: float
-    size: float
-
-
-def doubled(stepper: WearStepper, state: WearState, advance: Advance) -> Doubled:
-    """A step, and it again in two halves.
-
-    Parameters
-    ----------
-    stepper : WearStepper
-    state : WearState
-        Where it starts.
-    advance : callable
-        The step's trial from a state to a part of its length: 0.5 or 1.
-    """
-    whole = advance(state, 1.0)
-    middle = stepper.commit(advance(state, 0.5))
-    halves = advance(middle, 1.0)
-    meshes = 2.0 * (middle.meshes + halves.meshes - state.meshes) - whole.meshes
-    worn = _extrapolated(state.worn, whole.worn, halves.worn)
-    trial = Trial(state, max(meshes, 0.0), halves.loads, worn, halves.pace)
-    return Doubled(trial, _size(halves.worn, whole.worn), _size(worn, worn, 0.0))
-
-
-def _extrapolated(start: Worn, whole: Worn, halves: Worn) -> Worn:
-    driven = np.maximum(2.0 * halves.driven - whole.driven, start.driven)
-    if start.driving is None or whole.driving is None or halves.driving is None:
-        return Worn(driven)
-    return Worn(driven, np.maximum(2.0 * halves.driving - whole.driving, start.driving))
-
-
-def _size(a: Worn, b: Worn, less: float = 1.0) -> float:
-    """Root of the sum of squares of one wear less another [mm]."""
-    pairs = [(x, y) for x, y in zip(a, b, strict=True) if x is not None and y is not None]
-    return float(np.sqrt(sum(np.sum((x - less * y) ** 2) for x, y in pairs)))
+Advance = Callable[[WearState, float, Sequence[Any] | None], Trial]
+"""A step from a state to a reading of what measures the way, with loads near those to come."""
 
 
 @dataclass
@@ -124,8 +68,8 @@ class AdaptiveStepper:
         """The state `meshes` engagements later."""
         begin = state.meshes
 
-        def advance(now: WearState, end: float) -> Trial:
-            return self.stepper.trial(now, end - now.meshes)
+        def advance(now: WearState, end: float, near: Sequence[Any] | None) -> Trial:
+            return self.stepper.trial(now, end - now.meshes, near)
 
         return self._until(state, begin, begin + meshes, advance, lambda now: now.meshes)
 
@@ -133,8 +77,8 @@ class AdaptiveStepper:
         """The state in which the control point has worn to `depth` [mm]."""
         stepper = self.stepper
 
-        def advance(now: WearState, end: float) -> Trial:
-            return stepper.trial_to_depth(now, point, end)
+        def advance(now: WearState, end: float, near: Sequence[Any] | None) -> Trial:
+            return stepper.trial_to_depth(now, point, end, near)
 
         def reading(now: WearState) -> float:
             return stepper.depth_at(point, now.wear)
@@ -152,7 +96,7 @@ class AdaptiveStepper:
             length = (end - now) / count  # even steps to the end, none of them a splinter
             there = end if count == 1 else now + length
             try:
-                step = doubled(self.stepper, state, _part(advance, now, there))
+                step = measured(self.stepper, state, _to(advance, there))
             except ConvergenceError:
                 if length < _SHORTEST * wanted:
                     raise
@@ -160,7 +104,7 @@ class AdaptiveStepper:
                 continue
             self.solved += 3
             # over the wear at the end of the run, which is in proportion to what measures the way
-            left = _LEFT * step.difference / step.size * min(there / self.end, 1.0) if step.size > 0.0 else 0.0
+            left = step.error / step.size * min(there / self.end, 1.0) if step.size > 0.0 else 0.0
             allowed = (1.0 - _STAYS) * self.tolerance
             stride = length * float(np.clip(_SAFETY * allowed / max(left, _END), *_GROWTH))
             if left > allowed and length > _SHORTEST * wanted:
@@ -170,6 +114,6 @@ class AdaptiveStepper:
         return state
 
 
-def _part(advance: Advance, begin: float, end: float) -> Advance:
-    """Goes to a part of the way from `begin` to `end`."""
-    return lambda state, part: advance(state, begin + part * (end - begin) if part < 1.0 else end)
+def _to(advance: Advance, there: float) -> Callable[[WearState, Sequence[Any] | None], Trial]:
+    """Goes from a state to the end of a step."""
+    return lambda state, near: advance(state, there, near)

@@ -94,13 +94,32 @@ class WearStepper:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
         return self.commit(self.trial_to_depth(state, point, depth))
 
-    def trial(self, state: WearState, meshes: float) -> Trial:
-        """What a step of known length would wear."""
-        return self._tried(_Step(self, state), meshes)
+    def trial(
+        self,
+        state: WearState,
+        meshes: float,
+        near: Sequence[Any] | None = None,
+        *,
+        loads_after: float | None = None,
+    ) -> Trial:
+        """What a step of known length would wear.
 
-    def trial_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> Trial:
-        """What a step to a depth of the control point [mm] would wear."""
-        step = _Step(self, state)
+        Parameters
+        ----------
+        state : WearState
+        meshes : float
+        near : sequence, optional
+            Loads of every case near those of the step: they spare its rehearsal a solution.
+        loads_after : float, optional
+            The loads that hold are those of a step of this length [meshes].
+        """
+        return self._tried(_Step(self, state, near), meshes, loads_after)
+
+    def trial_to_depth(
+        self, state: WearState, point: ControlPoint, depth: float, near: Sequence[Any] | None = None
+    ) -> Trial:
+        """What a step to a depth of the control point [mm] would wear; `near` as in `trial`."""
+        step = _Step(self, state, near)
         trial = self._tried(step, step.meshes_to(point, depth, nearby=True))
         missed = abs(self.depth_at(point, trial.worn.driven) - depth)
         if missed > _DEPTH_MISSED * (depth - self.depth_at(point, state.wear)):
@@ -126,9 +145,9 @@ class WearStepper:
         contact = self.teeth.load(worn.driven, loads[0], worn.driving)
         return WearState(trial.start.meshes + trial.meshes, contact, trial.pace, cases)
 
-    def _tried(self, step: _Step, meshes: float) -> Trial:
+    def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
-        loads = step.loads(meshes)
+        loads = step.loads(meshes if loads_after is None else loads_after)
         worn = step.worn(loads, meshes)
         deepest = max(float(depth.max()) for depth in worn if depth is not None)
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
@@ -229,9 +248,9 @@ class _CaseStep:
 class _Step:
     """What a step knows about its start, whatever its length."""
 
-    def __init__(self, stepper: WearStepper, state: WearState):
+    def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[Any] | None = None):
         teeth = stepper.teeth
-        self.stepper, self.teeth, self.state = stepper, teeth, state
+        self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
         per_time = teeth.pair.roll_per_time
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
         coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
@@ -252,12 +271,12 @@ class _Step:
             self.cycles = int(np.clip(np.ceil(growth / _DEPTH_A_CYCLE), *_CYCLES)) if self.stepper.implicit else 1
             if self.stepper.implicit:
                 self._rehearse(meshes)
-        starts = start or [None] * len(self.cases)
+        starts = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
     def _rehearse(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
-        loads = [case.loads(meshes, None, None) for case in self.cases]
+        loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
         worn = self.worn(loads, meshes)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
@@ -285,6 +304,11 @@ class _Step:
         slices = np.unique([low, min(low + 1, teeth.grid.face.size - 1)]) if weight > 0.0 else np.array([low])
         now = stepper.depth_at(point, self.state.wear)
         wanted = depth - now
+        if wanted <= 0.0:
+            raise ConvergenceError(
+                f"the control point (radius {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
+                f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
+            )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[Any] = [loaded.loads for loaded in self.state.loaded]
         mesh = stepper.mapping.of_mesh(teeth, self.motion, self.state.worn, self.passages(loads), slices)

@@ -202,7 +202,7 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     across, along, step = 3.041e-2, 7.032e-5, 80.0 / slices
     one = np.ones((2, slices))
     arc = step * (np.arange(slices) + 0.5) * one
-    separation = np.zeros((4, 2, slices))
+    separation = np.zeros((5, 2, slices))
     separation[0], separation[2] = 0.5 * along * (arc - 40.0) ** 2, across
     lines = dataclasses.replace(
         teeth.lines, profile=0.0 * one, separation=separation, spacing=one, length=step * one, arc=arc

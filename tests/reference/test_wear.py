@@ -257,7 +257,7 @@ def test_wear_where_nothing_ever_touches_is_zero(by_steps):
     assert (depth.max("profile").values[loaded] > 0.0).any()
 
 
-@pytest.mark.parametrize("scheme", ["implicit", "explicit"])
+@pytest.mark.parametrize("scheme", ["implicit", "two-stage", "explicit"])
 def test_meshes_and_wear_coefficient_count_as_their_product(small, scheme):
     common = {"numerics.wear_steps": 2, "numerics.wear_scheme": scheme}
     one = sw.simulate(small.replace({**common, "wear.until.meshes": 4e9}))

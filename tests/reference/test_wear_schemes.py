@@ -1,4 +1,4 @@
-"""Explicit, implicit and extrapolated wear steps over a whole life of the shipped scene: stability, error, growth."""
+"""Explicit, implicit and two-stage wear steps over a whole life of the shipped scene: stability, error, growth."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ def test_few_implicit_steps_do_what_explicit_ones_need_many_for(life, converged)
     assert four.flank_error < life.run("explicit", 12, converged).flank_error
 
 
-def test_extrapolation_is_better_than_the_steps_that_it_is_made_of(life, converged):
-    runs = (
-        life.run("implicit", 1, converged),
-        life.run("implicit", 2, converged),
-        life.run("extrapolated", 1, converged),
-    )
-    whole, halves, extrapolated = (run.flank_error for run in runs)
-    assert extrapolated < halves < whole
+def test_two_stages_are_better_than_as_many_plain_steps(life, converged):
+    one = life.run("two-stage", 1, converged)
+    assert one.error < 0.02
+    assert one.flank_error < 0.5 * life.run("implicit", 1, converged).flank_error
+    assert one.flank_error < 0.9 * life.run("implicit", 2, converged).flank_error
+    two, four = (life.run("two-stage", count, converged) for count in (2, 4))
+    assert four.flank_error < two.flank_error < 0.7 * one.flank_error
+    assert two.flank_error < life.run("implicit", 4, converged).flank_error
 
 
-@pytest.mark.parametrize("scheme", ["extrapolated", "implicit", "explicit"])
+@pytest.mark.parametrize("scheme", ["two-stage", "implicit", "explicit"])
 def test_wear_never_shrinks(life, converged, scheme):
     assert not life.run(scheme, 2, converged).shrinks
 

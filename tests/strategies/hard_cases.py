@@ -283,7 +283,7 @@ def wear_runs(draw: st.DrawFn) -> dict[str, Any]:
         "wear.until.meshes": draw(_power(4.0, 13.0)),
         "wear.worn_bodies": bodies,
         "numerics.wear_steps": draw(st.integers(1, 4)),
-        "numerics.wear_scheme": draw(st.sampled_from(["implicit", "implicit", "explicit"])),
+        "numerics.wear_scheme": draw(st.sampled_from(["implicit", "two-stage", "explicit"])),
         "numerics.wear_mapping": mapping,
         "numerics.fidelity": fidelity,
         "numerics.face_slices": draw(st.sampled_from([7, 11])),

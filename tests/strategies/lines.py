@@ -27,7 +27,7 @@ def straight_lines(
     roll = np.linspace(-0.5, 0.5, place.size)
     one = np.ones((place.size, slices))
     arc = step * (np.arange(slices) + 0.5) * one
-    separation = np.zeros((4, place.size, slices))
+    separation = np.zeros((5, place.size, slices))
     separation[0], separation[2] = 0.5 * along * (arc - 0.5 * step * slices) ** 2, across
     velocity = np.zeros((place.size, slices, 2))
     velocity[..., 0] = np.reshape(sliding, (-1, 1))

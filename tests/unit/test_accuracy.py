@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import semiwear as sw
 from semiwear.accuracy import resolution, run
@@ -16,8 +18,9 @@ from semiwear.results.checkpoint import peek
 from semiwear.results.kinds import difference, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
-from semiwear.wear.adaptive import AdaptiveStepper, doubled
+from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Worn
+from semiwear.wear.two_stage import EVENEST, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
 from validation.kills import different_variables
 
 COARSE = {
@@ -156,14 +159,14 @@ class Decay:
     """A state of a load that decays as it wears: dh/dn = 1 - h, from h = 0."""
 
     meshes: float
-    depth: float
+    depth: Any
     pace: float = 1.0
     error: float = 0.0
     stride: tuple[float, ...] = ()
 
     @property
     def worn(self):
-        return Worn(np.array([self.depth]))
+        return Worn(np.atleast_1d(self.depth))
 
 
 @dataclass(frozen=True)
@@ -184,26 +187,83 @@ class Implicit:
     def start(self):
         return Decay(0.0, 0.0)
 
-    def trial(self, state, meshes):
+    def trial(self, state, meshes, near=None, *, loads_after=None):
         self.steps += 1
-        return DecayTrial(state, meshes, (), Worn(np.array([(state.depth + meshes) / (1.0 + meshes)])), 1.0)
+        felt = meshes if loads_after is None else loads_after
+        rate = (1.0 - state.depth) / (1.0 + felt)
+        return DecayTrial(state, meshes, (rate,), Worn(np.array([state.depth + meshes * rate])), 1.0)
 
     def commit(self, trial):
         return Decay(trial.start.meshes + trial.meshes, float(trial.worn.driven[0]))
+
+
+class Ripples(Implicit):
+    """Depths that settle at rates of their own: dh/dn = 1 - rate h."""
+
+    def __init__(self, rates):
+        super().__init__()
+        self.rates = rates
+
+    def start(self):
+        return Decay(0.0, np.zeros_like(self.rates))
+
+    def trial(self, state, meshes, near=None, *, loads_after=None):
+        felt = meshes if loads_after is None else loads_after
+        rate = (1.0 - self.rates * state.depth) / (1.0 + felt * self.rates)
+        return DecayTrial(state, meshes, (rate,), Worn(state.depth + meshes * rate), 1.0)
+
+    def commit(self, trial):
+        return Decay(trial.start.meshes + trial.meshes, trial.worn.driven)
 
 
 def exact(meshes):
     return 1.0 - math.exp(-meshes)
 
 
-def test_a_doubled_step_is_better_than_its_halves_and_tells_how_far_they_are_apart():
+def both_ways(length):
+    """A step of a length, plain and in two stages."""
     stepper = Implicit()
-    for length in (0.05, 0.5):
-        step = doubled(stepper, stepper.start(), lambda at, part, z=length: stepper.trial(at, part * z - at.meshes))
-        whole, halves = length / (1.0 + length), 1.0 - 1.0 / (1.0 + 0.5 * length) ** 2
-        assert step.difference == pytest.approx(halves - whole)
-        assert abs(float(step.trial.worn.driven[0]) - exact(length)) < 0.5 * step.difference
-        assert step.trial.meshes == pytest.approx(length)
+    return measured(stepper, stepper.start(), lambda at, near: stepper.trial(at, length - at.meshes, near))
+
+
+LENGTHS = pytest.mark.parametrize("length", [0.01, 0.1, 0.5, 2.0, 7.0, 50.0, 1e3, 1e6])
+
+
+def stays(g, z):
+    """What two stages leave of a difference that decays at the rate z."""
+    return (1.0 + (1.0 - 2.0 * g) * z) / (1.0 - g * z) ** 2
+
+
+@LENGTHS
+def test_two_stages_err_no_more_than_they_say(length):
+    step = both_ways(length)
+    depth = float(step.trial.worn.driven[0])
+    assert 1.0 - depth == pytest.approx(stays(SECOND_ORDER, -length), abs=1e-12)
+    assert step.trial.start.meshes + step.trial.meshes == pytest.approx(length)
+    assert abs(depth - exact(length)) <= step.error * (1.0 + 1e-6)
+    assert step.size == pytest.approx(depth)
+
+
+@LENGTHS
+def test_steps_in_two_stages_do_what_they_are_derived_for(length):
+    stepper = TwoStageStepper(Implicit())
+    state = stepper.step(stepper.start(), length)
+    assert state.meshes == pytest.approx(length)
+    assert 1.0 - state.depth == pytest.approx(stays(EVENEST, -length), abs=1e-12)
+    assert abs(state.depth - exact(length)) < 0.047
+
+
+def test_the_evenest_stages_err_least_at_the_rate_where_they_err_most():
+    z = -np.logspace(-3.0, 5.0, 4001)
+
+    def greatest(g):
+        return np.abs(stays(g, z) - np.exp(z)).max()
+
+    assert greatest(EVENEST) < min(greatest(g) for g in np.linspace(0.25, 1.0, 301)) + 1e-4
+    assert greatest(EVENEST) < 0.25 * np.abs(1.0 / (1.0 - z) - np.exp(z)).max()
+    for g in (SECOND_ORDER, EVENEST):
+        share = np.abs(stays(g, z) - np.exp(z)) / np.abs(stays(g, z) - 1.0 / (1.0 - z))
+        assert share[z < -1e-2].max() == pytest.approx(greatest_error_share(g), rel=1e-3)
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
@@ -213,6 +273,17 @@ def test_adaptive_steps_keep_their_tolerance(tolerance):
     assert state.meshes == pytest.approx(3.0)
     assert abs(state.depth - exact(3.0)) <= state.error * exact(3.0)
     assert state.error <= 1.01 * tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
+def test_adaptive_steps_keep_their_tolerance_where_rates_are_of_every_size(tolerance):
+    """As on a flank: ripples of every length, the shorter the faster."""
+    rates = np.logspace(-2.0, 4.0, 25)
+    adaptive = AdaptiveStepper(Ripples(rates), tolerance, 3.0)
+    state = adaptive.step(adaptive.start(), 3.0)
+    settled = (1.0 - np.exp(-3.0 * rates)) / rates
+    error = float(np.linalg.norm(state.depth - settled) / np.linalg.norm(settled))
+    assert error <= state.error <= 1.01 * tolerance
 
 
 def test_solutions_grow_no_faster_than_the_tolerance_shrinks():
@@ -235,19 +306,6 @@ def test_adaptive_steps_go_on_where_the_last_ones_ended():
     assert state.meshes == pytest.approx(3.0)
     assert abs(state.depth - exact(3.0)) <= 1e-3
     assert spent[-1] <= spent[0]
-
-
-def test_wear_never_shrinks_in_a_step_that_is_far_too_long():
-    class Overshooting(Implicit):
-        """Whole steps wear far too much, as explicit ones do."""
-
-        def trial(self, state, meshes):
-            self.steps += 1
-            return DecayTrial(state, meshes, (), Worn(np.array([state.depth + meshes**3])), 1.0)
-
-    stepper = Overshooting()
-    step = doubled(stepper, Decay(0.0, 0.5), lambda at, part: stepper.trial(at, part * 2.0 - at.meshes))
-    assert float(step.trial.worn.driven[0]) == 0.5
 
 
 # ---------------------------------------------------------------- whole runs
@@ -285,6 +343,33 @@ def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, mon
     with pytest.raises(sw.ConvergenceError, match=r"accuracy 0\.001 not reached") as caught:
         sw.simulate(scene)
     assert float(caught.value.result["diagnostics"]["error_estimate"].max()) > 1e-3
+
+
+def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(shipped, monkeypatch):
+    """A quantity with an error of second order: from far away first order makes too much of it."""
+    ran = []
+
+    def error(count):
+        return 0.3 * (12.0 / count) ** 2
+
+    def solve(scene, **_):
+        ran.append(scene.numerics.roll_positions)
+        size = [1.0, 1.0 + error(ran[-1])]
+        values = xr.Dataset({"load_share_max": ("wear_step", size), "meshes": ("wear_step", [0.0, 1.0])})
+        steps = xr.Dataset({"error_estimate": ("quantity", [0.0])}, {"quantity": ["load_share_max"]})
+        return xr.DataTree.from_dict({"/history": values, "/diagnostics": steps})
+
+    within = resolution.parameters_of(shipped.numerics)
+    monkeypatch.setattr(run, "parameters_of", lambda numerics: within[:1])
+    monkeypatch.setattr(run, "simulate_as_given", solve)
+    # one depth: the coarse runs see every state
+    scene = shipped.replace(
+        {"numerics.accuracy": 0.02, "numerics.roll_positions": None, "wear.until.control_depths_um": [60.0]}
+    )
+    tree = sw.simulate(scene)
+    assert ran == [12, 24, 144, 72]
+    told = float(tree["diagnostics"].error_estimate.max())
+    assert error(144) <= told <= 0.02
 
 
 def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):

@@ -9,7 +9,10 @@ import pytest
 from fem_reference.elasticity import ElasticBody
 from fem_reference.face_gear_mesh import face_gear_mesh
 from fem_reference.hexahedra import MeshError, equal_shares, with_middles
+from fem_reference.line_meshes import MeshSettings, line_meshes
+from fem_reference.pairs import pair_motion
 from fem_reference.pinion_mesh import pinion_mesh
+from fem_reference.rigid_lines import RigidFlank, effective_modulus, forecast
 from fem_reference.tooth_mesh import LOADED, OPPOSITE, Divisions, Refinement
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.scene import load_scene
@@ -136,6 +139,39 @@ def test_refined_patch_follows_its_line(build):
         assert np.diff(flank.profile[near, k]).max() <= 0.25 + 1e-6
     assert np.diff(flank.profile, axis=0).max() > 4 * 0.25  # coarse elsewhere
     assert np.diff(flank.face).max() > 5.0
+
+
+@pytest.mark.parametrize("build", BUILDERS)
+def test_elements_are_short_where_contact_may_end(build):
+    """Short at an end of the tooth and at a place within it, growing evenly from both, as wanted elsewhere."""
+    ends = (480.0, 530.0)
+    wanted = Refinement(lambda face: 0.0 * face, 0.8, (470.0, 570.0), 0.5, 4.0, 0.6, ends, 0.2)
+    face = build(SCENE, teeth=1, refinements={0: wanted}, divisions=COARSE).flanks[0, LOADED].face
+    length, middle = np.diff(face), 0.5 * (face[1:] + face[:-1])
+    away = np.abs(middle[:, None] - ends).min(axis=1)
+    assert length.max() <= 4.0 + 1e-9
+    assert length[0] <= 0.25 and length[away < 0.2].max() <= 0.25
+    # an element spans places of different wanted sizes: the greatest of them is that of its far end
+    assert (length <= 0.2 + 0.25 * (away + 0.5 * length) + 1e-9).all()
+    assert len(length) < 60
+
+
+def test_bodies_are_refined_where_either_ends():
+    """A pinion narrower than the gear: the gear's elements are short where the pinion ends, which lies within it."""
+    scene = with_pair(pinion_face_width_mm=50.0, pinion_end_edge_radius_mm=0.3)
+    flank = RigidFlank(pair_motion(scene))
+    settings = MeshSettings(elements_per_half_width=1.0, element_length=5.0, gear_teeth=5, pinion_teeth=5)
+    torque = 1.6e6
+    lines = flank.lines(0.0)
+    expected = forecast(lines, -(len(lines) // 2), torque / flank.pair.lever, effective_modulus(scene))
+    meshes = line_meshes(flank, 0.0, expected, settings)
+    for name, inner in (("gear", 495.0), ("pinion", 495.0)):
+        face = meshes[name].flanks[0, LOADED].face
+        # contact does not reach the outer end of the pinion here: nothing is spent there
+        near = expected.lines[0].face[expected.lines[0].gap - expected.least < 1.5 * expected.approach]
+        assert near.min() < 496.0 and near.max() < 545.0
+        assert np.diff(face)[np.abs(face[1:] - inner) < 0.5].max() < 0.6
+        assert np.diff(face).max() > 2.5
 
 
 def test_patches_on_two_teeth_share_the_face_stations():

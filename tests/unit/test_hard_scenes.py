@@ -120,11 +120,12 @@ def test_heavy_line_loads_do_not_gather_in_one_slice(factor):
     np.testing.assert_allclose(line.load_share, patch.load_share, atol=0.06)
 
 
+@pytest.mark.parametrize("fourth", [-0.2, 0.0, 1e-9, 0.2])
 @pytest.mark.parametrize("third", [-0.5, 0.0, 1e-9, 0.5])
 @pytest.mark.parametrize("second", [-0.1, 0.0, 0.02])
-def test_the_separation_is_convex_and_smooth_however_far(second, third):
+def test_the_separation_is_convex_and_smooth_however_far(second, third, fourth):
     away = np.linspace(-20.0, 20.0, 2001)
-    cubic = np.array([0.3, 0.01, second, third])
+    cubic = np.array([0.3, 0.01, second, third, fourth])
     gap = np.array([fresh_gap(x, cubic) for x in away])
     assert np.diff(gap, 2).min() > -1e-12 * np.abs(gap).max()
     slope = np.array([fresh_slope(x, cubic) for x in away])
@@ -275,7 +276,7 @@ def test_depths_far_apart_end_or_say_why(fidelity):
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 @pytest.mark.parametrize("bodies", [["gear"], ["pinion", "gear"]], ids=["gear", "both"])
-@pytest.mark.parametrize("scheme", ["implicit", "explicit"])
+@pytest.mark.parametrize("scheme", ["implicit", "two-stage", "explicit"])
 def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity, bodies, scheme):
     """Found: `line` blamed the compliance; slices that are flat at a border were given contacts of metres' width."""
     changes = {

@@ -40,6 +40,7 @@ SCENES = {
     "line": {"wear.until.control_depths_um": [30.0, 60.0, 80.0]},
     "patch": PATCH,
     "patch, marched": PATCH | {"numerics.wear_mapping": "marched"},
+    "two stages": {"wear.until.control_depths_um": [30.0, 60.0, 80.0], "numerics.wear_scheme": "two-stage"},
     "both bodies": {"wear.worn_bodies": ["pinion", "gear"]},
     "spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0, 2200.0], "shares": [0.3, 0.5, 0.2]}},
     "friction": {"effects.friction": {}},

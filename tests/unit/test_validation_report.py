@@ -200,12 +200,12 @@ def test_settings_that_cannot_be_solved_are_told_and_the_others_stand():
 
 def test_solutions_for_an_error_are_those_from_which_on_it_is_kept():
     def run(steps, error):
-        return SchemeRun("extrapolated", steps, 1.0, error, 2.0 * error, 1.0, False)
+        return SchemeRun("implicit", steps, 1.0, error, 2.0 * error, 1.0, False)
 
     runs = [run(1, 0.005), run(2, 0.02), run(4, 0.009), run(8, 0.001)]
-    assert solves_for(runs, "extrapolated", 0.01) == 32
-    assert solves_for(runs, "extrapolated", 0.01, "flank_error") == 64
-    assert solves_for(runs, "extrapolated", 1e-4) is None
+    assert solves_for(runs, "implicit", 0.01) == 12
+    assert solves_for(runs, "implicit", 0.01, "flank_error") == 24
+    assert solves_for(runs, "implicit", 1e-4) is None
 
 
 def test_time_of_finite_elements_that_are_not_stored_is_unknown(monkeypatch, tmp_path):

@@ -22,20 +22,24 @@ __all__ = ["schemes_part"]
 WANTED = {"error": 0.01, "flank_error": 0.02}
 OF = {"error": "greatest wear", "flank_error": "wear over the whole flank"}
 COUNTS = {
-    "explicit": (8, 16, 32, 64, 128),
+    "explicit": (8, 16, 24, 32, 64, 128),
     "implicit": (1, 2, 4, 8, 16, 32, 64),
-    "extrapolated": (1, 2, 4, 8, 16),
+    "two-stage": (1, 2, 4, 8, 16),
 }
-QUICK_COUNTS = {"explicit": (8, 16, 32, 64), "implicit": (1, 2, 4, 8, 16, 32), "extrapolated": (1, 2, 4, 8)}
+GRIDS = {31: {"numerics.roll_positions": 12, "numerics.profile_points": 101},
+         121: {"numerics.roll_positions": 48, "numerics.profile_points": 201}}  # fmt: skip
+"""By slice count; the second in a full run only."""
+
+QUICK_COUNTS = {"explicit": (8, 16, 24, 32, 64), "implicit": (1, 2, 4, 8, 16, 32), "two-stage": (1, 2, 4, 8)}
 CONVERGED = {True: 128, False: 256}
 """Explicit steps, in a quick run and else, of the life that counts as converged."""
 
 
 def schemes_part(quick: bool, progress: Progress) -> Section:
-    """Lives in many numbers of steps, at one slice count or at two."""
+    """Lives in many numbers of steps, on one grid or on two."""
     runs: dict[int, list[SchemeRun]] = {}
     failures: list[str] = []
-    for slices in (31,) if quick else (31, 61):
+    for slices in (31,) if quick else tuple(GRIDS):
         runs[slices] = _lives(slices, quick, progress, failures)
     needed = {
         slices: {
@@ -60,9 +64,9 @@ def schemes_part(quick: bool, progress: Progress) -> Section:
             )
     html = _text(needed, quick) + failures_note(failures) + cards(drawn) + _table(runs)
     shrinks = [run for own in runs.values() for run in own if run.shrinks]
-    first = next(iter(needed))
+    finest = max(needed)
     words = "; ".join(
-        f"for {percent(error)} in {OF[of]} at {first} slices: " + _listed(needed[first][of])
+        f"for {percent(error)} in {OF[of]} at {finest} slices: " + _listed(needed[finest][of])
         for of, error in WANTED.items()
     )
     found = (
@@ -74,12 +78,7 @@ def schemes_part(quick: bool, progress: Progress) -> Section:
 
 def _lives(slices: int, quick: bool, progress: Progress, failures: list[str]) -> list[SchemeRun]:
     counts = QUICK_COUNTS if quick else COUNTS
-    changes = {
-        "numerics.face_slices": slices,
-        "numerics.roll_positions": 12,
-        "numerics.profile_points": 101,
-        "numerics.harmonics": 9,
-    }
+    changes = GRIDS[slices] | {"numerics.face_slices": slices, "numerics.harmonics": 9}
     life = life_of(wear_problem("face_gear").scene(changes))
     progress.note(f"converged life, {slices} slices")
     converged = life.states("explicit", CONVERGED[quick])[-1]
@@ -114,9 +113,9 @@ def _text(needed: dict[int, dict[str, dict[str, int | None]]], quick: bool) -> s
     return (
         "<h3>Explicit and implicit wear steps</h3><p>The same life of the shipped scene on the same grid. An "
         "explicit step takes one solution of the loaded contact, an implicit one "
-        f"{SOLVES_A_STEP['implicit']} (rehearsal, step, contact after it), an extrapolated one "
-        f"{SOLVES_A_STEP['extrapolated']} (whole and two halves). A number of steps keeps an error if it and every "
-        "larger one tried do. The greatest wear is a single place, where the "
+        f"{SOLVES_A_STEP['implicit']} (rehearsal, step, contact after it), one in two stages "
+        f"{SOLVES_A_STEP['two-stage']} (rehearsal, both stages, contact after each). A number of steps keeps an "
+        "error if it and every larger one tried do. The greatest wear is a single place, where the "
         "pinion's tip digs in at coarse steps; the error over the flank is the norm of the difference over that of "
         f"the wear. Converged: {CONVERGED[quick]} explicit steps. Solutions needed:</p><ul>{''.join(lines)}</ul>"
     )

@@ -1,0 +1,130 @@
+"""An implicit wear step in two stages: a step of g of its length tells the loads for the rest of it.
+
+    h_1 = h_0 + (1 - g) n f(h_a),  h_a = h_0 + g n f(h_a)
+    h_2 = h_1 + g n f(h_2)
+
+f is the wear of one mesh, n the meshes. Every weight is positive, so that wear never shrinks. Wear that answers at
+the rate z per step is multiplied by (1 + (1 - 2 g) z)/(1 - g z)^2, which for g >= 1/4 is stable at every z <= 0 and
+vanishes as -z grows (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021, diagonally implicit methods).
+
+`SECOND_ORDER` is for steps that are made shorter until they are good enough. Where steps are few and long, worn
+flanks answer at rates of every size within one, and the greatest error at any of them counts: `EVENEST` makes
+|factor - exp(z)| over all z <= 0 least, 0.047 against 0.21 of second order and 0.204 of a plain implicit step. It is
+fitted to that alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from semiwear.wear.mapping import Worn
+from semiwear.wear.state import ControlPoint, Trial, WearState
+from semiwear.wear.stepping import WearStepper
+
+__all__ = ["EVENEST", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_error_share", "measured"]
+
+SECOND_ORDER = 1.0 - 0.5**0.5
+EVENEST = 0.39419
+
+ToTheEnd = Callable[[WearState, Sequence[Any] | None], Trial]
+"""A plain implicit step from a state to the end of the step, with loads near those to come."""
+
+
+def greatest_error_share(g: float) -> float:
+    """Greatest error of two stages, over their difference from a plain implicit step, at any rate z <= 0.
+
+    Reached where -z is great: the factors tend to a/z and -1/z, a = (1 - 2 g)/g^2.
+    """
+    a = (1.0 - 2.0 * g) / g**2
+    return a / (1.0 + a)
+
+
+@dataclass(frozen=True)
+class TwoStageStepper:
+    """Steps in place of a `WearStepper`'s, each in two stages; for few and long ones.
+
+    Attributes
+    ----------
+    stepper : WearStepper
+        Implicit.
+    """
+
+    stepper: WearStepper
+
+    def start(self) -> WearState:
+        """The unworn flanks."""
+        return self.stepper.start()
+
+    def step(self, state: WearState, meshes: float) -> WearState:
+        """The state `meshes` engagements later."""
+        stepper, end = self.stepper, state.meshes + meshes
+
+        def to_the_end(now: WearState, near: Sequence[Any] | None) -> Trial:
+            return stepper.trial(now, end - now.meshes, near)
+
+        return stepper.commit(_last_stage(stepper, state, meshes, to_the_end, None, EVENEST))
+
+    def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
+        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
+        stepper = self.stepper
+
+        def to_the_end(now: WearState, near: Sequence[Any] | None) -> Trial:
+            return stepper.trial_to_depth(now, point, depth, near)
+
+        return stepper.commit(_from_plain(stepper, state, to_the_end(state, None), to_the_end, EVENEST))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A step in two stages, and what a plain one says of its error.
+
+    Attributes
+    ----------
+    trial : Trial
+        Its last stage.
+    error : float [mm]
+        Root of the sum of squares over the worn flanks, estimated.
+    size : float [mm]
+        Of the wear at the end of the step, likewise.
+    """
+
+    trial: Trial
+    error: float
+    size: float
+
+
+def measured(stepper: WearStepper, state: WearState, to_the_end: ToTheEnd) -> Measured:
+    """A step in two stages of second order and in one, to the same end."""
+    plain = to_the_end(state, None)
+    trial = _from_plain(stepper, state, plain, to_the_end, SECOND_ORDER)
+    error = greatest_error_share(SECOND_ORDER) * _size(trial.worn, plain.worn)
+    return Measured(trial, error, _size(trial.worn))
+
+
+def _from_plain(stepper: WearStepper, state: WearState, plain: Trial, to_the_end: ToTheEnd, g: float) -> Trial:
+    """The last stage of a step that a plain one has been as far as."""
+    return replace(_last_stage(stepper, state, plain.meshes, to_the_end, plain.loads, g), pace=plain.pace)
+
+
+def _last_stage(
+    stepper: WearStepper,
+    state: WearState,
+    meshes: float,
+    to_the_end: ToTheEnd,
+    near: Sequence[Any] | None,
+    g: float,
+) -> Trial:
+    """The last stage of a step of about so many meshes; without loads near its own, a rehearsal finds some."""
+    first = stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
+    return to_the_end(stepper.commit(first), near or first.loads)
+
+
+def _size(worn: Worn, less: Worn | None = None) -> float:
+    """Root of the sum of squares of a wear, less another [mm]."""
+    others = (None, None) if less is None else less
+    parts = [x if y is None else x - y for x, y in zip(worn, others, strict=True) if x is not None]
+    return float(np.sqrt(sum(np.sum(part**2) for part in parts)))
