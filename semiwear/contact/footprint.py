@@ -107,10 +107,10 @@ class Footprints:
 
 
 @njit(cache=True, error_model="numpy")
-def _convex(away, cubic):  # type: ignore[no-untyped-def]
+def _convex(away, terms):  # type: ignore[no-untyped-def]
     """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
     side = 1.0 if away >= 0.0 else -1.0
-    bend, third, fourth = max(cubic[2], 0.0), side * cubic[3], cubic[4]
+    bend, third, fourth = max(terms[2], 0.0), side * terms[3], terms[4]
     # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
     rest = third * third - 2.0 * bend * fourth
     if rest < 0.0:
@@ -125,36 +125,36 @@ def _convex(away, cubic):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_gap(away, cubic):  # type: ignore[no-untyped-def]
+def fresh_gap(away, terms):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
     The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
     beyond the place where its curvature vanishes the separation goes on straight.
     """
-    bend, d = _convex(away, cubic)
-    slope = cubic[1] + d * (bend + d * (0.5 * cubic[3] + d * cubic[4] / 6.0))
-    rise = d * (cubic[1] + d * (0.5 * bend + d * (cubic[3] / 6.0 + d * cubic[4] / 24.0)))
-    return cubic[0] + rise + (away - d) * slope
+    bend, d = _convex(away, terms)
+    slope = terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
+    rise = d * (terms[1] + d * (0.5 * bend + d * (terms[3] / 6.0 + d * terms[4] / 24.0)))
+    return terms[0] + rise + (away - d) * slope
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_slope(away, cubic):  # type: ignore[no-untyped-def]
+def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
-    bend, d = _convex(away, cubic)
-    return cubic[1] + d * (bend + d * (0.5 * cubic[3] + d * cubic[4] / 6.0))
+    bend, d = _convex(away, terms)
+    return terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
 
 
 @njit(cache=True, error_model="numpy")
-def _gap_at(place, at, cubic, wear, nodes, split):  # type: ignore[no-untyped-def]
+def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-def]
     cell, x = locate(nodes, split, place)
-    return fresh_gap(place - at, cubic) + (1.0 - x) * wear[cell] + x * wear[cell + 1]
+    return fresh_gap(place - at, terms) + (1.0 - x) * wear[cell] + x * wear[cell + 1]
 
 
 @njit(cache=True, error_model="numpy")
-def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
+def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius)."""
-    here = _gap_at(border, at, cubic, wear, nodes, split)
-    slope = direction * fresh_slope(border - at, cubic) / per_mm
+    here = _gap_at(border, at, terms, wear, nodes, split)
+    slope = direction * fresh_slope(border - at, terms) / per_mm
     reach = radius * (-slope + sqrt(slope * slope + 2.0 * room / radius))
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
@@ -165,44 +165,44 @@ def _arc(border, direction, radius, per_mm, room, at, cubic, wear, nodes, split,
 
 
 @njit(cache=True, error_model="numpy")
-def _room(cubic, half_width):  # type: ignore[no-untyped-def]
+def _room(terms, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of the fresh gap over the reference half-width."""
-    return 0.5 * max(cubic[2], LEAST_BEND) * half_width * half_width
+    return 0.5 * max(terms[2], LEAST_BEND) * half_width * half_width
 
 
 @njit(cache=True, error_model="numpy")
 def outline(  # type: ignore[no-untyped-def]
-    start, stop, at, low, high, cubic, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
+    start, stop, at, low, high, terms, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
 ):
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
     start, stop = max(low, min(start, high)), min(high, max(stop, low))
     count = 0
     if start <= low and low_radius > 0.0:
-        count = _arc(low, -1.0, low_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
+        count = _arc(low, -1.0, low_radius, per_mm, room, at, terms, wear, nodes, split, u, g, count)
         u[:count] = u[:count][::-1].copy()
         g[:count] = g[:count][::-1].copy()
     u[count] = start
-    g[count] = _gap_at(start, at, cubic, wear, nodes, split)
+    g[count] = _gap_at(start, at, terms, wear, nodes, split)
     count += 1
     p = np.searchsorted(nodes, start)
     if p < nodes.shape[0] and nodes[p] <= start:
         p += 1
     while p < nodes.shape[0] and nodes[p] < stop and count < MOST_NODES - _ARC_NODES - 2:
         u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - at, cubic) + wear[p]
+        g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
         count += 1
         p += 1
     if stop > u[count - 1]:
         u[count] = stop
-        g[count] = _gap_at(stop, at, cubic, wear, nodes, split)
+        g[count] = _gap_at(stop, at, terms, wear, nodes, split)
         count += 1
     if stop >= high and high_radius > 0.0:
-        count = _arc(high, 1.0, high_radius, per_mm, room, at, cubic, wear, nodes, split, u, g, count)
+        count = _arc(high, 1.0, high_radius, per_mm, room, at, terms, wear, nodes, split, u, g, count)
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(u, g, count, at, low, high, cubic, room, longest, fine_u, fine_g):  # type: ignore[no-untyped-def]
+def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  # type: ignore[no-untyped-def]
     """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
 
     Wear is straight between nodes, the fresh separation is not.
@@ -214,14 +214,14 @@ def _refine(u, g, count, at, low, high, cubic, room, longest, fine_u, fine_g):  
     n = 1
     for c in range(count - 1):
         width = u[c + 1] - u[c]
-        sag = 0.125 * cubic[2] * width * width
+        sag = 0.125 * terms[2] * width * width
         if u[c] >= low and u[c + 1] <= high and min(g[c], g[c + 1]) - least < room + sag:
-            before, after = g[c] - fresh_gap(u[c] - at, cubic), g[c + 1] - fresh_gap(u[c + 1] - at, cubic)
+            before, after = g[c] - fresh_gap(u[c] - at, terms), g[c + 1] - fresh_gap(u[c + 1] - at, terms)
             parts = min(int(width / longest) + 1, MOST_NODES - n - (count - c))
             for part in range(1, parts):
                 x = part / parts
                 fine_u[n] = u[c] + x * width
-                fine_g[n] = fresh_gap(fine_u[n] - at, cubic) + (1.0 - x) * before + x * after
+                fine_g[n] = fresh_gap(fine_u[n] - at, terms) + (1.0 - x) * before + x * after
                 n += 1
         fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
         n += 1
@@ -231,17 +231,17 @@ def _refine(u, g, count, at, low, high, cubic, room, longest, fine_u, fine_g):  
 
 
 @njit(cache=True, error_model="numpy")
-def _reached(at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
+def _reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
     width = half_width / per_mm
-    room = _room(cubic, width)
+    room = _room(terms, width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + sqrt(2.0 * (gone.max() - gone.min() + room) / max(cubic[2], LEAST_BEND))
+    reach = width + sqrt(2.0 * (gone.max() - gone.min() + room) / max(terms[2], LEAST_BEND))
     count = outline(
-        at - reach, at + reach, at, low, high, cubic, per_mm, low_radius, high_radius, room, gone, nodes, split,
+        at - reach, at + reach, at, low, high, terms, per_mm, low_radius, high_radius, room, gone, nodes, split,
         work[0], work[1],
     )  # fmt: skip
-    count, least = _refine(work[0], work[1], count, at, low, high, cubic, room, _FINE * width, work[2], work[3])
+    count, least = _refine(work[0], work[1], count, at, low, high, terms, room, _FINE * width, work[2], work[3])
     return room, count, least
 
 
@@ -283,11 +283,11 @@ def _find(  # type: ignore[no-untyped-def]
     for i in range(faces):
         for k in range(rolls):
             at, per_mm = profile[k, i], spacing[k, i]
-            cubic, gone = separation[:, k, i], removed[row[k], i]
+            terms, gone = separation[:, k, i], removed[row[k], i]
             width = half_width / per_mm
             out_profile[k, i] = at
-            out_gap[k, i] = _gap_at(at, at, cubic, gone, nodes[i], split[i])
-            out_curvature[k, i] = max(cubic[2], 1e-9) / per_mm**2
+            out_gap[k, i] = _gap_at(at, at, terms, gone, nodes[i], split[i])
+            out_curvature[k, i] = max(terms[2], 1e-9) / per_mm**2
             out_width[k, i] = half_width
             out_least[k, i] = out_gap[k, i]
             out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
@@ -296,7 +296,7 @@ def _find(  # type: ignore[no-untyped-def]
             if gone.max() == gone.min() and not out_edge[k, i]:
                 continue
             room, count, least = _reached(
-                at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
+                at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
                 split[i], half_width, work,
             )  # fmt: skip
             out_least[k, i] = least
@@ -375,11 +375,11 @@ class Spread:
 
 @njit(cache=True, error_model="numpy")
 def pieces_of(  # type: ignore[no-untyped-def]
-    at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work, mass, middle
+    at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work, mass, middle
 ):
     """Stretches of one footprint: their middles, their shares before division by the area, how many, and the area."""
     room, count, least = _reached(
-        at, low, high, cubic, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
+        at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )
     u, g = work[2], work[3]
     area = 0.0

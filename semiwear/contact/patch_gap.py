@@ -27,14 +27,14 @@ _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 
 @njit(cache=True, error_model="numpy")
-def _rounded(away, border, side, radius, at, per_mm, cubic):  # type: ignore[no-untyped-def]
+def _rounded(away, border, side, radius, at, per_mm, terms):  # type: ignore[no-untyped-def]
     """Separation on the rounded edge beyond a border: the flank's tangent falls away along an arc."""
     d = border - at
     beyond = side * (at + away - border) * per_mm
     if beyond >= radius:
         return np.inf
-    slope = side * fresh_slope(d, cubic) / per_mm
-    return fresh_gap(d, cubic) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
+    slope = side * fresh_slope(d, terms) / per_mm
+    return fresh_gap(d, terms) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
 
 
 @njit(cache=True, error_model="numpy")
@@ -46,21 +46,21 @@ def _gaps(  # type: ignore[no-untyped-def]
     farthest = -1.0
     for r in range(rolls.shape[0]):
         k, i = rolls[r], faces[r]
-        at, per_mm, cubic = profile[k, i], spacing[k, i], separation[:, k, i]
+        at, per_mm, terms = profile[k, i], spacing[k, i], separation[:, k, i]
         gone = removed[row[k], i]
         least = gone.min()
         for side in (-1.0, 1.0):
-            c, before = 0, cubic[0]
+            c, before = 0, terms[0]
             while True:
                 distance = (c + 0.5) * width
                 away = side * distance / per_mm
                 place = at + away
                 if place > high[k, i]:
-                    fresh = _rounded(away, high[k, i], 1.0, high_radius[k, i], at, per_mm, cubic)
+                    fresh = _rounded(away, high[k, i], 1.0, high_radius[k, i], at, per_mm, terms)
                 elif place < low[k, i]:
-                    fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, cubic)
+                    fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, terms)
                 else:
-                    fresh = fresh_gap(away, cubic)
+                    fresh = fresh_gap(away, terms)
                 if fresh + least <= approach:
                     farthest = max(farthest, distance)
                 elif fresh >= before:

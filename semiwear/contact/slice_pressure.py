@@ -109,7 +109,7 @@ def _solve(  # type: ignore[no-untyped-def]
     rolls, faces = line_load.shape
     for i in range(faces):
         for k in range(rolls):
-            q, at, per_mm, cubic = line_load[k, i], profile[k, i], spacing[k, i], separation[:, k, i]
+            q, at, per_mm, terms = line_load[k, i], profile[k, i], spacing[k, i], separation[:, k, i]
             if q <= 0.0:
                 continue
             gone = removed[row[k], i]
@@ -118,9 +118,9 @@ def _solve(  # type: ignore[no-untyped-def]
             closes = 2.0 * q / (pi * modulus)
             room = _ROOM * closes
             for _ in range(_ATTEMPTS):
-                reach = sqrt(2.0 * (spread + room) / max(cubic[2], LEAST_BEND))
+                reach = sqrt(2.0 * (spread + room) / max(terms[2], LEAST_BEND))
                 count = outline(
-                    at - reach, at + reach, at, low[k, i], high[k, i], cubic, per_mm, low_radius[k, i],
+                    at - reach, at + reach, at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i],
                     high_radius[k, i], room, gone, nodes[i], split[i], u, g,
                 )  # fmt: skip
                 least = g[:count].min()
@@ -138,7 +138,7 @@ def _solve(  # type: ignore[no-untyped-def]
                     place = start + (c + 0.5) * width
                     if low[k, i] <= place <= high[k, i]:
                         cell, x_cell = locate(nodes[i], split[i], place)
-                        gap[c] = fresh_gap(place - at, cubic) + smooth_value(gone, cell, x_cell) - least
+                        gap[c] = fresh_gap(place - at, terms) + smooth_value(gone, cell, x_cell) - least
                     else:
                         gap[c] = np.interp(place, u[:count], g[:count]) - least
                     active[c] = gap[c] < closes

@@ -226,20 +226,22 @@ def test_patches_and_lines_wear_alike(shipped):
 
 
 def on_cells(teeth, rolls, wear, columns):
-    """Gap in the middle of cells, from fresh cubic and wear anew: (roll, face, columns).
+    """Gap in the middle of cells, from the fresh separation and wear anew: (roll, face, columns).
 
-    NaN beyond the flank, and where a slice's cubic bends away from it.
+    NaN beyond the flank, and from where a slice's separation bends away from it.
     """
     lines, grid = teeth.lines, teeth.grid
     offset = (np.arange(columns) - 0.5 * (columns - 1)) * teeth.solver.cells.width
     away = offset / lines.spacing[rolls][..., None]
     place = lines.profile[rolls][..., None] + away
-    value, slope, bend, twist = lines.separation[:, rolls][..., None]
-    gap = value + away * (slope + away * (0.5 * bend + away * twist / 6.0))
+    value, slope, bend, third, fourth = lines.separation[:, rolls][..., None]
+    gap = value + away * (slope + away * (0.5 * bend + away * (third / 6.0 + away * fourth / 24.0)))
+    part = np.linspace(0.0, 1.0, 33) * away[..., None]
+    convex = (bend[..., None] + part * (third[..., None] + 0.5 * part * fourth[..., None])).min(axis=-1) > 0.0
     for i in range(grid.face.size):
         gap[:, i] += np.interp(place[:, i], grid.profile[i], wear[i])
     inside = (place >= lines.low[rolls][..., None]) & (place <= lines.high[rolls][..., None])
-    return np.where(inside & (bend + twist * away > 0.0), gap, np.nan)
+    return np.where(inside & convex, gap, np.nan)
 
 
 class Ridge:
@@ -292,7 +294,7 @@ def test_nothing_is_pierced_beyond_the_patch(ridge):
     assert np.nanmin(inner[ridge.pair]) < -5e-3
 
 
-def test_gap_of_the_cells_is_cubic_and_wear(ridge):
+def test_gap_of_the_cells_is_fresh_separation_and_wear(ridge):
     """`PatchCells` with many more columns: what it leaves out is farther than the approach."""
     cells, approach, columns = ridge.teeth.solver.cells, float(ridge.approach.max()), 400
     faces = np.arange(10, 50, 8)
