@@ -62,20 +62,21 @@ class TwoStageStepper:
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
         stepper, end = self.stepper, state.meshes + meshes
-
-        def to_the_end(now: WearState, near: Sequence[Any] | None) -> Trial:
-            return stepper.trial(now, end - now.meshes, near)
-
-        return stepper.commit(_last_stage(stepper, state, meshes, to_the_end, None, EVENEST))
+        first = _first_stage(stepper, state, meshes, None, EVENEST)
+        middle = stepper.commit(first)
+        return stepper.commit(stepper.trial(middle, end - middle.meshes, first.loads))
 
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
         stepper = self.stepper
-
-        def to_the_end(now: WearState, near: Sequence[Any] | None) -> Trial:
-            return stepper.trial_to_depth(now, point, depth, near)
-
-        return stepper.commit(_from_plain(stepper, state, to_the_end(state, None), to_the_end, EVENEST))
+        plain = stepper.trial_to_depth(state, point, depth)
+        first = _first_stage(stepper, state, plain.meshes, plain.loads, EVENEST)
+        if stepper.depth_at(point, first.worn.driven) >= depth:
+            # the point loses its load on the way: in two steps it does so gradually
+            middle = 0.5 * (stepper.depth_at(point, state.wear) + depth)
+            return self.step_to_depth(self.step_to_depth(state, point, middle), point, depth)
+        last = stepper.trial_to_depth(stepper.commit(first), point, depth, plain.loads)
+        return stepper.commit(replace(last, pace=plain.pace))
 
 
 @dataclass(frozen=True)
@@ -100,27 +101,17 @@ class Measured:
 def measured(stepper: WearStepper, state: WearState, to_the_end: ToTheEnd) -> Measured:
     """A step in two stages of second order and in one, to the same end."""
     plain = to_the_end(state, None)
-    trial = _from_plain(stepper, state, plain, to_the_end, SECOND_ORDER)
+    first = _first_stage(stepper, state, plain.meshes, plain.loads, SECOND_ORDER)
+    trial = replace(to_the_end(stepper.commit(first), plain.loads), pace=plain.pace)
     error = greatest_error_share(SECOND_ORDER) * _size(trial.worn, plain.worn)
     return Measured(trial, error, _size(trial.worn))
 
 
-def _from_plain(stepper: WearStepper, state: WearState, plain: Trial, to_the_end: ToTheEnd, g: float) -> Trial:
-    """The last stage of a step that a plain one has been as far as."""
-    return replace(_last_stage(stepper, state, plain.meshes, to_the_end, plain.loads, g), pace=plain.pace)
-
-
-def _last_stage(
-    stepper: WearStepper,
-    state: WearState,
-    meshes: float,
-    to_the_end: ToTheEnd,
-    near: Sequence[Any] | None,
-    g: float,
+def _first_stage(
+    stepper: WearStepper, state: WearState, meshes: float, near: Sequence[Any] | None, g: float
 ) -> Trial:
-    """The last stage of a step of about so many meshes; without loads near its own, a rehearsal finds some."""
-    first = stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
-    return to_the_end(stepper.commit(first), near or first.loads)
+    """What a step of about so many meshes wears before its last stage; without loads near its own it rehearses."""
+    return stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
 
 
 def _size(worn: Worn, less: Worn | None = None) -> float:

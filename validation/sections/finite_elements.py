@@ -266,7 +266,7 @@ def _comparison(cases: Sequence[Case]) -> str:
 def _charts(cases: Sequence[Case]) -> list[str]:
     drawn = []
     for case in cases:
-        if case.name not in ("unworn", "worn"):
+        if case.name not in ("unworn", "finer"):
             continue
         for name, text, unit in (
             ("load_share", "Load share", "1"),
