@@ -18,6 +18,7 @@ from validation.charts import COLOURS, MARKERS, Draw, card, cards, pareto, plain
 from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
 from validation.section import Section
+from validation.sections.finite_elements import summary
 from validation.sections.wear_schemes import schemes_part
 from validation.tables import dataset, failures_note, listed, percent, with_unit
 
@@ -39,7 +40,7 @@ class FiniteElementCost:
     positions : int
         Mesh positions of that cycle.
     errors : dict of str to float
-        Of figures, against the stored case with more elements, at the mesh position they share; empty without it.
+        Of figures at their greatest, against the stored case with more elements; empty without it.
     note : str
         What is stored and what is not.
     """
@@ -286,15 +287,17 @@ def finite_element_cost() -> FiniteElementCost:
     except (FileNotFoundError, SemiwearError):
         none = "; none with more elements is stored, so that their own error is unknown: a line marks the time."
         return FiniteElementCost(seconds, positions, {}, text + none)
-    rows = store.contact_rows(worn, finer)
+    rows = summary(store.contact_rows(worn, finer))
     errors = {}
     for name, variable in (("peak pressure", "contact_pressure_max"), ("root stress", "root_stress"),
                            ("transmission error", "transmission_error_loaded")):  # fmt: skip
-        own = [row for row in rows if row.name.startswith(variable) and not row.name.endswith(("mean", "edge"))]
+        own = [one.greatest for key, one in rows.items() if key.startswith(variable) and not key.endswith("edge")]
         if own:
             errors[name] = abs(max(own, key=lambda row: abs(row.reference)).difference)
     known = listed([f"{name} {percent(error)}" for name, error in errors.items()])
-    return FiniteElementCost(seconds, positions, errors, f"{text}; more elements at one of them change {known}.")
+    return FiniteElementCost(
+        seconds, positions, errors, f"{text}; at the greatest values more elements change {known}."
+    )
 
 
 # ---- data
