@@ -312,7 +312,7 @@ def test_agreement_counts_pairs_that_bear_load():
     assert found["contact_pressure_max"].apart == pytest.approx(-20.0 / 820.0)
     assert found["load_share"].apart == pytest.approx(0.02)
     assert found["load_share"].limit == store.LIMITS["load_share"]
-    assert found["transmission_error_loaded, mean"].limit == store.LIMITS["transmission_error"]
+    assert found["transmission_error_loaded, mean"].limit == store.LIMITS["transmission_error_loaded"]
 
 
 # ---- peers
