@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -69,10 +70,10 @@ class Life:
 
     stepper: WearStepper
     meshes: float
-    _unworn: WearState = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_unworn", self.stepper.start())
+    @cached_property
+    def _unworn(self) -> WearState:
+        return self.stepper.start()
 
     def states(self, scheme: str, count: int) -> list[np.ndarray]:
         """Wear [mm] after each of so many steps of even length, the unworn flank first."""

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, footprints
-from semiwear.contact.patch_contact import PatchLoads
 from semiwear.contact.teeth_solver import SlicePressures, TeethLoads, TeethSolver
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
@@ -152,10 +151,8 @@ class LoadedTeeth:
         Fidelity `patch` knows the force on every cell, `line` the middle of each slice's footprint.
         """
         force, moved = state.loads.force, state.coarse.profile - self.lines.profile
-        if isinstance(state.loads, PatchLoads) and self.solver.resolved is not None:
-            force = state.loads.cells
-            columns = force.shape[-1]
-            offset = (np.arange(columns) - 0.5 * (columns - 1)) * self.solver.resolved.cells.width
+        if self.solver.resolved is not None:
+            force, offset = self.solver.resolved.cell_forces(state.loads)
             moved = offset / self.lines.spacing[..., None]
         per_cycle = self.rolls.phase.size
         return np.stack([body.root_stress(force, per_cycle, moved) for body in self.solver.bodies], axis=-1)

@@ -165,11 +165,14 @@ class PatchContact:
         """Pressure of each cell [MPa], (roll, face, columns)."""
         return loads.cells / (self.lines.length * self.cells.width)[..., None]
 
+    def cell_forces(self, loads: PatchLoads) -> tuple[FloatArray, FloatArray]:
+        """Force on each cell [N], (roll, face, columns), and its distance from the line [mm], (columns,)."""
+        return loads.cells, self.cells.offsets(loads.cells.shape[-1])
+
     def pressures(self, loads: PatchLoads, worn: Footprints, margin: float) -> SlicePressures:
         """Greatest cell pressures; as in `TeethSolver`."""
         lines, pressure = self.lines, self.cell_pressure(loads)
-        columns = pressure.shape[-1]
-        offset = (np.arange(columns) - 0.5 * (columns - 1)) * self.cells.width
+        offset = self.cells.offsets(pressure.shape[-1])
         first = (lines.low - lines.profile) * lines.spacing + margin
         last = (lines.high - lines.profile) * lines.spacing - margin
         inside = (offset >= first[..., None]) & (offset <= last[..., None])
@@ -282,7 +285,7 @@ class PatchContact:
     def _hertz(self, rows: _Rows, columns: int, worn: Footprints, first: LineLoads) -> FloatArray:
         """Line loads as semi-ellipses around the footprints: where cells are first taken to touch."""
         at = (rows.rolls, rows.faces)
-        offset = (np.arange(columns) - 0.5 * (columns - 1)) * self.cells.width
+        offset = self.cells.offsets(columns)
         centre = (worn.profile[at] - self.lines.profile[at]) * self.lines.spacing[at]
         width = np.maximum(first.half_width[at], self.cells.width)
         shape = np.sqrt(np.maximum(1.0 - ((offset - centre[:, None]) / width[:, None]) ** 2, 0.0))

@@ -175,6 +175,10 @@ class PatchCells:
         )  # fmt: skip
         return out, reach
 
+    def offsets(self, columns: int) -> FloatArray:
+        """Distance of the middle of each cell in a row from the line [mm], (columns,)."""
+        return (np.arange(columns, dtype=np.float64) - 0.5 * (columns - 1)) * self.width
+
     def columns_for(self, reach: float) -> int:
         """Even number of cells in a row, in whole multiples, that covers `reach` [mm] to either side."""
         half = max(int(reach / self.width) + 2, 4)

@@ -125,10 +125,10 @@ def test_heavy_line_loads_do_not_gather_in_one_slice(factor):
 @pytest.mark.parametrize("second", [-0.1, 0.0, 0.02])
 def test_the_separation_is_convex_and_smooth_however_far(second, third, fourth):
     away = np.linspace(-20.0, 20.0, 2001)
-    cubic = np.array([0.3, 0.01, second, third, fourth])
-    gap = np.array([fresh_gap(x, cubic) for x in away])
+    terms = np.array([0.3, 0.01, second, third, fourth])
+    gap = np.array([fresh_gap(x, terms) for x in away])
     assert np.diff(gap, 2).min() > -1e-12 * np.abs(gap).max()
-    slope = np.array([fresh_slope(x, cubic) for x in away])
+    slope = np.array([fresh_slope(x, terms) for x in away])
     np.testing.assert_allclose(np.gradient(gap, away)[1:-1], slope[1:-1], atol=0.01 * max(np.abs(slope).max(), 1.0))
 
 

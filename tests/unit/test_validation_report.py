@@ -312,7 +312,16 @@ def test_agreement_counts_pairs_that_bear_load():
     assert found["contact_pressure_max"].apart == pytest.approx(-20.0 / 820.0)
     assert found["load_share"].apart == pytest.approx(0.02)
     assert found["load_share"].limit == store.LIMITS["load_share"]
-    assert found["transmission_error_loaded, mean"].limit == store.LIMITS["transmission_error_loaded"]
+    assert found["transmission_error_loaded, mean"].limit == store.LIMITS["transmission_error"]
+
+
+@pytest.mark.parametrize(
+    ("core", "reference", "limited"), [(3e-4, -3e-5, False), (-8.9, -8.97, True), (3e-4, 2.0, True)]
+)
+def test_a_transmission_error_of_nothing_has_no_relative_limit(core, reference, limited):
+    row = store.Row("transmission_error_unloaded", "position 0.000", core, reference, "arcsec")
+    found = finite_elements.summary([row])["transmission_error_unloaded"]
+    assert (found.limit is not None) is limited
 
 
 # ---- peers
