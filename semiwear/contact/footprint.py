@@ -43,7 +43,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
-_ARC_NODES = 6  # on the part of a rounded edge that a footprint can reach
+_ARC_NODES = 16  # on the part of a rounded edge that a footprint can reach
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 _MOST_PARTS = 16  # of a roll step
 MOST_NODES = 1024  # of a footprint: a bound for the work arrays
@@ -145,21 +145,37 @@ def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-def]
+def _wear_at(place, wear, nodes, split):  # type: ignore[no-untyped-def]
     cell, x = locate(nodes, split, place)
-    return fresh_gap(place - at, terms) + (1.0 - x) * wear[cell] + x * wear[cell + 1]
+    return (1.0 - x) * wear[cell] + x * wear[cell + 1]
+
+
+@njit(cache=True, error_model="numpy")
+def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-def]
+    return fresh_gap(place - at, terms) + _wear_at(place, wear, nodes, split)
 
 
 @njit(cache=True, error_model="numpy")
 def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
-    """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius)."""
-    here = _gap_at(border, at, terms, wear, nodes, split)
+    """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius).
+
+    Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
+    the edge has worn.
+    """
+    fresh = fresh_gap(border - at, terms)
     slope = direction * fresh_slope(border - at, terms) / per_mm
-    reach = radius * (-slope + sqrt(slope * slope + 2.0 * room / radius))
+    here = _wear_at(border, wear, nodes, split)
+    rises = 0.0
+    cell = locate(nodes, split, border)[0]
+    p = cell if direction < 0.0 else cell + 1
+    while 0 <= p < nodes.shape[0] and abs(nodes[p] - border) * per_mm < radius:
+        rises = max(rises, here - wear[p])
+        p += 1 if direction > 0.0 else -1
+    reach = min(radius * (-slope + sqrt(slope * slope + 2.0 * (room + rises) / radius)), radius)
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
-        g[count] = here + slope * x + 0.5 * x * x / radius
+        g[count] = fresh + slope * x + 0.5 * x * x / radius + _wear_at(u[count], wear, nodes, split)
         count += 1
     return count
 

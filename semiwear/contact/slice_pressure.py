@@ -8,7 +8,7 @@ influence (Johnson 1985, eq. 2.25) and the line load that the load sharing found
 
 from __future__ import annotations
 
-from math import log, pi, sqrt
+from math import exp, log, pi, sqrt
 
 import numpy as np
 from numba import njit
@@ -23,11 +23,14 @@ __all__ = ["solve_slices"]
 
 FloatArray = NDArray[np.float64]
 
-_CELLS = 32  # across what may touch: Hertz's peak within 0.3 %
+_CELLS = 32  # across a band that may touch: Hertz's peak within 0.3 %
+_FEWER = (32, 24, 16)  # in each of one, two or three such bands
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
 _WIDER = 1.6  # when that was too little
+_BEYOND = 1.1  # of the gap of a place that turned out to be pressed
 _ATTEMPTS = 8
 _SETS = 60
+_MOST = 2 * max(_FEWER)
 
 
 def _flamant() -> FloatArray:
@@ -42,8 +45,34 @@ _INFLUENCE = _flamant()
 
 
 @njit(cache=True, error_model="numpy")
-def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type: ignore[no-untyped-def]
-    """Pressures of cells of unit width under a load; returns the approach, NaN if unsettled, in units of the gaps."""
+def _mean_log(distance, width):  # type: ignore[no-untyped-def]
+    """Mean of the logarithm of the distance from a place to a cell of some width."""
+    high, low = distance + 0.5 * width, distance - 0.5 * width
+    total = high * log(high) - width
+    if low != 0.0:
+        total -= low * log(abs(low))
+    return total / width
+
+
+@njit(cache=True, error_model="numpy")
+def _influences(x, width, n, bands, span, even, out):  # type: ignore[no-untyped-def]
+    """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
+    if bands == 1:
+        for i in range(n):
+            for j in range(n):
+                out[i, j] = even[abs(i - j)]
+        return
+    constant = log(2.0 * span)
+    for i in range(n):
+        for j in range(i + 1):
+            away = abs(x[i] - x[j])
+            out[i, j] = constant - 0.5 * (_mean_log(away, width[i]) + _mean_log(away, width[j]))
+            out[j, i] = out[i, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _plane_contact(gap, load, influence, active, force, a, x, y, on):  # type: ignore[no-untyped-def]
+    """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
     n = gap.shape[0]
     for _ in range(_SETS):
         m = 0
@@ -53,7 +82,7 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
                 m += 1
         for i in range(m):
             for j in range(i + 1):
-                value = influence[on[i] - on[j]]
+                value = influence[on[i], on[j]]
                 for k in range(j):
                     value -= a[i, k] * a[j, k]
                 a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
@@ -72,7 +101,7 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
             top += x[i]
             bottom += y[i]
         approach = top / bottom
-        pressure[:] = 0.0
+        force[:] = 0.0
         changed = False
         for i in range(m):
             value = approach * y[i] - x[i]
@@ -80,32 +109,90 @@ def _plane_contact(gap, load, influence, active, pressure, a, x, y, on):  # type
                 active[on[i]] = False
                 changed = True
             else:
-                pressure[on[i]] = value
+                force[on[i]] = value
         if changed:
             continue
         for i in range(n):
             if not active[i]:
                 slack = gap[i] - approach
                 for k in range(m):
-                    slack += influence[abs(i - on[k])] * pressure[on[k]]
+                    slack += influence[i, on[k]] * force[on[k]]
                 if slack < -1e-9 * abs(approach):
                     active[i] = True
                     changed = True
         if not changed:
-            return approach
-    return np.nan
+            return approach, 1.0 / bottom
+    return np.nan, np.nan
+
+
+@njit(cache=True, error_model="numpy")
+def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-def]
+    """First and last points of the stretches whose gap is within `room` of the least; returns their number."""
+    bands = 0
+    c = 0
+    while c < count:
+        if g[c] - least > room:
+            c += 1
+            continue
+        start = max(c - 1, 0)
+        while c < count and g[c] - least <= room:
+            c += 1
+        stop = min(c, count - 1)
+        if bands > 0 and start <= last[bands - 1]:
+            last[bands - 1] = stop
+            continue
+        if bands == len(_FEWER):
+            # the nearest become one
+            nearest, apart = bands, u[start] - u[last[bands - 1]]
+            for k in range(1, bands):
+                if u[first[k]] - u[last[k - 1]] < apart:
+                    nearest, apart = k, u[first[k]] - u[last[k - 1]]
+            if nearest == bands:
+                last[bands - 1] = stop
+                continue
+            last[nearest - 1] = last[nearest]
+            for k in range(nearest, bands - 1):
+                first[k], last[k] = first[k + 1], last[k + 1]
+            bands -= 1
+        first[bands], last[bands] = start, stop
+        bands += 1
+    return bands
+
+
+@njit(cache=True, error_model="numpy")
+def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, per_mm, span, approach, unit):  # type: ignore[no-untyped-def]
+    """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
+    constant, farthest = log(2.0 * span), 0.0
+    band = 0
+    for c in range(count):
+        while band < bands and c > last[band]:
+            band += 1
+        if band < bands and c >= first[band]:
+            continue
+        slack = (g[c] - least) / unit - approach
+        if slack >= 0.0:
+            continue
+        for k in range(n):
+            if force[k] > 0.0:
+                slack += force[k] * (constant - _mean_log(abs(u[c] * per_mm - x[k]), width[k]))
+        if slack < 0.0:
+            farthest = max(farthest, g[c] - least)
+    return farthest
 
 
 @njit(cache=True, error_model="numpy")
 def _solve(  # type: ignore[no-untyped-def]
-    line_load, curvature, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes,
-    split, modulus, margin, influence, out_inner, out_place, out_border, out_gap,
+    line_load, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, modulus,
+    margin, even, out_inner, out_place, out_border, out_gap, out_curvature,
 ):  # fmt: skip
-    cells = influence.shape[0]
-    gap, pressure = np.empty(cells), np.empty(cells)
-    a, x, y = np.empty((cells, cells)), np.empty(cells), np.empty(cells)
-    on, active = np.empty(cells, dtype=np.int64), np.empty(cells, dtype=np.bool_)
+    gap, force = np.empty(_MOST), np.empty(_MOST)
+    place, width = np.empty(_MOST), np.empty(_MOST)
+    influence, a = np.empty((_MOST, _MOST)), np.empty((_MOST, _MOST))
+    x, y = np.empty(_MOST), np.empty(_MOST)
+    on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    first, last = np.empty(len(_FEWER), dtype=np.int64), np.empty(len(_FEWER), dtype=np.int64)
+    unit = 2.0 / (pi * modulus)  # of deflection by line load
     rolls, faces = line_load.shape
     for i in range(faces):
         for k in range(rolls):
@@ -115,7 +202,7 @@ def _solve(  # type: ignore[no-untyped-def]
             gone = removed[row[k], i]
             spread = gone.max() - gone.min()
             # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
-            closes = 2.0 * q / (pi * modulus)
+            closes = unit * q
             room = _ROOM * closes
             for _ in range(_ATTEMPTS):
                 reach = sqrt(2.0 * (spread + room) / max(terms[2], LEAST_BEND))
@@ -124,51 +211,67 @@ def _solve(  # type: ignore[no-untyped-def]
                     high_radius[k, i], room, gone, nodes[i], split[i], u, g,
                 )  # fmt: skip
                 least = g[:count].min()
-                first, last = 0, count - 1
-                while first < count - 2 and g[first + 1] - least > room:
-                    first += 1
-                while last > 1 and g[last - 1] - least > room:
-                    last -= 1
-                start, width = u[first], (u[last] - u[first]) / cells
-                if width <= 0.0:
+                bands = _bands(u, g, count, least, room, first, last)
+                n = 0
+                for band in range(bands):
+                    cells = _FEWER[bands - 1]
+                    start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
+                    for c in range(cells):
+                        at_cell = start + (c + 0.5) * step
+                        if low[k, i] <= at_cell <= high[k, i]:
+                            cell, x_cell = locate(nodes[i], split[i], at_cell)
+                            value = fresh_gap(at_cell - at, terms) + smooth_value(gone, cell, x_cell) - least
+                        else:
+                            value = np.interp(at_cell, u[:count], g[:count]) - least
+                        place[n], width[n] = at_cell * per_mm, step * per_mm
+                        active[n] = value < closes
+                        gap[n] = value / unit
+                        n += 1
+                span = (u[last[bands - 1]] - u[first[0]]) * per_mm
+                if span <= 0.0:
                     break
-                # displacement of a cell: 2 p width / (pi E*) times the influence
-                unit = 2.0 * width * per_mm / (pi * modulus)
-                for c in range(cells):
-                    place = start + (c + 0.5) * width
-                    if low[k, i] <= place <= high[k, i]:
-                        cell, x_cell = locate(nodes[i], split[i], place)
-                        gap[c] = fresh_gap(place - at, terms) + smooth_value(gone, cell, x_cell) - least
-                    else:
-                        gap[c] = np.interp(place, u[:count], g[:count]) - least
-                    active[c] = gap[c] < closes
-                    gap[c] /= unit
-                if not active.any():
-                    active[np.argmin(gap)] = True
-                approach = _plane_contact(gap, q / (width * per_mm), influence, active, pressure, a, x, y, on)
-                cut = (pressure[0] > 0.0 and start > low[k, i]) or (
-                    pressure[cells - 1] > 0.0 and u[last] < high[k, i]
-                )
-                if not (np.isnan(approach) or cut):
+                if not active[:n].any():
+                    active[np.argmin(gap[:n])] = True
+                _influences(place, width, n, bands, span, even, influence)
+                approach, rate = _plane_contact(gap[:n], q, influence, active, force, a, x, y, on)
+                wider = _WIDER * room
+                found = not np.isnan(approach)
+                if found:
+                    beyond = _pressed_beyond(
+                        u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, unit
+                    )
+                    found = beyond == 0.0
+                    wider = max(wider if found else room, _BEYOND * beyond)
+                n = 0
+                for band in range(bands):
+                    end = n + _FEWER[bands - 1] - 1
+                    # at the end of a flank that is no edge nothing is cut off
+                    if (force[n] > 0.0 and u[first[band]] != low[k, i]) or (
+                        force[end] > 0.0 and u[last[band]] != high[k, i]
+                    ):
+                        found, wider = False, max(wider, _WIDER * room)
+                    n = end + 1
+                if found:
                     break
-                room *= _WIDER
-            if width <= 0.0:
+                room = wider
+            if span <= 0.0:
                 continue
             if not np.isnan(approach):
-                # the same approach as Hertz's with the half-width that goes with the curvature
-                b = sqrt(4.0 * q / (pi * modulus * curvature[k, i]))
-                out_gap[k, i] = least + unit * approach - closes * (log(cells * width * per_mm / b * 4.0) + 0.5)
-            for c in range(cells):
-                place = start + (c + 0.5) * width
-                if min(place - low[k, i], high[k, i] - place) * per_mm < margin:
-                    out_border[k, i] = max(out_border[k, i], pressure[c])
-                elif pressure[c] > out_inner[k, i]:
-                    out_inner[k, i], out_place[k, i] = pressure[c], place
+                # half-width of the single band that would be as stiff: twice the logarithmic capacity of what touches
+                b = 4.0 * span * exp(-rate)
+                out_curvature[k, i] = 2.0 * closes / (b * b)
+                out_gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
+            for c in range(n):
+                pressure, at_cell = force[c] / width[c], place[c] / per_mm
+                if min(at_cell - low[k, i], high[k, i] - at_cell) * per_mm < margin:
+                    out_border[k, i] = max(out_border[k, i], pressure)
+                elif pressure > out_inner[k, i]:
+                    out_inner[k, i], out_place[k, i] = pressure, at_cell
 
 
 def solve_slices(
     lines: ContactLines, grid: FlankGrid, worn: Footprints, line_load: FloatArray, modulus: float, margin: float
-) -> tuple[SlicePressures, FloatArray]:
+) -> tuple[SlicePressures, FloatArray, FloatArray]:
     """Greatest pressures of every loaded slice, and the gap that Hertz's law has to start from.
 
     Parameters
@@ -190,10 +293,10 @@ def solve_slices(
         footprint where nothing is loaded.
     """
     inner, border = np.zeros(line_load.shape), np.zeros(line_load.shape)
-    place, gap = lines.profile.copy(), worn.gap.copy()
+    place, gap, curvature = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy()
     _solve(
-        line_load, worn.curvature, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
+        line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
         lines.low_edge_radius, lines.high_edge_radius, worn.removed.depth, worn.removed.row, grid.profile,
-        grid.split, modulus, margin, _INFLUENCE, inner, place, border, gap,
+        grid.split, modulus, margin, _INFLUENCE, inner, place, border, gap, curvature,
     )  # fmt: skip
-    return SlicePressures(inner, place, border), gap
+    return SlicePressures(inner, place, border), gap, curvature
