@@ -30,22 +30,21 @@ __all__ = [
     "LEAST_BEND",
     "MOST_NODES",
     "Footprints",
-    "Spread",
+    "clipped",
     "footprints",
     "fresh_gap",
     "fresh_slope",
     "outline",
-    "pieces_of",
-    "spread_over_flank",
+    "reached",
+    "segment",
 ]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
-_ARC_NODES = 16  # on the part of a rounded edge that a footprint can reach
+_ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
-_MOST_PARTS = 16  # of a roll step
 MOST_NODES = 1024  # of a footprint: a bound for the work arrays
 
 
@@ -247,7 +246,7 @@ def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  
 
 
 @njit(cache=True, error_model="numpy")
-def _reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
+def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
     width = half_width / per_mm
     room = _room(terms, width)
@@ -262,7 +261,7 @@ def _reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes,
 
 
 @njit(cache=True, error_model="numpy")
-def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
+def segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
     a, b = t_a * t_a, t_b * t_b
     if abs(a - b) <= 1e-6 * room:
@@ -276,7 +275,7 @@ def _segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
+def clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
     """Part of a stretch with g - least < room: its ends and the roots t there; empty if width is zero."""
     a, b = room - (g_a - least), room - (g_b - least)
     if a <= 0.0 and b <= 0.0:
@@ -311,7 +310,7 @@ def _find(  # type: ignore[no-untyped-def]
                 continue
             if gone.max() == gone.min() and not out_edge[k, i]:
                 continue
-            room, count, least = _reached(
+            room, count, least = reached(
                 at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
                 split[i], half_width, work,
             )  # fmt: skip
@@ -320,9 +319,9 @@ def _find(  # type: ignore[no-untyped-def]
             for c in range(count - 1):
                 if min(g[c], g[c + 1]) - least >= room:
                     continue
-                u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+                u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
                 if u_b > u_a:
-                    a, b = _segment(room, u_b - u_a, t_a, t_b)
+                    a, b = segment(room, u_b - u_a, t_a, t_b)
                     area += a
                     below += b
                     moment += a * 0.5 * (u_a + u_b)
@@ -368,133 +367,3 @@ def footprints(
         grid.split, half_width, profile, gap, curvature, width, edge, least,
     )  # fmt: skip
     return Footprints(removed, profile, gap, curvature, width, edge, least, near)
-
-
-@dataclass(frozen=True)
-class Spread:
-    """What is spread over the footprints, (roll, face) and (roll, face, 2) arrays.
-
-    Attributes
-    ----------
-    rate : array
-        Amount per length of line, e.g. line load times time.
-    centre : array
-        Two components of the factor at the footprint's centre, e.g. the sliding velocity.
-    slope : array
-        Their change by the profile coordinate; the factor is the length of the vector.
-    """
-
-    rate: FloatArray
-    centre: FloatArray
-    slope: FloatArray
-
-
-@njit(cache=True, error_model="numpy")
-def pieces_of(  # type: ignore[no-untyped-def]
-    at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work, mass, middle
-):
-    """Stretches of one footprint: their middles, their shares before division by the area, how many, and the area."""
-    room, count, least = _reached(
-        at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
-    )
-    u, g = work[2], work[3]
-    area = 0.0
-    pieces = 0
-    for c in range(count - 1):
-        if min(g[c], g[c + 1]) - least >= room:
-            continue
-        u_a, u_b, t_a, t_b = _clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
-        if u_b > u_a:
-            mass[pieces] = _segment(room, u_b - u_a, t_a, t_b)[0]
-            middle[pieces] = 0.5 * (u_a + u_b)
-            area += mass[pieces]
-            pieces += 1
-    return pieces, area
-
-
-@njit(cache=True, error_model="numpy")
-def _step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
-    """How far a line moves in the step about a roll position, and in how many parts to spread what it leaves there.
-
-    Footprints a step apart would leave ripples of that wavelength; spread over the step they leave none.
-    """
-    before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
-    before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
-    moves = (place[after] - place[before]) / max(after - before, 1)
-    return moves, min(int(2.0 * abs(moves) / node) + 1, _MOST_PARTS)
-
-
-@njit(cache=True, error_model="numpy")
-def _spread(  # type: ignore[no-untyped-def]
-    rate, centre, slope, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, nodes, split, half_width, slices, out,
-):  # fmt: skip
-    work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_NODES), np.empty(MOST_NODES)
-    rolls = profile.shape[0]
-    points = nodes.shape[1]
-    for i in slices:
-        for k in range(rolls):
-            # between two loaded positions a slice may pass beyond an end of the other body's face
-            if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
-                continue
-            per_mm = spacing[k, i]
-            pieces, area = pieces_of(
-                profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, work, mass, middle,
-            )  # fmt: skip
-            if area <= 0.0:
-                continue
-            moves, parts = _step_of(at_profile[:, i], rate[:, i], k, nodes[i, 1] - nodes[i, 0])
-            scale = rate[k, i] / (area * per_mm * parts)
-            for part in range(parts):
-                ahead = (part + 0.5) / parts - 0.5
-                for c in range(pieces):
-                    there = middle[c] + ahead * moves
-                    # what an edge's rounding bears wears no flank
-                    if there < nodes[i, 0] or there > nodes[i, points - 1]:
-                        continue
-                    away = middle[c] - at_profile[k, i]
-                    v0 = centre[k, i, 0] + slope[k, i, 0] * away
-                    v1 = centre[k, i, 1] + slope[k, i, 1] * away
-                    cell, x = locate(nodes[i], split[i], there)
-                    amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                    out[i, cell] += (1.0 - x) * amount
-                    out[i, cell + 1] += x * amount
-        for p in range(points):
-            left = nodes[i, p] - nodes[i, p - 1] if p > 0 else 0.0
-            right = nodes[i, p + 1] - nodes[i, p] if p < points - 1 else 0.0
-            out[i, p] /= 0.5 * (left + right)
-
-
-def spread_over_flank(
-    lines: ContactLines,
-    grid: FlankGrid,
-    removed: Removed,
-    half_width: float,
-    places: FloatArray,
-    what: Spread,
-    slices: NDArray[np.int64],
-) -> FloatArray:
-    """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.
-
-    Parameters
-    ----------
-    lines, grid, removed, half_width
-        As in `footprints`.
-    places : (roll, face) array [mm]
-        Centres to which `what.centre` belongs.
-    what : Spread
-    slices : int array
-        Slices to do; the others stay zero.
-
-    Returns
-    -------
-    (face, profile) array
-    """
-    out = np.zeros(grid.profile.shape)
-    _spread(
-        what.rate, what.centre, what.slope, places, lines.profile, lines.low, lines.high, lines.separation,
-        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
-        grid.split, half_width, slices, out,
-    )  # fmt: skip
-    return out

@@ -12,7 +12,7 @@ a force itself causes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from math import pi
 
@@ -256,7 +256,7 @@ class LineContact:
         hertz = line_contact_pressure(line_load, worn.curvature, self.modulus)
         distance = np.minimum(worn.profile - lines.low, lines.high - worn.profile) * lines.spacing
         other = worn.edge | (distance < margin) | worn.removed.varies
-        exact, _, _ = solve_slices(lines, self.grid, worn, np.where(other, line_load, 0.0), self.modulus, margin)
+        exact, _ = solve_slices(lines, self.grid, worn, np.where(other, line_load, 0.0), self.modulus, margin)
         return SlicePressures(
             np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
         )
@@ -272,8 +272,7 @@ class LineContact:
         if not pressed.any():
             return worn
         load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)
-        _, gap, curvature = solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)
-        return replace(worn, gap=gap, curvature=curvature)
+        return solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)[1]
 
     def approach(self, loads: LineLoads) -> FloatArray:
         """Approach along the line of action at each mesh position [mm]."""

@@ -3,11 +3,13 @@
 A worn flank is no parabola. Where its gap changes within the contact, at the ridge that remains along the pitch line
 above all, Hertz's pressure for some mean curvature misses the peak. Here each loaded slice is solved by itself in
 plane strain: p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Flamant's logarithmic
-influence (Johnson 1985, eq. 2.25) and the line load that the load sharing found.
+influence (Johnson 1985, eq. 2.25) and the line load that the load sharing found. Where an edge presses on the wall of
+the groove that it has worn, the valley beyond may bear as well: every such band has cells of its own.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import exp, log, pi, sqrt
 
 import numpy as np
@@ -183,7 +185,7 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
 @njit(cache=True, error_model="numpy")
 def _solve(  # type: ignore[no-untyped-def]
     line_load, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, modulus,
-    margin, even, out_inner, out_place, out_border, out_gap, out_curvature,
+    margin, even, out_inner, out_place, out_border, out_gap, out_curvature, out_centre,
 ):  # fmt: skip
     gap, force = np.empty(_MOST), np.empty(_MOST)
     place, width = np.empty(_MOST), np.empty(_MOST)
@@ -257,22 +259,25 @@ def _solve(  # type: ignore[no-untyped-def]
             if span <= 0.0:
                 continue
             if not np.isnan(approach):
-                # half-width of the single band that would be as stiff: twice the logarithmic capacity of what touches
+                # one band would be as stiff whose half-width is twice the logarithmic capacity of what touches
                 b = 4.0 * span * exp(-rate)
                 out_curvature[k, i] = 2.0 * closes / (b * b)
                 out_gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
+            moment = 0.0
             for c in range(n):
+                moment += force[c] * place[c]
                 pressure, at_cell = force[c] / width[c], place[c] / per_mm
                 if min(at_cell - low[k, i], high[k, i] - at_cell) * per_mm < margin:
                     out_border[k, i] = max(out_border[k, i], pressure)
                 elif pressure > out_inner[k, i]:
                     out_inner[k, i], out_place[k, i] = pressure, at_cell
+            out_centre[k, i] = min(max(moment / (q * per_mm), low[k, i]), high[k, i])
 
 
 def solve_slices(
     lines: ContactLines, grid: FlankGrid, worn: Footprints, line_load: FloatArray, modulus: float, margin: float
-) -> tuple[SlicePressures, FloatArray, FloatArray]:
-    """Greatest pressures of every loaded slice, and the gap that Hertz's law has to start from.
+) -> tuple[SlicePressures, Footprints]:
+    """Greatest pressures of every loaded slice, and the Hertz contacts that are as soft and as far away.
 
     Parameters
     ----------
@@ -288,15 +293,16 @@ def solve_slices(
     Returns
     -------
     pressures : SlicePressures
-    gap : (roll, face) array [mm]
-        With the curvature of the footprint, a Hertz contact over this gap has the approach of the slice; that of the
-        footprint where nothing is loaded.
+    touched : Footprints
+        `worn` with the gap and the curvature of Hertz contacts that have the approach of these slices under their
+        loads, and the same change of it by the load; and where the force lies.
     """
     inner, border = np.zeros(line_load.shape), np.zeros(line_load.shape)
-    place, gap, curvature = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy()
+    place, gap, curvature, centre = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy(), worn.profile.copy()
     _solve(
-        line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, worn.removed.depth, worn.removed.row, grid.profile,
-        grid.split, modulus, margin, _INFLUENCE, inner, place, border, gap, curvature,
+        line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
+        lines.high_edge_radius, worn.removed.depth, worn.removed.row, grid.profile, grid.split, modulus, margin,
+        _INFLUENCE, inner, place, border, gap, curvature, centre,
     )  # fmt: skip
-    return SlicePressures(inner, place, border), gap, curvature
+    touched = replace(worn, gap=gap, curvature=curvature, profile=centre)
+    return SlicePressures(inner, place, border), touched

@@ -121,7 +121,8 @@ class InterpolatedWear:
     ) -> FloatArray:
         """As in `WearMapping`."""
         removed = teeth.removed(*worn, slices)
-        return wear_of_mesh(teeth.fine, teeth.grid, removed, motion, _line_load(passages), teeth.half_width, slices)
+        what = (motion, _line_load(passages), teeth.half_width, teeth.solver.modulus, slices)
+        return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
 
     def worn(
         self,
@@ -140,7 +141,7 @@ class InterpolatedWear:
             slices = _with_neighbours(slices, driven.shape[0])
         for _ in range(cycles):
             removed = teeth.removed(driven, driving, slices)
-            what = (motion, line_load, teeth.half_width, slices)
+            what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
             if driving is not None and teeth.partner is not None:
                 partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.grid, teeth.partner, removed, *what)

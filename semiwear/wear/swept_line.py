@@ -18,13 +18,15 @@ there is as sharp as the contact is narrow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import Footprints, Spread, spread_over_flank
+from semiwear.contact.footprint import Footprints
 from semiwear.contact.partner_footprint import spread_over_partner
+from semiwear.contact.spread import Spread, spread_over_flank
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
@@ -130,6 +132,11 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
     )
 
 
+def _what(motion: Sweep, line_load: FloatArray, modulus: float) -> Spread:
+    closes = 2.0 / (pi * modulus) * line_load
+    return Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope, closes)
+
+
 def wear_of_mesh(
     lines: ContactLines,
     grid: FlankGrid,
@@ -137,6 +144,7 @@ def wear_of_mesh(
     motion: Sweep,
     line_load: FloatArray,
     half_width: float,
+    modulus: float,
     slices: IntArray | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh, on the nodes of the flank [N/mm].
@@ -151,6 +159,8 @@ def wear_of_mesh(
     line_load : (roll, face) array [N/mm]
     half_width : float [mm]
         Reference half-width of the footprints.
+    modulus : float [MPa]
+        Effective modulus E*: pressed edges share loads as they yield.
     slices : int array, optional
         Slices to do; the others stay zero.
 
@@ -159,7 +169,7 @@ def wear_of_mesh(
     (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
     """
-    what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope)
+    what = _what(motion, line_load, modulus)
     if slices is None:
         slices = np.arange(grid.face.size)
     return spread_over_flank(lines, grid, removed, half_width, motion.place, what, slices)
@@ -173,10 +183,11 @@ def partner_wear_of_mesh(
     motion: Sweep,
     line_load: FloatArray,
     half_width: float,
+    modulus: float,
     slices: IntArray,
 ) -> FloatArray:
     """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
-    what = Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope)
+    what = _what(motion, line_load, modulus)
     return spread_over_partner(lines, grid, partner, removed, half_width, motion.place, what, slices)
 
 

@@ -1,0 +1,119 @@
+"""How a slice shares its load between an edge that presses and the valley beyond the ridge in between.
+
+Two Hertz contacts in one half-plane, far enough from each other: each closes its own gap, and each lowers the other's
+ground by Flamant's logarithm (Johnson 1985, eq. 2.25). With b_j^2 = 4 q_j/(pi E* kappa_j) and their distance s
+
+    g_2 - g_1 = 1/(pi E*) [q_1 (2 ln(s/b_1) + 1) - q_2 (2 ln(s/b_2) + 1)],   q_1 + q_2 = q.
+
+The gap that decides is some five times what either contact closes by itself.
+"""
+
+from __future__ import annotations
+
+from math import log, pi, sqrt
+
+import numpy as np
+from numba import njit
+
+from semiwear.contact.footprint import clipped, segment
+
+__all__ = ["share_of_edge"]
+
+_HALVINGS = 12
+_FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
+_LEAST = 1e-9  # of a load, what a contact that just lifts off bears; of a footprint
+
+
+@njit(cache=True, error_model="numpy")
+def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-def]
+    """Curvature of the parabola that has the same footprint of some depth as the gap around a point."""
+    least = g[bottom]
+    area = 0.0
+    c = bottom
+    while c < count - 1 and g[c] - least < depth:
+        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
+        area += segment(depth, u_b - u_a, t_a, t_b)[0]
+        c += 1
+    c = bottom
+    while c > 0 and g[c] - least < depth:
+        u_a, u_b, t_a, t_b = clipped(depth, least, u[c - 1], g[c - 1], u[c], g[c])
+        area += segment(depth, u_b - u_a, t_a, t_b)[0]
+        c -= 1
+    return 0.5 * (pi * depth / max(area * per_mm, _LEAST)) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
+    """Gap that a contact with a share of the load closes, the other one as datum."""
+    share = max(share, _LEAST)
+    half_width = sqrt(2.0 * closes * share / curvature)
+    return 0.5 * closes * share * (2.0 * log(distance / half_width) + 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-untyped-def]
+    """What an edge bears of the load of a slice.
+
+    Parameters
+    ----------
+    u, g : arrays [mm]
+        Outline of the slice: profile coordinate and gap.
+    count : int
+        Points of it.
+    low, high : float [mm]
+        Ends of the slice; beyond them lies the rounding of an edge.
+    per_mm : float
+        Distance across the line per profile coordinate.
+    closes : float [mm]
+        Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
+
+    Returns
+    -------
+    edge : int
+        -1 for the lower, 1 for the upper end; 0 where no edge presses.
+    ridge : int
+        Point of the outline between the edge and the valley.
+    share : float
+        Of the load, that the edge bears.
+    apart : float
+        0 where edge and valley are one contact, 1 where the ridge between them is higher than what is closed.
+    """
+    if count < 3 or closes <= 0.0:
+        return 0, 0, 0.0, 0.0
+    for edge in (-1, 1):
+        # from the edge into the slice
+        first, step = (0, 1) if edge < 0 else (count - 1, -1)
+        if (low - u[first] if edge < 0 else u[first] - high) <= 0.0:
+            continue
+        foot, c = first, first
+        while 0 <= c < count and (u[c] <= low if edge < 0 else u[c] >= high):
+            if g[c] < g[foot]:
+                foot = c
+            c += step
+        valley, ridge, top, c = -1, foot, foot, foot + step
+        while 0 <= c < count:
+            if g[c] > g[top]:
+                top = c
+            if (u[c] > low if edge < 0 else u[c] < high) and (valley < 0 or g[c] < g[valley]):
+                valley, ridge = c, top
+            c += step
+        if valley < 0 or ridge == foot or ridge == valley:
+            continue
+        height = g[ridge] - max(g[foot], g[valley])
+        if height <= 0.0:
+            continue
+        higher = g[valley] - g[foot]
+        if abs(higher) > _FAR * closes:
+            return edge, ridge, 1.0 if higher > 0.0 else 0.0, min(height / closes, 1.0)
+        distance = abs(u[valley] - u[foot]) * per_mm
+        curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
+        other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
+        below, above = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            share = 0.5 * (below + above)
+            if _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance) < higher:
+                below = share
+            else:
+                above = share
+        return edge, ridge, 0.5 * (below + above), min(height / closes, 1.0)
+    return 0, 0, 0.0, 0.0
