@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 
-import numpy as np
 from numba import njit
 
 from semiwear.contact.footprint import clipped, segment
@@ -90,14 +89,15 @@ def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-un
             if g[c] < g[foot]:
                 foot = c
             c += step
-        valley, ridge, top, c = -1, foot, foot, foot + step
+        # the valley is where the gap has fallen most from the ridge before it
+        valley, ridge, top, fall, c = -1, foot, foot, 0.0, foot
         while 0 <= c < count:
             if g[c] > g[top]:
                 top = c
-            if (u[c] > low if edge < 0 else u[c] < high) and (valley < 0 or g[c] < g[valley]):
-                valley, ridge = c, top
+            if (u[c] > low if edge < 0 else u[c] < high) and g[top] - g[c] > fall:
+                valley, ridge, fall = c, top, g[top] - g[c]
             c += step
-        if valley < 0 or ridge == foot or ridge == valley:
+        if valley < 0 or ridge == foot:
             continue
         height = g[ridge] - max(g[foot], g[valley])
         if height <= 0.0:

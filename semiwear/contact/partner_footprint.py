@@ -24,8 +24,8 @@ _MOST_PARTS = 8  # of a roll step
 
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
-    rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius, removed, row,
-    nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own, own_split, out,
+    rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
+    removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own, own_split, out,
 ):  # fmt: skip
     work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
     at_edge = np.empty(MOST_PIECES, dtype=np.int64)
@@ -98,9 +98,9 @@ def spread_over_partner(
     """
     out = np.zeros(partner.grid.profile.shape)
     _spread(
-        what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high, lines.separation,
-        lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
-        grid.split, half_width, slices, lines.partner_profile, lines.partner_slope, lines.partner_face,
+        what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high,
+        lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
+        grid.profile, grid.split, half_width, slices, lines.partner_profile, lines.partner_slope, lines.partner_face,
         partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,
     )  # fmt: skip
     return out

@@ -29,6 +29,7 @@ _CELLS = 32  # across a band that may touch: Hertz's peak within 0.3 %
 _FEWER = (32, 24, 16)  # in each of one, two or three such bands
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
 _WIDER = 1.6  # when that was too little
+_FAR = 8.0  # times the gap that closes in a Hertz contact: nothing farther touches
 _BEYOND = 1.1  # of the gap of a place that turned out to be pressed
 _ATTEMPTS = 8
 _SETS = 60
@@ -162,7 +163,7 @@ def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, per_mm, span, approach, unit):  # type: ignore[no-untyped-def]
+def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
     """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
     constant, farthest = log(2.0 * span), 0.0
     band = 0
@@ -172,7 +173,7 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
         if band < bands and c >= first[band]:
             continue
         slack = (g[c] - least) / unit - approach
-        if slack >= 0.0:
+        if slack + approach > _FAR * load:
             continue
         for k in range(n):
             if force[k] > 0.0:
@@ -240,7 +241,7 @@ def _solve(  # type: ignore[no-untyped-def]
                 found = not np.isnan(approach)
                 if found:
                     beyond = _pressed_beyond(
-                        u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, unit
+                        u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, q, unit
                     )
                     found = beyond == 0.0
                     wider = max(wider if found else room, _BEYOND * beyond)

@@ -76,7 +76,8 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at_edge,
 ):  # fmt: skip
     """Stretches of one footprint: their middles, their shares, whether an edge presses there (-1: the lower, 1: the
-    upper one); returns how many."""
+    upper one); returns how many.
+    """
     room, count, least = reached(
         at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )

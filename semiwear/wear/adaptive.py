@@ -3,9 +3,9 @@
 A step is solved plainly and in two stages (`two_stage`); both are implicit, and their difference tells the error.
 
 Worn flanks are stiff: where too much is taken off, less load falls in the next step. What a step leaves is made by
-rates about as fast as itself, whatever its length, so that errors hardly pile up. Half of it there after the next
-step covers the error on the worn flank of the shipped scene with 1 to 8 and with 32 steps; with 16 it says 1.3 times
-too little.
+rates about as fast as itself, whatever its length, so that errors hardly pile up. A quarter of it there after the next
+step covers the error on the worn flank of the shipped scene, nominal, misaligned and lightly loaded, at tolerances
+from 0.1 to 0.003: what is said is 1.8 to 3.4 times what is found.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["AdaptiveStepper"]
 
 _STEP_SHARE = 0.5  # of an asked accuracy; as squares, most of it is left for slices, roll positions and the like
 _STEP_MOST = 0.03  # longer steps leave rough flanks, which no finer grid smoothes
-_STAYS = 0.5  # of an error, after the next step
+_STAYS = 0.25  # of an error, after the next step
 _SAFETY = 0.9
 _GROWTH = (0.3, 3.0)  # of the step's length, from one to the next
 _SHORTEST = 1e-3  # of what is asked for: shorter steps would not end

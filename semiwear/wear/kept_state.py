@@ -1,7 +1,7 @@
 """Wear states as plain arrays, and back: what a run needs to go on from them as if it had never stopped.
 
-Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the gaps of pressed edges
-(they depend on the loads on the way) and how far candidates were searched. Footprints are found again from the wear.
+Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the contact of pressed edges
+(it depends on the loads on the way) and how far candidates were searched. Footprints are found again from the wear.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from semiwear.wear.stepping import WearState, WearStepper
 
 __all__ = ["restored_state", "search_as_far", "state_arrays"]
 
+_PRESSED = ("gap", "curvature", "profile")  # of footprints, where edges press
 _NUMBERS = ("meshes", "pace", "error")  # of a state
 
 
@@ -39,7 +40,7 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     if state.contact.partner_wear is not None:
         arrays["partner_wear"] = state.contact.partner_wear
     for k, contact in enumerate((state.contact, *state.cases)):
-        arrays[f"{k}.gap"] = contact.coarse.gap
+        arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in _PRESSED}
         loads: Any = contact.loads
         arrays |= {f"{k}.{entry.name}": getattr(loads, entry.name) for entry in fields(loads)}
     return arrays | {f"{k}.searched": teeth.solver.searched for k, teeth in enumerate(_all_teeth(stepper))}
@@ -68,4 +69,5 @@ def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> Lo
     fine, coarse = teeth.touch(teeth.removed(wear, partner))
     kind = type(teeth.solver.no_loads())
     loads = kind(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(kind)})
-    return LoadedState(wear, fine, replace(coarse, gap=arrays[f"{k}.gap"]), loads, partner)
+    pressed = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
+    return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner)

@@ -132,7 +132,7 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
     removed = teeth.removed(state.wear, state.partner_wear)
     mesh = partner_wear_of_mesh(
-        lines, teeth.grid, teeth.partner, removed, motion, line_load, teeth.half_width, slices
+        lines, teeth.grid, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.solver.modulus, slices
     )
     expected = swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
@@ -189,7 +189,9 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     motion = sweep(lines, state.fine, pair.roll_per_time)
     removed = teeth.removed(state.wear, state.partner_wear)
     slices = np.arange(teeth.grid.face.size)
-    mesh = partner_wear_of_mesh(lines, teeth.grid, teeth.partner, removed, motion, load, teeth.half_width, slices)
+    mesh = partner_wear_of_mesh(
+        lines, teeth.grid, teeth.partner, removed, motion, load, teeth.half_width, teeth.solver.modulus, slices
+    )
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
     work = float(np.sum(load * lines.length * sliding_speed(met.position, met.normal) * time[:, None]))

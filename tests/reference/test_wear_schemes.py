@@ -24,7 +24,7 @@ def life(shipped):
 
 @pytest.fixture(scope="module")
 def converged(life):
-    return life.states("explicit", 48)[-1]
+    return life.states("explicit", 96)[-1]
 
 
 def test_few_implicit_steps_do_what_explicit_ones_need_many_for(life, converged):
@@ -59,6 +59,5 @@ def test_adaptive_steps_err_as_they_say(life, converged):
     assert state.meshes == pytest.approx(LIFE)
     assert state.error <= 1.01 * 0.03
     found = float(np.linalg.norm(state.wear - converged) / np.linalg.norm(converged))
-    assert found <= 1.5 * state.error
-    assert state.error <= 3.0 * found
+    assert found <= state.error <= 4.0 * found
     assert state.wear.max() == pytest.approx(converged.max(), rel=0.03)

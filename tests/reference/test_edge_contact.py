@@ -1,0 +1,158 @@
+"""A tip edge that presses on the wall of its groove, while the valley beyond may bear as well: a slice of two bands.
+
+Against the same plane contact on many even cells, written down here for itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from semiwear.contact.edge_share import share_of_edge
+from semiwear.contact.footprint import MOST_NODES, Footprints, outline
+from semiwear.contact.slice_pressure import solve_slices
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.removed import Removed
+from tests.strategies.lines import straight_lines
+
+MODULUS = 115e3
+CURVATURE = 0.05  # 1/mm
+EDGE, RADIUS = -2.0, 0.2  # mm
+FAR = 10.0  # mm, where deflections are counted from
+WALL = (EDGE - 0.1, EDGE + 0.3)  # mm: where the groove begins, and where it is as deep as the valley
+
+
+class Solved(NamedTuple):
+    """Approach [mm], and share of the edge and middle [mm] of the force."""
+
+    approach: float
+    share: float
+    centre: float
+
+
+def smooth_step(place: np.ndarray, start: float, stop: float) -> np.ndarray:
+    x = np.clip((place - start) / (stop - start), 0.0, 1.0)
+    return x**2 * (3.0 - 2.0 * x)
+
+
+def fresh_gap(place: np.ndarray) -> np.ndarray:
+    beyond, inside = np.maximum(EDGE - place, 0.0), np.maximum(place, EDGE)
+    return 0.5 * CURVATURE * inside**2 - CURVATURE * EDGE * beyond + 0.5 * beyond**2 / RADIUS
+
+
+def level() -> float:
+    """Wear [mm] of the valley that brings it as near as the edge is to the wall."""
+    place = np.linspace(EDGE - 0.2, EDGE + 0.1, 30001)
+    return brentq(lambda depth: np.min(fresh_gap(place) + depth * smooth_step(place, *WALL)) - depth, 0.05, 0.3)
+
+
+LEVEL = level()
+
+
+def groove(deep: float):
+    """A line at no border, an edge two millimetres below it, and a valley `deep` [mm] farther than the edge."""
+    lines = straight_lines(np.zeros(1), 1, across=CURVATURE, half_height=8.0)
+    nothing = np.zeros(lines.profile.shape)
+    lines = replace(lines, low=nothing + EDGE, low_edge_radius=nothing + RADIUS)
+    even = np.linspace(-8.0, 8.0, 3201)
+    wear = LEVEL * smooth_step(even, *WALL) + deep * smooth_step(even, EDGE + 0.5, EDGE + 1.0)
+    return lines, FlankGrid(lines.face, even[None], np.array([1600])), wear[None]
+
+
+def gap_of(grid: FlankGrid, wear: np.ndarray, place: np.ndarray) -> np.ndarray:
+    return fresh_gap(place) + np.interp(place, grid.profile[0], wear[0])
+
+
+def solved_evenly(grid: FlankGrid, wear: np.ndarray, line_load: float) -> Solved:
+    """Plane contact on cells of 1 um at the edge, 5 um in the valley: p >= 0, slack >= 0 and their product zero."""
+    width = np.repeat([1e-3, 5e-3], [200, 320])
+    place = np.concatenate([EDGE - 0.12 + 1e-3 * np.arange(200), -0.7975 + 5e-3 * np.arange(320)])
+    away = np.abs(place[:, None] - place)
+    high, low = away + 0.5 * width, away - 0.5 * width
+    mean_log = (high * np.log(high) - low * np.log(np.abs(low))) / width - 1.0
+    influence = 2.0 / (np.pi * MODULUS) * (np.log(FAR) - mean_log)
+    gap = gap_of(grid, wear, place)
+    on = gap < gap.min() + 2e-3
+    for _ in range(200):
+        both = np.linalg.solve(influence[np.ix_(on, on)], np.stack([gap[on], np.ones(on.sum())], axis=1))
+        approach = (line_load + both[:, 0].sum()) / both[:, 1].sum()
+        force = np.zeros(place.size)
+        force[on] = approach * both[:, 1] - both[:, 0]
+        slack = gap + influence @ force - approach
+        new = np.where(on, force > 0.0, slack < -1e-12)
+        if np.array_equal(new, on):
+            edge = float(force[place < EDGE + 0.3].sum()) / line_load
+            return Solved(float(approach), edge, float(force @ place) / line_load)
+        on = new
+    raise AssertionError("the contact set does not settle")
+
+
+def touched_by(lines, grid: FlankGrid, wear: np.ndarray, line_load: float) -> Footprints:
+    nothing = np.zeros(lines.profile.shape)
+    worn = Footprints(
+        Removed.alike(wear, 1), lines.profile, nothing, nothing + CURVATURE, nothing + 0.3, nothing == 0.0, nothing
+    )
+    return solve_slices(lines, grid, worn, nothing + line_load, MODULUS, 0.0)[1]
+
+
+@pytest.mark.parametrize("line_load", [100.0, 300.0])
+@pytest.mark.parametrize("deep", [-8e-3, -2e-3, 0.0, 2e-3, 5e-3, 20e-3])
+def test_both_bands_are_found(deep, line_load):
+    """Approach, its change by the load, and the middle of the force."""
+    lines, grid, wear = groove(deep)
+    exact = solved_evenly(grid, wear, line_load)
+    found = touched_by(lines, grid, wear, line_load)
+    closes = 2.0 * line_load / (np.pi * MODULUS)
+    half_width = np.sqrt(2.0 * closes / found.curvature.item())
+    approach = found.gap.item() + closes * (np.log(2.0 * FAR / half_width) + 0.5)
+    assert approach == pytest.approx(exact.approach, abs=0.06 * closes)
+    assert found.profile.item() == pytest.approx(max(exact.centre, EDGE), abs=0.06)
+    more, less = (solved_evenly(grid, wear, factor * line_load).approach for factor in (1.02, 0.98))
+    rate = (more - less) / (0.04 * closes)
+    assert np.log(2.0 * FAR / half_width) == pytest.approx(rate, rel=0.04)
+
+
+def test_the_cases_reach_from_the_valley_alone_to_the_edge_alone():
+    shares = [solved_evenly(*groove(deep)[1:], 200.0).share for deep in (-8e-3, 0.0, 20e-3)]
+    assert shares[0] == 0.0 and 0.3 < shares[1] < 0.7 and shares[2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("line_load", [100.0, 300.0])
+def test_shares_of_edge_and_valley(line_load):
+    """Two Hertz contacts in one half-plane, against every cell of both."""
+    closes = 2.0 * line_load / (np.pi * MODULUS)
+    found, exact = [], []
+    for deep in np.linspace(-6.0, 8.0, 8) * closes:
+        lines, grid, wear = groove(float(deep))
+        u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+        count = outline(
+            EDGE, 0.9, 0.0, EDGE, 8.0, lines.separation[:, 0, 0], 1.0, RADIUS, 0.0, 3e-3, wear[0], grid.profile[0],
+            1600, u, g,
+        )  # fmt: skip
+        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, closes)
+        assert edge == -1 and apart == 1.0
+        found.append(share)
+        exact.append(solved_evenly(grid, wear, line_load).share)
+    np.testing.assert_allclose(found, exact, atol=0.1)
+    assert np.all(np.diff(found) >= 0.0)
+
+
+def test_no_edge_no_share():
+    u, g = np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41) ** 2
+    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3) == (0, 0, 0.0, 0.0)
+    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 0.0)[3] == 0.0
+
+
+def test_the_upper_edge_mirrors_the_lower():
+    u = np.linspace(-3.0, 0.5, 701)
+    g = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
+    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3)
+    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3)
+    assert lower[0] == -1 and upper[0] == 1
+    assert 0.5 < lower[2] < 1.0
+    assert upper[2:] == pytest.approx(lower[2:], rel=1e-9)
+    assert upper[1] == u.size - 1 - lower[1]
