@@ -262,9 +262,10 @@ class LineContact:
         )
 
     def with_edges(self, worn: Footprints, loads: LineLoads) -> Footprints:
-        """Gaps at the edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
+        """Contact of the edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
-        Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge.
+        Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
+        soft where the wall of a groove is all that bears.
         """
         approach = np.tile(loads.rotation, self.pairs)[:, None] * self.lines.lever_arm
         near = self.is_near(self.lines) if worn.near is None else worn.near

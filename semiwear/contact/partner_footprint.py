@@ -25,7 +25,8 @@ _MOST_PARTS = 8  # of a roll step
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own, own_split, out,
+    removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own,
+    own_split, out,
 ):  # fmt: skip
     work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
     at_edge = np.empty(MOST_PIECES, dtype=np.int64)

@@ -25,23 +25,26 @@ __all__ = ["solve_slices"]
 
 FloatArray = NDArray[np.float64]
 
-_CELLS = 32  # across a band that may touch: Hertz's peak within 0.3 %
-_FEWER = (32, 24, 16)  # in each of one, two or three such bands
+_CELLS = (
+    32,
+    24,
+    16,
+)  # across each of one, two or three bands that may touch: Hertz's peak within 0.3 % with the most
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
 _WIDER = 1.6  # when that was too little
 _FAR = 8.0  # times the gap that closes in a Hertz contact: nothing farther touches
 _BEYOND = 1.1  # of the gap of a place that turned out to be pressed
 _ATTEMPTS = 8
 _SETS = 60
-_MOST = 2 * max(_FEWER)
+_MOST = max(n * cells for n, cells in enumerate(_CELLS, 1))
 
 
 def _flamant() -> FloatArray:
     """Influence -(ln s) of a cell of unit width at whole distances, up to a constant that keeps it definite."""
-    s = np.arange(_CELLS, dtype=float)
+    s = np.arange(_CELLS[0], dtype=float)
     high, low = s + 0.5, np.abs(s - 0.5)
     whole = high * np.log(high) - np.where(s > 0, 1.0, -1.0) * low * np.log(low) - 1.0
-    return log(2.0 * _CELLS) - whole
+    return log(2.0 * _CELLS[0]) - whole
 
 
 _INFLUENCE = _flamant()
@@ -144,7 +147,7 @@ def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-de
         if bands > 0 and start <= last[bands - 1]:
             last[bands - 1] = stop
             continue
-        if bands == len(_FEWER):
+        if bands == len(_CELLS):
             # the nearest become one
             nearest, apart = bands, u[start] - u[last[bands - 1]]
             for k in range(1, bands):
@@ -184,6 +187,39 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
 
 
 @njit(cache=True, error_model="numpy")
+def _cells(  # type: ignore[no-untyped-def]
+    u, g, count, bands, first, last, at, low, high, terms, per_mm, gone, nodes, split, place, width, gap
+):
+    """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
+    n = 0
+    for band in range(bands):
+        cells = _CELLS[bands - 1]
+        start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
+        for c in range(cells):
+            at_cell = start + (c + 0.5) * step
+            if low <= at_cell <= high:
+                cell, x = locate(nodes, split, at_cell)
+                gap[n] = fresh_gap(at_cell - at, terms) + smooth_value(gone, cell, x)
+            else:
+                gap[n] = np.interp(at_cell, u[:count], g[:count])
+            place[n], width[n] = at_cell * per_mm, step * per_mm
+            n += 1
+    return n
+
+
+@njit(cache=True, error_model="numpy")
+def _cut_off(u, bands, first, last, force, low, high):  # type: ignore[no-untyped-def]
+    """Whether pressure ends where cells end; at the end of a flank that is no edge it has to."""
+    cells = _CELLS[bands - 1]
+    for band in range(bands):
+        if force[band * cells] > 0.0 and u[first[band]] != low:
+            return True
+        if force[(band + 1) * cells - 1] > 0.0 and u[last[band]] != high:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def _solve(  # type: ignore[no-untyped-def]
     line_load, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, modulus,
     margin, even, out_inner, out_place, out_border, out_gap, out_curvature, out_centre,
@@ -194,7 +230,7 @@ def _solve(  # type: ignore[no-untyped-def]
     x, y = np.empty(_MOST), np.empty(_MOST)
     on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
     u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
-    first, last = np.empty(len(_FEWER), dtype=np.int64), np.empty(len(_FEWER), dtype=np.int64)
+    first, last = np.empty(len(_CELLS), dtype=np.int64), np.empty(len(_CELLS), dtype=np.int64)
     unit = 2.0 / (pi * modulus)  # of deflection by line load
     rolls, faces = line_load.shape
     for i in range(faces):
@@ -215,21 +251,13 @@ def _solve(  # type: ignore[no-untyped-def]
                 )  # fmt: skip
                 least = g[:count].min()
                 bands = _bands(u, g, count, least, room, first, last)
-                n = 0
-                for band in range(bands):
-                    cells = _FEWER[bands - 1]
-                    start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
-                    for c in range(cells):
-                        at_cell = start + (c + 0.5) * step
-                        if low[k, i] <= at_cell <= high[k, i]:
-                            cell, x_cell = locate(nodes[i], split[i], at_cell)
-                            value = fresh_gap(at_cell - at, terms) + smooth_value(gone, cell, x_cell) - least
-                        else:
-                            value = np.interp(at_cell, u[:count], g[:count]) - least
-                        place[n], width[n] = at_cell * per_mm, step * per_mm
-                        active[n] = value < closes
-                        gap[n] = value / unit
-                        n += 1
+                n = _cells(
+                    u, g, count, bands, first, last, at, low[k, i], high[k, i], terms, per_mm, gone, nodes[i],
+                    split[i], place, width, gap,
+                )  # fmt: skip
+                for c in range(n):
+                    active[c] = gap[c] - least < closes
+                    gap[c] = (gap[c] - least) / unit
                 span = (u[last[bands - 1]] - u[first[0]]) * per_mm
                 if span <= 0.0:
                     break
@@ -237,42 +265,32 @@ def _solve(  # type: ignore[no-untyped-def]
                     active[np.argmin(gap[:n])] = True
                 _influences(place, width, n, bands, span, even, influence)
                 approach, rate = _plane_contact(gap[:n], q, influence, active, force, a, x, y, on)
-                wider = _WIDER * room
-                found = not np.isnan(approach)
-                if found:
-                    beyond = _pressed_beyond(
-                        u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, q, unit
-                    )
-                    found = beyond == 0.0
-                    wider = max(wider if found else room, _BEYOND * beyond)
-                n = 0
-                for band in range(bands):
-                    end = n + _FEWER[bands - 1] - 1
-                    # at the end of a flank that is no edge nothing is cut off
-                    if (force[n] > 0.0 and u[first[band]] != low[k, i]) or (
-                        force[end] > 0.0 and u[last[band]] != high[k, i]
-                    ):
-                        found, wider = False, max(wider, _WIDER * room)
-                    n = end + 1
-                if found:
+                if np.isnan(approach) or _cut_off(u, bands, first, last, force, low[k, i], high[k, i]):
+                    room *= _WIDER
+                    continue
+                beyond = _pressed_beyond(
+                    u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, q, unit
+                )
+                if beyond == 0.0:
                     break
-                room = wider
+                room = max(room, _BEYOND * beyond)
             if span <= 0.0:
                 continue
+            moment = 0.0
+            for c in range(n):
+                moment += force[c] * place[c]
             if not np.isnan(approach):
                 # one band would be as stiff whose half-width is twice the logarithmic capacity of what touches
                 b = 4.0 * span * exp(-rate)
                 out_curvature[k, i] = 2.0 * closes / (b * b)
                 out_gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
-            moment = 0.0
+                out_centre[k, i] = min(max(moment / (q * per_mm), low[k, i]), high[k, i])
             for c in range(n):
-                moment += force[c] * place[c]
                 pressure, at_cell = force[c] / width[c], place[c] / per_mm
                 if min(at_cell - low[k, i], high[k, i] - at_cell) * per_mm < margin:
                     out_border[k, i] = max(out_border[k, i], pressure)
                 elif pressure > out_inner[k, i]:
                     out_inner[k, i], out_place[k, i] = pressure, at_cell
-            out_centre[k, i] = min(max(moment / (q * per_mm), low[k, i]), high[k, i])
 
 
 def solve_slices(

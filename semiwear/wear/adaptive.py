@@ -3,9 +3,9 @@
 A step is solved plainly and in two stages (`two_stage`); both are implicit, and their difference tells the error.
 
 Worn flanks are stiff: where too much is taken off, less load falls in the next step. What a step leaves is made by
-rates about as fast as itself, whatever its length, so that errors hardly pile up. A quarter of it there after the next
-step covers the error on the worn flank of the shipped scene, nominal, misaligned and lightly loaded, at tolerances
-from 0.1 to 0.003: what is said is 1.8 to 3.4 times what is found.
+rates about as fast as itself, whatever its length, so that errors hardly pile up. A quarter of it there after the
+next step covers the error on the worn flank of the shipped scene, nominal, misaligned and lightly loaded, at
+tolerances from 0.1 to 0.003: what is said is 1.8 to 3.4 times what is found.
 """
 
 from __future__ import annotations

@@ -69,5 +69,5 @@ def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> Lo
     fine, coarse = teeth.touch(teeth.removed(wear, partner))
     kind = type(teeth.solver.no_loads())
     loads = kind(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(kind)})
-    pressed = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
+    pressed: dict[str, Any] = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
     return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner)
