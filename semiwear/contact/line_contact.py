@@ -262,7 +262,7 @@ class LineContact:
         )
 
     def with_edges(self, worn: Footprints, loads: LineLoads) -> Footprints:
-        """Contact of the edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
+        """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
         Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
         soft where the wall of a groove is all that bears.

@@ -75,7 +75,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes, work, mass, middle,
     at_edge,
 ):  # fmt: skip
-    """Stretches of one footprint: middles, shares, and whether an edge presses there (-1: lower, 1: upper); how many."""
+    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many."""
     room, count, least = reached(
         at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )
