@@ -47,7 +47,7 @@ REFERENCE: dict[str, Any] = {
     "numerics.accuracy": 0.003,  # of the wear steps: every other number is given
     "numerics.roll_positions": 160,
     "numerics.face_slices": 161,
-    "numerics.profile_points": 281,
+    "numerics.profile_points": 401,
     "numerics.harmonics": 49,
 }
 """Fine numbers for a whole run of fidelity `line`, adaptive wear steps included."""

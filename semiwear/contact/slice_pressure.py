@@ -25,11 +25,8 @@ __all__ = ["solve_slices"]
 
 FloatArray = NDArray[np.float64]
 
-_CELLS = (
-    32,
-    24,
-    16,
-)  # across each of one, two or three bands that may touch: Hertz's peak within 0.3 % with the most
+# across each of one, two or three bands that may touch; with the most, Hertz's peak within 0.3 %
+_CELLS = (32, 24, 16)
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
 _WIDER = 1.6  # when that was too little
 _FAR = 8.0  # times the gap that closes in a Hertz contact: nothing farther touches

@@ -98,7 +98,7 @@ class TeethSolver(Protocol):
         """Solve mesh positions, starting from `loads`, which stays as it is."""
 
     def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
-        """Footprints with the gaps of pressed edges as these loads make them; the same object if nothing changes."""
+        """Footprints with the contact of pressed edges as these loads make it; the same object if nothing changes."""
 
     @property
     def searched(self) -> FloatArray:

@@ -34,7 +34,7 @@ def test_few_implicit_steps_do_what_explicit_ones_need_many_for(life, converged)
     assert one.error < 0.05 and two.error < 0.03 and four.error < 0.03
     assert one.flank_error < 0.1
     assert two.flank_error < 0.62 * one.flank_error and four.flank_error < 0.62 * two.flank_error  # of first order
-    assert four.flank_error < life.run("explicit", 12, converged).flank_error
+    assert four.flank_error < life.run("explicit", 10, converged).flank_error
 
 
 def test_two_stages_are_better_than_as_many_plain_steps(life, converged):
