@@ -32,6 +32,7 @@ __all__ = [
     "Footprints",
     "clipped",
     "footprints",
+    "fresh_beyond",
     "fresh_gap",
     "fresh_slope",
     "outline",
@@ -155,13 +156,19 @@ def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
+def fresh_beyond(beyond, border, direction, radius, per_mm, at, terms):  # type: ignore[no-untyped-def]
+    """Fresh separation on a rounded edge, so far beyond its border: the tangent falls away like d^2/(2 radius)."""
+    slope = direction * fresh_slope(border - at, terms) / per_mm
+    return fresh_gap(border - at, terms) + slope * beyond + 0.5 * beyond * beyond / radius
+
+
+@njit(cache=True, error_model="numpy")
 def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
-    """Append points of a rounded edge to the outline: the flank's tangent falls away like d^2/(2 radius).
+    """Append points of a rounded edge to the outline.
 
     Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
     the edge has worn.
     """
-    fresh = fresh_gap(border - at, terms)
     slope = direction * fresh_slope(border - at, terms) / per_mm
     here = _wear_at(border, wear, nodes, split)
     rises = 0.0
@@ -174,7 +181,8 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
-        g[count] = fresh + slope * x + 0.5 * x * x / radius + _wear_at(u[count], wear, nodes, split)
+        fresh = fresh_beyond(x, border, direction, radius, per_mm, at, terms)
+        g[count] = fresh + _wear_at(u[count], wear, nodes, split)
         count += 1
     return count
 

@@ -273,7 +273,13 @@ class LineContact:
         if not pressed.any():
             return worn
         load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)
-        return solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)[1]
+        touched = solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)[1]
+        # no half-width is less than the load sharing allows: as much farther away as it is then too stiff
+        closes, least = 2.0 / (pi * self.modulus) * load[pressed], _LEAST_WIDTH * self.usual_half_width
+        width = np.sqrt(2.0 * closes / touched.curvature[pressed])
+        touched.gap[pressed] += closes * np.log(np.maximum(least / width, 1.0))
+        touched.curvature[pressed] = 2.0 * closes / np.maximum(width, least) ** 2
+        return touched
 
     def approach(self, loads: LineLoads) -> FloatArray:
         """Approach along the line of action at each mesh position [mm]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ BoolArray = NDArray[np.bool_]
 
 
 _USUAL_DEPTH = 0.1  # mm of wear and modification for which the solver's reach always has room
-_EDGE_PASSES = 2  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
+_EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
 
@@ -117,15 +118,20 @@ class LoadedTeeth:
     ) -> LoadedState:
         """Elastic contact on worn flanks [mm], started from other loads when given."""
         fine, coarse = self.touch(self.removed(wear, partner_wear))
-        loads = self.solver.solve(coarse, start or self.solver.no_loads())
+        solved = start is None
+        loads: Any = self.solver.solve(coarse, self.solver.no_loads()) if solved else start
         edged = coarse
         for _ in range(_EDGE_PASSES):
             edged = self.solver.with_edges(coarse, loads)
-            if edged is coarse:
+            if edged is coarse and solved:
                 break
-            positions = np.flatnonzero((edged.gap != coarse.gap).any(axis=1)) % self.rolls.phase.size
+            positions = None
+            if solved:
+                # elsewhere nothing has changed
+                rolls = np.flatnonzero((edged.gap != coarse.gap).any(axis=1))
+                positions = np.unique(rolls % self.rolls.phase.size).tolist()
             force = loads.force
-            loads = self.solver.solve(edged, loads, positions=np.unique(positions).tolist())
+            loads, solved = self.solver.solve(edged, loads, positions=positions), True
             if np.abs(loads.force - force).max() <= _EDGE_TOLERANCE * loads.force.max():
                 break
         return LoadedState(wear, fine, edged, loads, partner_wear)

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, fresh_gap, outline
+from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, fresh_beyond, fresh_gap, outline
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
@@ -185,7 +185,23 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
 
 @njit(cache=True, error_model="numpy")
 def _cells(  # type: ignore[no-untyped-def]
-    u, g, count, bands, first, last, at, low, high, terms, per_mm, gone, nodes, split, place, width, gap
+    u,
+    bands,
+    first,
+    last,
+    at,
+    low,
+    high,
+    terms,
+    per_mm,
+    low_radius,
+    high_radius,
+    gone,
+    nodes,
+    split,
+    place,
+    width,
+    gap,
 ):
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
     n = 0
@@ -194,11 +210,14 @@ def _cells(  # type: ignore[no-untyped-def]
         start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
-            if low <= at_cell <= high:
-                cell, x = locate(nodes, split, at_cell)
-                gap[n] = fresh_gap(at_cell - at, terms) + smooth_value(gone, cell, x)
+            if at_cell < low:
+                fresh = fresh_beyond((low - at_cell) * per_mm, low, -1.0, low_radius, per_mm, at, terms)
+            elif at_cell > high:
+                fresh = fresh_beyond((at_cell - high) * per_mm, high, 1.0, high_radius, per_mm, at, terms)
             else:
-                gap[n] = np.interp(at_cell, u[:count], g[:count])
+                fresh = fresh_gap(at_cell - at, terms)
+            cell, x = locate(nodes, split, at_cell)
+            gap[n] = fresh + smooth_value(gone, cell, x)
             place[n], width[n] = at_cell * per_mm, step * per_mm
             n += 1
     return n
@@ -249,8 +268,8 @@ def _solve(  # type: ignore[no-untyped-def]
                 least = g[:count].min()
                 bands = _bands(u, g, count, least, room, first, last)
                 n = _cells(
-                    u, g, count, bands, first, last, at, low[k, i], high[k, i], terms, per_mm, gone, nodes[i],
-                    split[i], place, width, gap,
+                    u, bands, first, last, at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i],
+                    high_radius[k, i], gone, nodes[i], split[i], place, width, gap,
                 )  # fmt: skip
                 for c in range(n):
                     active[c] = gap[c] - least < closes
