@@ -36,7 +36,7 @@ def _spread(  # type: ignore[no-untyped-def]
         for k in range(rolls):
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
-            pieces = pieces_of(
+            pieces, _ = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], spacing[k, i], low_radius[k, i],
                 high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
                 middle, at_edge,

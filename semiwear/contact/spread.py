@@ -75,7 +75,10 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes, work, mass, middle,
     at_edge,
 ):  # fmt: skip
-    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many."""
+    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper).
+
+    Returns how many, and the edge that presses; 0 where none does.
+    """
     room, count, least = reached(
         at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )
@@ -94,7 +97,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
                     u, g, start, stop, bottom, room, apart * own, edge if side == edge else 0, mass, middle, at_edge,
                     pieces,
                 )  # fmt: skip
-    return pieces
+    return pieces, edge if apart > 0.0 and share > 0.0 else 0
 
 
 @njit(cache=True, error_model="numpy")
@@ -124,7 +127,7 @@ def _spread(  # type: ignore[no-untyped-def]
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             per_mm = spacing[k, i]
-            pieces = pieces_of(
+            pieces, edge = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
                 high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
                 middle, at_edge,
@@ -132,7 +135,7 @@ def _spread(  # type: ignore[no-untyped-def]
             node = nodes[i, 1] - nodes[i, 0]
             moves, parts = _step_of(at_profile[:, i], rate[:, i], k, node)
             edge_moves = 0.0
-            if np.any(at_edge[:pieces] < 0):
+            if edge < 0:
                 edge_moves, edge_parts = _step_of(low[:, i], rate[:, i], k, node)
                 parts = max(parts, edge_parts)
             scale = rate[k, i] / (per_mm * parts)
