@@ -27,6 +27,7 @@ __all__ = ["FiniteElementCost", "build", "finite_element_cost"]
 TITLE = "Accuracy against time"
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 _LEAST = 1e-5  # errors below are drawn here: references are no better
+_OUT_OF_REACH = 1000.0  # times the time: a slope that says no more than that there is none
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,12 @@ def _intro(quick: bool, elements: FiniteElementCost) -> str:
     )
 
 
+def _next_digit(factor: float | None) -> str:
+    if factor is None or factor > _OUT_OF_REACH:
+        return "more time brings hardly less error here."
+    return f"the next digit, a tenth of the error, would cost {figure_text(factor, 2)} times the time."
+
+
 def _digits(points: Sequence[Point], problems: Problems) -> str:
     words = []
     for problem in problems.wear:
@@ -161,13 +168,7 @@ def _digits(points: Sequence[Point], problems: Problems) -> str:
             best = min((point for point in own if not point.converged), key=lambda point: point.worst)
             words.append(
                 f"<li>{problem.title}, {method.name}: the best setting is within {percent(best.worst)} in "
-                f"{with_unit(best.seconds, 's', 2)}; "
-                + (
-                    f"the next digit, a tenth of the error, would cost {figure_text(factor, 2)} times the time."
-                    if factor is not None
-                    else "more time brings no less error here."
-                )
-                + "</li>"
+                f"{with_unit(best.seconds, 's', 2)}; " + _next_digit(factor) + "</li>"
             )
     return (
         "<h3>What the next digit costs</h3><p>From a straight line through the logarithms of time and of the worst "
