@@ -31,6 +31,7 @@ __all__ = [
     "MOST_NODES",
     "Footprints",
     "clipped",
+    "edge_tangent",
     "footprints",
     "fresh_beyond",
     "fresh_gap",
@@ -156,10 +157,15 @@ def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_beyond(beyond, border, direction, radius, per_mm, at, terms):  # type: ignore[no-untyped-def]
+def edge_tangent(border, direction, per_mm, at, terms):  # type: ignore[no-untyped-def]
+    """Fresh separation at a border, and its slope outwards per mm."""
+    return fresh_gap(border - at, terms), direction * fresh_slope(border - at, terms) / per_mm
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
     """Fresh separation on a rounded edge, so far beyond its border: the tangent falls away like d^2/(2 radius)."""
-    slope = direction * fresh_slope(border - at, terms) / per_mm
-    return fresh_gap(border - at, terms) + slope * beyond + 0.5 * beyond * beyond / radius
+    return fresh + slope * beyond + 0.5 * beyond * beyond / radius
 
 
 @njit(cache=True, error_model="numpy")
@@ -169,7 +175,7 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
     Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
     the edge has worn.
     """
-    slope = direction * fresh_slope(border - at, terms) / per_mm
+    fresh, slope = edge_tangent(border, direction, per_mm, at, terms)
     here = _wear_at(border, wear, nodes, split)
     rises = 0.0
     cell = locate(nodes, split, border)[0]
@@ -181,8 +187,7 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
-        fresh = fresh_beyond(x, border, direction, radius, per_mm, at, terms)
-        g[count] = fresh + _wear_at(u[count], wear, nodes, split)
+        g[count] = fresh_beyond(x, fresh, slope, radius) + _wear_at(u[count], wear, nodes, split)
         count += 1
     return count
 

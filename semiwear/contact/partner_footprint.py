@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import MOST_NODES
-from semiwear.contact.spread import MOST_PIECES, Spread, pieces_of
+from semiwear.contact.spread import MOST_PIECES, Spread, node_width, pieces_of
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.partner_flank import PartnerFlank, station_of
@@ -68,10 +68,9 @@ def _spread(  # type: ignore[no-untyped-def]
                         out[station + side, cell] += share * (1.0 - x) * amount
                         out[station + side, cell + 1] += share * x * amount
     for p in range(last + 1):
-        left = own[p] - own[p - 1] if p > 0 else 0.0
-        right = own[p + 1] - own[p] if p < last else 0.0
+        width = node_width(own, p)
         for j in range(stations):
-            out[j, p] /= 0.5 * (left + right)
+            out[j, p] /= width
 
 
 def spread_over_partner(

@@ -16,7 +16,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import LEAST_BEND, MOST_NODES, Footprints, fresh_beyond, fresh_gap, outline
+from semiwear.contact.footprint import (
+    LEAST_BEND,
+    MOST_NODES,
+    Footprints,
+    edge_tangent,
+    fresh_beyond,
+    fresh_gap,
+    outline,
+)
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
@@ -172,9 +180,10 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
             band += 1
         if band < bands and c >= first[band]:
             continue
-        slack = (g[c] - least) / unit - approach
-        if slack + approach > _FAR * load:
+        opening = (g[c] - least) / unit
+        if opening > _FAR * load:
             continue
+        slack = opening - approach
         for k in range(n):
             if force[k] > 0.0:
                 slack += force[k] * (constant - _mean_log(abs(u[c] * per_mm - x[k]), width[k]))
@@ -185,35 +194,21 @@ def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, 
 
 @njit(cache=True, error_model="numpy")
 def _cells(  # type: ignore[no-untyped-def]
-    u,
-    bands,
-    first,
-    last,
-    at,
-    low,
-    high,
-    terms,
-    per_mm,
-    low_radius,
-    high_radius,
-    gone,
-    nodes,
-    split,
-    place,
-    width,
-    gap,
-):
+    u, bands, first, last, at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split,
+    place, width, gap,
+):  # fmt: skip
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
-    n = 0
+    n, cells = 0, _CELLS[bands - 1]
+    fresh_low, slope_low = edge_tangent(low, -1.0, per_mm, at, terms)
+    fresh_high, slope_high = edge_tangent(high, 1.0, per_mm, at, terms)
     for band in range(bands):
-        cells = _CELLS[bands - 1]
         start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
             if at_cell < low:
-                fresh = fresh_beyond((low - at_cell) * per_mm, low, -1.0, low_radius, per_mm, at, terms)
+                fresh = fresh_beyond((low - at_cell) * per_mm, fresh_low, slope_low, low_radius)
             elif at_cell > high:
-                fresh = fresh_beyond((at_cell - high) * per_mm, high, 1.0, high_radius, per_mm, at, terms)
+                fresh = fresh_beyond((at_cell - high) * per_mm, fresh_high, slope_high, high_radius)
             else:
                 fresh = fresh_gap(at_cell - at, terms)
             cell, x = locate(nodes, split, at_cell)
@@ -272,8 +267,9 @@ def _solve(  # type: ignore[no-untyped-def]
                     high_radius[k, i], gone, nodes[i], split[i], place, width, gap,
                 )  # fmt: skip
                 for c in range(n):
-                    active[c] = gap[c] - least < closes
-                    gap[c] = (gap[c] - least) / unit
+                    gap[c] -= least
+                    active[c] = gap[c] < closes
+                    gap[c] /= unit
                 span = (u[last[bands - 1]] - u[first[0]]) * per_mm
                 if span <= 0.0:
                     break

@@ -19,7 +19,7 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
 
-__all__ = ["MOST_PIECES", "Spread", "pieces_of", "spread_over_flank"]
+__all__ = ["MOST_PIECES", "Spread", "node_width", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 
@@ -72,8 +72,8 @@ def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_ed
 
 @njit(cache=True, error_model="numpy")
 def pieces_of(  # type: ignore[no-untyped-def]
-    at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes, work, mass, middle,
-    at_edge,
+    at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes,
+    work, mass, middle, at_edge,
 ):  # fmt: skip
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper).
 
@@ -110,6 +110,14 @@ def _step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
     before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
     moves = (place[after] - place[before]) / max(after - before, 1)
     return moves, min(int(2.0 * abs(moves) / node) + 1, _MOST_PARTS)
+
+
+@njit(cache=True, error_model="numpy")
+def node_width(nodes, p):  # type: ignore[no-untyped-def]
+    """Width that a node stands for: half of the cells on either side."""
+    left = nodes[p] - nodes[p - 1] if p > 0 else 0.0
+    right = nodes[p + 1] - nodes[p] if p < nodes.shape[0] - 1 else 0.0
+    return 0.5 * (left + right)
 
 
 @njit(cache=True, error_model="numpy")
@@ -156,9 +164,7 @@ def _spread(  # type: ignore[no-untyped-def]
                     out[i, cell] += (1.0 - x) * amount
                     out[i, cell + 1] += x * amount
         for p in range(points):
-            left = nodes[i, p] - nodes[i, p - 1] if p > 0 else 0.0
-            right = nodes[i, p + 1] - nodes[i, p] if p < points - 1 else 0.0
-            out[i, p] /= 0.5 * (left + right)
+            out[i, p] /= node_width(nodes[i], p)
 
 
 def spread_over_flank(
