@@ -57,7 +57,7 @@ class Parameter:
 PARAMETERS = (
     Parameter("roll_positions", 12, 144, 1.0, 1.0),
     Parameter("face_slices", 31, 151, 1.0, 1.6),
-    Parameter("profile_points", 81, 401, 1.0, 0.3),
+    Parameter("profile_points", 81, 401, 1.5, 0.3),
     Parameter("harmonics", 17, 65, 2.0, 0.5, refined=False),
     Parameter("cells_per_half_width", 4, 16, 1.0, 1.5),
 )

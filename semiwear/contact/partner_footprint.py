@@ -9,9 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import MOST_NODES
-from semiwear.contact.spread import MOST_PIECES, Spread, node_width, pieces_of
+from semiwear.contact.spread import MOST_PIECES, Spread, lay, node_width, pieces_of, shifts_of, step_of
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.partner_flank import PartnerFlank, station_of
 from semiwear.meshing.removed import Removed
 
@@ -19,24 +19,22 @@ __all__ = ["spread_over_partner"]
 
 FloatArray = NDArray[np.float64]
 
-_MOST_PARTS = 8  # of a roll step
-
 
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
-    rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces, own,
-    own_split, out,
+    rate, centre, slope, closes, at_profile, partner_places, profile, low, high, separation, spacing, low_radius,
+    high_radius, removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces,
+    own, own_split, out,
 ):  # fmt: skip
     work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
-    at_edge = np.empty(MOST_PIECES, dtype=np.int64)
+    at_edge, shift = np.empty(MOST_PIECES, dtype=np.int64), np.empty(MOST_PIECES)
     rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
-    step, node = faces[1] - faces[0], 0.25 * (own[last] - own[0]) / last
+    step = faces[1] - faces[0]
     for i in slices:
         for k in range(rolls):
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
-            pieces, _ = pieces_of(
+            pieces = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], spacing[k, i], low_radius[k, i],
                 high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
                 middle, at_edge,
@@ -46,27 +44,23 @@ def _spread(  # type: ignore[no-untyped-def]
             wide = abs(partner_face[k, above] - partner_face[k, below]) / ((above - below) * step)
             station, weight = station_of(partner_face[k, i], faces[0], step, stations)
             per_profile = abs(partner_slope[k, i])
-            # the contact moves on within a roll step: an edge's narrow band would leave stripes
-            moves = 0.5 * (partner_profile[min(k + 1, rolls - 1), i] - partner_profile[max(k - 1, 0), i])
-            spread = min(int(abs(moves) / node) + 1, _MOST_PARTS)
-            scale = rate[k, i] * wide * per_profile / (spacing[k, i] * spread)
+            shifts_of(
+                middle, at_edge, pieces, low[k, i], high[k, i], nodes[i, 1] - nodes[i, 0],
+                step_of(partner_places[0, :, i], rate[:, i], k), step_of(partner_places[1, :, i], rate[:, i], k),
+                step_of(partner_places[2, :, i], rate[:, i], k), shift,
+            )  # fmt: skip
+            scale = rate[k, i] * wide * per_profile / spacing[k, i]
             for c in range(pieces):
                 place = partner_profile[k, i] + partner_slope[k, i] * (middle[c] - profile[k, i])
                 away = middle[c] - at_profile[k, i]
                 v0 = centre[k, i, 0] + slope[k, i, 0] * away
                 v1 = centre[k, i, 1] + slope[k, i, 1] * away
                 amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                for part in range(spread):
-                    there = place + moves * ((part + 0.5) / spread - 0.5)
-                    # what an edge's rounding bears wears no flank
-                    if there < own[0] or there > own[last]:
-                        continue
-                    cell, x = locate(own, own_split, there)
-                    for side in range(2):
-                        # nothing is kept beyond the width of the last station
-                        share = max(1.0 - abs(weight - side), 0.0)
-                        out[station + side, cell] += share * (1.0 - x) * amount
-                        out[station + side, cell + 1] += share * x * amount
+                for side in range(2):
+                    # nothing is kept beyond the width of the last station
+                    share = max(1.0 - abs(weight - side), 0.0)
+                    if share > 0.0:
+                        lay(own, own_split, place, shift[c], share * amount, out[station + side])
     for p in range(last + 1):
         width = node_width(own, p)
         for j in range(stations):
@@ -97,8 +91,14 @@ def spread_over_partner(
         Right in stations all of whose slices are done.
     """
     out = np.zeros(partner.grid.profile.shape)
+    partner_places = np.stack(
+        [
+            lines.partner_profile + lines.partner_slope * (place - lines.profile)
+            for place in (places, lines.low, lines.high)
+        ]
+    )
     _spread(
-        what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high,
+        what.rate, what.centre, what.slope, what.closes, places, partner_places, lines.profile, lines.low, lines.high,
         lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
         grid.profile, grid.split, half_width, slices, lines.partner_profile, lines.partner_slope, lines.partner_face,
         partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,

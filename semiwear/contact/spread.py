@@ -19,11 +19,21 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
 
-__all__ = ["MOST_PIECES", "Spread", "node_width", "pieces_of", "spread_over_flank"]
+__all__ = [
+    "MOST_PIECES",
+    "Spread",
+    "lay",
+    "node_width",
+    "pieces_of",
+    "shifts_of",
+    "spread_over_flank",
+    "step_of",
+]
 
 FloatArray = NDArray[np.float64]
 
-_MOST_PARTS = 16  # of a roll step
+_EVEN = 1e-4  # of what a footprint reaches down: a stretch that slopes less has its centroid in its middle
+_LEAST_STEP = 1e-6  # of a flank's height
 MOST_PIECES = 2 * MOST_NODES
 
 
@@ -58,8 +68,11 @@ def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_ed
             continue
         u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
         if u_b > u_a:
-            mass[pieces] = segment(room, u_b - u_a, t_a, t_b)[0]
-            middle[pieces] = 0.5 * (u_a + u_b)
+            mass[pieces], below = segment(room, u_b - u_a, t_a, t_b)
+            # its centroid: a depth that alternates from node to node would not be felt in the middle
+            a, b = t_a * t_a, t_b * t_b
+            inside = (below / mass[pieces] - a) / (b - a) if abs(a - b) > _EVEN * room else 0.5
+            middle[pieces] = u_a + min(max(inside, 0.0), 1.0) * (u_b - u_a)
             at_edge[pieces] = edge
             area += mass[pieces]
             pieces += 1
@@ -75,10 +88,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes,
     work, mass, middle, at_edge,
 ):  # fmt: skip
-    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper).
-
-    Returns how many, and the edge that presses; 0 where none does.
-    """
+    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many."""
     room, count, least = reached(
         at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )
@@ -97,19 +107,75 @@ def pieces_of(  # type: ignore[no-untyped-def]
                     u, g, start, stop, bottom, room, apart * own, edge if side == edge else 0, mass, middle, at_edge,
                     pieces,
                 )  # fmt: skip
-    return pieces, edge if apart > 0.0 and share > 0.0 else 0
+    return pieces
 
 
 @njit(cache=True, error_model="numpy")
-def _step_of(place, rate, k, node):  # type: ignore[no-untyped-def]
-    """How far a line moves in the step about a roll position, and in how many parts to spread what it leaves there.
-
-    Footprints a step apart would leave ripples of that wavelength; spread over the step they leave none.
-    """
+def step_of(place, rate, k):  # type: ignore[no-untyped-def]
+    """How far a place moves in the step about a roll position."""
     before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
     before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
-    moves = (place[after] - place[before]) / max(after - before, 1)
-    return moves, min(int(2.0 * abs(moves) / node) + 1, _MOST_PARTS)
+    return (place[after] - place[before]) / max(after - before, 1)
+
+
+@njit(cache=True, error_model="numpy")
+def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-def]
+    """Add a density that rises straight from nothing at `foot` to `height` at `top`, on either side of it."""
+    last = nodes.shape[0] - 1
+    start, stop = max(min(foot, top), nodes[0]), min(max(foot, top), nodes[last])
+    if stop <= start:
+        return
+    steep = height / (top - foot)
+    cell, _ = locate(nodes, split, start)
+    while cell < last and nodes[cell] < stop:
+        begin, end = max(start, nodes[cell]), min(stop, nodes[cell + 1])
+        width = nodes[cell + 1] - nodes[cell]
+        a, b = steep * (begin - foot), steep * (end - foot)
+        x, y = (begin - nodes[cell]) / width, (end - nodes[cell]) / width
+        # exact for the product of two straight lines
+        upper = (end - begin) / 6.0 * (a * x + (a + b) * (x + y) + b * y)
+        out[cell] += 0.5 * (end - begin) * (a + b) - upper
+        out[cell + 1] += upper
+        cell += 1
+
+
+@njit(cache=True, error_model="numpy")
+def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
+    """Add to nodes an amount that fades out over a step to either side of a place.
+
+    Footprints a roll step apart would leave ripples of that wavelength, so what they wear is straight in between.
+    Laid evenly along a step, with its transform below zero, it would wear ripples in a flank deeper that are
+    somewhat shorter than the step. What lies beyond the last node wears no flank.
+    """
+    last = nodes.shape[0] - 1
+    reach = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
+    height = amount / reach
+    _lay_ramp(nodes, split, middle - reach, middle, height, out)
+    _lay_ramp(nodes, split, middle + reach, middle, height, out)
+
+
+@njit(cache=True, error_model="numpy")
+def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
+    """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
+
+    A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
+    border.
+    """
+    first, last = np.inf, -np.inf
+    for c in range(pieces):
+        if at_edge[c] == 0:
+            first, last = min(first, middle[c]), max(last, middle[c])
+    for c in range(pieces):
+        if at_edge[c] != 0:
+            shift[c] = low_moves if at_edge[c] < 0 else high_moves
+        elif last >= high - slack:
+            lever = max(high - first, slack)
+            shift[c] = high_moves + (moves - high_moves) * max(high - middle[c], 0.0) / lever
+        elif first <= low + slack:
+            lever = max(last - low, slack)
+            shift[c] = low_moves + (moves - low_moves) * max(middle[c] - low, 0.0) / lever
+        else:
+            shift[c] = moves
 
 
 @njit(cache=True, error_model="numpy")
@@ -126,7 +192,7 @@ def _spread(  # type: ignore[no-untyped-def]
     removed, row, nodes, split, half_width, slices, out,
 ):  # fmt: skip
     work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
-    at_edge = np.empty(MOST_PIECES, dtype=np.int64)
+    at_edge, shift = np.empty(MOST_PIECES, dtype=np.int64), np.empty(MOST_PIECES)
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
@@ -135,34 +201,22 @@ def _spread(  # type: ignore[no-untyped-def]
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             per_mm = spacing[k, i]
-            pieces, edge = pieces_of(
+            pieces = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
                 high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
                 middle, at_edge,
             )  # fmt: skip
-            node = nodes[i, 1] - nodes[i, 0]
-            moves, parts = _step_of(at_profile[:, i], rate[:, i], k, node)
-            edge_moves = 0.0
-            if edge < 0:
-                edge_moves, edge_parts = _step_of(low[:, i], rate[:, i], k, node)
-                parts = max(parts, edge_parts)
-            scale = rate[k, i] / (per_mm * parts)
-            for part in range(parts):
-                ahead = (part + 0.5) / parts - 0.5
-                for c in range(pieces):
-                    # the driven flank's own upper edge stays where it is
-                    step = moves if at_edge[c] == 0 else edge_moves if at_edge[c] < 0 else 0.0
-                    there = middle[c] + ahead * step
-                    # what an edge's rounding bears wears no flank
-                    if there < nodes[i, 0] or there > nodes[i, points - 1]:
-                        continue
-                    away = middle[c] - at_profile[k, i]
-                    v0 = centre[k, i, 0] + slope[k, i, 0] * away
-                    v1 = centre[k, i, 1] + slope[k, i, 1] * away
-                    cell, x = locate(nodes[i], split[i], there)
-                    amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                    out[i, cell] += (1.0 - x) * amount
-                    out[i, cell + 1] += x * amount
+            shifts_of(
+                middle, at_edge, pieces, low[k, i], high[k, i], nodes[i, 1] - nodes[i, 0],
+                step_of(at_profile[:, i], rate[:, i], k), step_of(low[:, i], rate[:, i], k),
+                step_of(high[:, i], rate[:, i], k), shift,
+            )  # fmt: skip
+            for c in range(pieces):
+                away = middle[c] - at_profile[k, i]
+                v0 = centre[k, i, 0] + slope[k, i, 0] * away
+                v1 = centre[k, i, 1] + slope[k, i, 1] * away
+                amount = rate[k, i] / per_mm * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                lay(nodes[i], split[i], middle[c], shift[c], amount, out[i])
         for p in range(points):
             out[i, p] /= node_width(nodes[i], p)
 
