@@ -1,0 +1,103 @@
+"""What a footprint leaves between roll positions: even where it should be, and kind to ripples of any length."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from semiwear.contact.spread import lay, shifts_of
+from semiwear.plan import plan
+from semiwear.simulate import simulate
+from semiwear.wear.swept_line import sweep, wear_of_mesh
+
+NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
+SPLIT = 40
+SLICE = 4
+
+
+@given(st.floats(-2.5, 3.5), st.floats(-0.5, 0.5), st.floats(0.0, 10.0))
+def test_what_is_laid_down_is_all_there_and_in_its_place(middle, step, amount):
+    out = np.zeros(NODES.size)
+    lay(NODES, SPLIT, middle, step, amount, out)
+    assert np.all(out >= 0.0)
+    assert out.sum() == pytest.approx(amount, rel=1e-9, abs=1e-12)
+    assert out @ NODES == pytest.approx(amount * middle, rel=1e-6, abs=1e-9)
+
+
+@given(st.floats(0.02, 0.6), st.floats(0.0, 1.0))
+def test_even_steps_leave_an_even_depth(step, first):
+    out = np.zeros(NODES.size)
+    for middle in np.arange(-5.0 + first * step, 6.0, step):
+        lay(NODES, SPLIT, middle, step, step, out)
+    widths = np.convolve(np.diff(NODES), [0.5, 0.5], mode="full")
+    np.testing.assert_allclose(out / widths, 1.0, rtol=1e-9)
+
+
+def test_what_lies_beyond_a_border_wears_no_flank():
+    out = np.zeros(NODES.size)
+    lay(NODES, SPLIT, NODES[-1], 0.3, 2.0, out)
+    assert out.sum() == pytest.approx(1.0)
+    lay(NODES, SPLIT, NODES[-1] + 0.4, 0.3, 2.0, out)
+    assert out.sum() == pytest.approx(1.0)
+
+
+def test_a_footprint_cut_off_stays_at_its_end():
+    middle, at_edge, shift = np.linspace(1.0, 2.0, 11), np.zeros(11, dtype=np.int64), np.zeros(11)
+    shifts_of(middle, at_edge, 11, -3.0, 2.0, 0.1, 0.5, 0.0, 0.0, shift)
+    np.testing.assert_allclose(shift, 0.5 * (2.0 - middle), atol=1e-12)
+    # the lower end moves by itself
+    shifts_of(middle, at_edge, 11, 1.0, 4.0, 0.1, 0.5, -0.2, 0.0, shift)
+    np.testing.assert_allclose(shift, -0.2 + 0.7 * (middle - 1.0), atol=1e-12)
+    shifts_of(middle, at_edge, 11, -3.0, 4.0, 0.1, 0.5, 0.0, 0.0, shift)
+    np.testing.assert_allclose(shift, 0.5)
+
+
+@pytest.fixture(scope="module")
+def fine_teeth(shipped):
+    """Nodes a fifth of a roll step apart."""
+    changes = {"face_slices": 11, "profile_points": 801, "roll_positions": 24, "harmonics": 9}
+    teeth = plan(shipped.replace({f"numerics.{name}": value for name, value in changes.items()})).loaded_teeth()
+    return teeth, teeth.load(np.zeros(teeth.grid.profile.shape))
+
+
+@pytest.mark.parametrize("length", [0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 4.0])
+@pytest.mark.parametrize("phase", [0.0, 0.25])
+def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
+    # laid down evenly along a roll step, what is worn made those of half a step to a step deeper
+    teeth, state = fine_teeth
+    motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    nodes = teeth.grid.profile[SLICE]
+    step = np.median(np.abs(np.diff(teeth.fine.profile[:, SLICE])))
+    assert np.diff(nodes).max() < 0.25 * step
+
+    def mesh(ripple):
+        depth = np.full(teeth.grid.profile.shape, 1e-3)
+        depth[SLICE] += 1e-5 * ripple
+        removed, slices = teeth.removed(depth), np.array([SLICE])
+        what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+        return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)[SLICE]
+
+    wave = np.sin(2.0 * np.pi * (nodes / (length * step) + phase))
+    even = mesh(1e-6 * wave)
+    inner = (nodes > nodes[0] + 0.6 * np.ptp(nodes)) & (nodes < nodes[0] + 0.85 * np.ptp(nodes))
+    answer = np.sum(((mesh(wave) - even) * wave)[inner]) / np.sum(wave[inner] ** 2)
+    assert answer < 0.0
+    # long ones wear away as Winkler's footprint has it: the wear over the depth that the contact reaches down
+    if length >= 4.0:
+        footprint = state.fine
+        depth = 0.5 * np.median(footprint.curvature[:, SLICE]) * teeth.half_width**2
+        assert answer == pytest.approx(-1e-5 * even[inner].mean() / depth, rel=0.5)
+
+
+def test_nothing_piles_up_at_the_tip(shipped):
+    """The last nodes before the gear's tip wear as evenly as those before them, whatever the roll step."""
+    numerics = {"face_slices": 11, "profile_points": 401, "roll_positions": 24, "harmonics": 9, "wear_steps": 4}
+    worn = simulate(shipped.replace({f"numerics.{name}": value for name, value in numerics.items()}))
+    depth = worn["flank/wear_depth"].isel(wear_step=-1).sel(body="gear").values
+    tip = depth[-8:, depth[-1] > 0.2 * depth.max()]
+    assert tip.shape[1] >= 3
+    bend = np.abs(np.diff(tip, 2, axis=0)) / tip.max(axis=0)
+    assert bend.max() < 0.02
