@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import Footprints
+from semiwear.contact.footprint import LEAST_BEND, Footprints
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
@@ -34,6 +34,7 @@ CoefficientFactor = Callable[[LoadedTeeth, Any, Footprints], FloatArray]
 
 _DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step the contact's shape follows the wear that often
 _CYCLES = (4, 32)
+_MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved
@@ -278,8 +279,27 @@ class _Step:
         """Correct the own wear of every line by what a step of this length would leave."""
         loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
         worn = self.worn(loads, meshes)
+        cycles = self._stable_cycles(worn)
+        if cycles > self.cycles:
+            self.cycles = cycles
+            worn = self.worn(loads, meshes)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
+
+    def _stable_cycles(self, worn: Worn) -> int:
+        """Cycles in each of which no more is worn than a footprint reaches down.
+
+        A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
+        come out greater on the other side.
+        """
+        lines, loaded = self.teeth.lines, self.state.contact.loads.force > 0.0
+        bend = float(np.median(lines.separation[2][loaded] / lines.spacing[loaded] ** 2))
+        reach = 0.5 * max(bend, LEAST_BEND) * self.teeth.half_width**2
+        pairs = zip(worn, self.state.worn, strict=True)
+        depth = sum(
+            float((after - before).max()) for after, before in pairs if after is not None and before is not None
+        )
+        return int(min(np.ceil(depth / reach), _MOST_CYCLES))
 
     def passages(self, loads: Sequence[Any]) -> list[Passage]:
         """The cases' parts in the wear."""

@@ -101,3 +101,17 @@ def test_nothing_piles_up_at_the_tip(shipped):
     assert tip.shape[1] >= 3
     bend = np.abs(np.diff(tip, 2, axis=0)) / tip.max(axis=0)
     assert bend.max() < 0.02
+
+
+def test_long_steps_of_light_loads_leave_no_ripple(shipped):
+    """A contact that reaches down less than a step wears must follow the wear within it."""
+    numerics = {"face_slices": 11, "profile_points": 201, "roll_positions": 24, "harmonics": 9}
+    light = shipped.replace(
+        {f"numerics.{name}": value for name, value in numerics.items()}
+        | {"operation.pinion_torque_Nm": 100.0, "wear.until.control_depths_um": None, "wear.until.meshes": 2e11}
+    )
+    few, many = (simulate(light.replace({"numerics.wear_steps": steps}))["history"].to_dataset() for steps in (4, 16))
+    assert float(few.wear_depth_max_root[-1]) == pytest.approx(float(many.wear_depth_max_root[-1]), rel=0.03)
+    for zone in ("root", "addendum", "pitch"):
+        pressures = [float(one[f"contact_pressure_{zone}"][-1]) for one in (few, many)]
+        assert pressures[0] == pytest.approx(pressures[1], rel=0.1), zone
