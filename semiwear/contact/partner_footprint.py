@@ -8,8 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.contact.between_rolls import lay, node_width, shifts_of, step_of
 from semiwear.contact.footprint import MOST_NODES
-from semiwear.contact.spread import MOST_PIECES, Spread, lay, node_width, pieces_of, shifts_of, step_of
+from semiwear.contact.spread import MOST_PIECES, Spread, pieces_of
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.partner_flank import PartnerFlank, station_of

@@ -13,27 +13,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.contact.between_rolls import lay, node_width, shifts_of, step_of
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.footprint import MOST_NODES, clipped, reached, segment
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 
-__all__ = [
-    "MOST_PIECES",
-    "Spread",
-    "lay",
-    "node_width",
-    "pieces_of",
-    "shifts_of",
-    "spread_over_flank",
-    "step_of",
-]
+__all__ = ["MOST_PIECES", "Spread", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 
 _EVEN = 1e-4  # of what a footprint reaches down: a stretch that slopes less has its centroid in its middle
-_LEAST_STEP = 1e-6  # of a flank's height
 MOST_PIECES = 2 * MOST_NODES
 
 
@@ -108,82 +99,6 @@ def pieces_of(  # type: ignore[no-untyped-def]
                     pieces,
                 )  # fmt: skip
     return pieces
-
-
-@njit(cache=True, error_model="numpy")
-def step_of(place, rate, k):  # type: ignore[no-untyped-def]
-    """How far a place moves in the step about a roll position."""
-    before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
-    before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
-    return (place[after] - place[before]) / max(after - before, 1)
-
-
-@njit(cache=True, error_model="numpy")
-def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-def]
-    """Add a density that rises straight from nothing at `foot` to `height` at `top`, on either side of it."""
-    last = nodes.shape[0] - 1
-    start, stop = max(min(foot, top), nodes[0]), min(max(foot, top), nodes[last])
-    if stop <= start:
-        return
-    steep = height / (top - foot)
-    cell, _ = locate(nodes, split, start)
-    while cell < last and nodes[cell] < stop:
-        begin, end = max(start, nodes[cell]), min(stop, nodes[cell + 1])
-        width = nodes[cell + 1] - nodes[cell]
-        a, b = steep * (begin - foot), steep * (end - foot)
-        x, y = (begin - nodes[cell]) / width, (end - nodes[cell]) / width
-        # exact for the product of two straight lines
-        upper = (end - begin) / 6.0 * (a * x + (a + b) * (x + y) + b * y)
-        out[cell] += 0.5 * (end - begin) * (a + b) - upper
-        out[cell + 1] += upper
-        cell += 1
-
-
-@njit(cache=True, error_model="numpy")
-def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
-    """Add to nodes an amount that fades out over a step to either side of a place.
-
-    Footprints a roll step apart would leave ripples of that wavelength, so what they wear is straight in between.
-    Laid evenly along a step, with its transform below zero, it would wear ripples in a flank deeper that are
-    somewhat shorter than the step. What lies beyond the last node wears no flank.
-    """
-    last = nodes.shape[0] - 1
-    reach = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
-    height = amount / reach
-    _lay_ramp(nodes, split, middle - reach, middle, height, out)
-    _lay_ramp(nodes, split, middle + reach, middle, height, out)
-
-
-@njit(cache=True, error_model="numpy")
-def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
-    """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
-
-    A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
-    border.
-    """
-    first, last = np.inf, -np.inf
-    for c in range(pieces):
-        if at_edge[c] == 0:
-            first, last = min(first, middle[c]), max(last, middle[c])
-    for c in range(pieces):
-        if at_edge[c] != 0:
-            shift[c] = low_moves if at_edge[c] < 0 else high_moves
-        elif last >= high - slack:
-            lever = max(high - first, slack)
-            shift[c] = high_moves + (moves - high_moves) * max(high - middle[c], 0.0) / lever
-        elif first <= low + slack:
-            lever = max(last - low, slack)
-            shift[c] = low_moves + (moves - low_moves) * max(middle[c] - low, 0.0) / lever
-        else:
-            shift[c] = moves
-
-
-@njit(cache=True, error_model="numpy")
-def node_width(nodes, p):  # type: ignore[no-untyped-def]
-    """Width that a node stands for: half of the cells on either side."""
-    left = nodes[p] - nodes[p - 1] if p > 0 else 0.0
-    right = nodes[p + 1] - nodes[p] if p < nodes.shape[0] - 1 else 0.0
-    return 0.5 * (left + right)
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from semiwear.contact.spread import lay, shifts_of
+from semiwear.contact.between_rolls import lay, shifts_of
 from semiwear.plan import plan
 from semiwear.simulate import simulate
 from semiwear.wear.swept_line import sweep, wear_of_mesh
