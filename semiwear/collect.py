@@ -76,55 +76,36 @@ class _Zones:
             profile < self.low, int(Zone.ROOT), np.where(profile > self.high, int(Zone.ADDENDUM), int(Zone.PITCH))
         )
 
-    def greatest_pressure(self, pressure: SlicePressures) -> dict[Zone, float]:
-        """Greatest pressure in each zone, beside the band clear of it."""
+    def greatest_clear(self, pressure: SlicePressures) -> dict[Zone, float]:
+        """Greatest pressure in each zone, beside the band clear of it: on its very border roll steps would decide."""
         clear = _CLEAR * (self.high - self.low)
-        counts = pressure.inner > 0.0
-        spans = self._spans(self.low - clear, self.high + clear)
-        return {zone: _greatest(pressure.inner, pressure.place, counts, *span) for zone, span in spans.items()}
+        sides = {
+            Zone.ROOT: pressure.place < self.low - clear,
+            Zone.PITCH: (pressure.place >= self.low) & (pressure.place <= self.high),
+            Zone.ADDENDUM: pressure.place > self.high + clear,
+        }
+        return {zone: float(np.max(pressure.inner, where=side, initial=0.0)) for zone, side in sides.items()}
 
-    def greatest_wear(self, wear: FloatArray, profile: FloatArray) -> dict[Zone, float]:
-        """Greatest wear in each zone, (profile, face) arrays."""
-        spans = self._spans(self.low, self.high)
-        return {zone: _greatest(wear, profile, np.ones(wear.shape, bool), *span) for zone, span in spans.items()}
+    def greatest(self, value: FloatArray, profile: FloatArray, counts: BoolArray) -> dict[Zone, float]:
+        """Greatest value in each zone along curves that cross it, read at the zone's borders as well.
 
-    def _spans(
-        self, root: FloatArray, addendum: FloatArray
-    ) -> dict[Zone, tuple[FloatArray | None, FloatArray | None]]:
-        """Borders of each zone; the outer two reach to `root` and begin at `addendum`."""
-        return {Zone.ROOT: (None, root), Zone.PITCH: (self.low, self.high), Zone.ADDENDUM: (addendum, None)}
-
-
-def _greatest(
-    value: FloatArray, place: FloatArray, counts: BoolArray, low: FloatArray | None, high: FloatArray | None
-) -> float:
-    """Greatest value between two borders along curves that cross them, at the borders as well.
-
-    Without the borders, which sample is the last inside would decide where values rise towards them.
-
-    Parameters
-    ----------
-    value, place, counts : (along the curve, face) arrays
-        Samples, their places, and whether they count; linear between two that count.
-    low, high : (face,) array or None
-        None: everything on that side.
-    """
-    inside = counts.copy()
-    if low is not None:
-        inside &= place >= low
-    if high is not None:
-        inside &= place <= high
-    best = float(np.max(value, where=inside, initial=0.0))
-    both = counts[1:] & counts[:-1]
-    for border in (low, high):
-        if border is None:
-            continue
-        a, b = place[:-1] - border, place[1:] - border
-        crosses = both & (a * b < 0.0)
-        share = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
-        there = value[:-1] + share * (value[1:] - value[:-1])
-        best = max(best, float(np.max(there, where=crosses, initial=0.0)))
-    return best
+        Parameters
+        ----------
+        value, profile, counts : (along the curve, face) arrays
+            Samples, their places, and whether they count; linear between two that count.
+        """
+        zone = self.of_profile(profile)
+        best = {z: float(np.max(value, where=counts & (zone == z), initial=0.0)) for z in Zone}
+        both = counts[1:] & counts[:-1]
+        for border, zones in ((self.low, (Zone.ROOT, Zone.PITCH)), (self.high, (Zone.PITCH, Zone.ADDENDUM))):
+            a, b = profile[:-1] - border, profile[1:] - border
+            crosses = both & (a * b < 0.0)
+            share = np.where(crosses, a / np.where(crosses, a - b, 1.0), 0.0)
+            there = value[:-1] + share * (value[1:] - value[:-1])
+            at_border = float(np.max(there, where=crosses, initial=0.0))
+            for z in zones:
+                best[z] = max(best[z], at_border)
+        return best
 
 
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
@@ -180,8 +161,8 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
     """The quantities of a wear state that the paper follows, from its pressures, engagement and mesh cycle."""
     zones = _Zones.of(teeth)
     profile = teeth.grid.profile.T
-    wear = zones.greatest_wear(_UM * state.wear.T, profile)
-    stress = zones.greatest_pressure(pressure)
+    wear = zones.greatest(_UM * state.wear.T, profile, np.ones(profile.shape, dtype=bool))
+    stress = zones.greatest_clear(pressure)
     error = parts["mesh_cycle"]["transmission_error_loaded"]
     arrays: dict[str, float | np.ndarray] = {
         "wear_depth_max_root": wear[Zone.ROOT],
