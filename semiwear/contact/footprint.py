@@ -31,6 +31,7 @@ __all__ = [
     "MOST_NODES",
     "Footprints",
     "clipped",
+    "depth_of",
     "edge_tangent",
     "footprints",
     "fresh_beyond",
@@ -193,9 +194,9 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
 
 
 @njit(cache=True, error_model="numpy")
-def _room(terms, half_width):  # type: ignore[no-untyped-def]
-    """Depth d of a footprint: the sagitta of the fresh gap over the reference half-width."""
-    return 0.5 * max(terms[2], LEAST_BEND) * half_width * half_width
+def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
+    """Depth d of a footprint: the sagitta of a fresh gap of this bend over the reference half-width."""
+    return 0.5 * max(bend, LEAST_BEND) * half_width * half_width
 
 
 @njit(cache=True, error_model="numpy")
@@ -262,7 +263,7 @@ def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  
 def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
     width = half_width / per_mm
-    room = _room(terms, width)
+    room = depth_of(terms[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
     reach = width + sqrt(2.0 * (gone.max() - gone.min() + room) / max(terms[2], LEAST_BEND))
     count = outline(

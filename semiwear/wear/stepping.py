@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import LEAST_BEND, Footprints
+from semiwear.contact.footprint import Footprints, depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
@@ -294,7 +294,7 @@ class _Step:
         """
         lines, loaded = self.teeth.lines, self.state.contact.loads.force > 0.0
         bend = float(np.median(lines.separation[2][loaded] / lines.spacing[loaded] ** 2))
-        reach = 0.5 * max(bend, LEAST_BEND) * self.teeth.half_width**2
+        reach = depth_of(bend, self.teeth.half_width)
         pairs = zip(worn, self.state.worn, strict=True)
         depth = sum(
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
