@@ -41,7 +41,7 @@ from tests.strategies.hard_cases import (
 )
 
 NIGHTLY = settings.default.max_examples >= 100
-LONGEST = 60.0  # s that an example may take, also on a busy machine
+LONGEST = 60.0  # s of processor time that an example may take
 
 BALANCE = 1e-9
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}  # of the approach: rounding; the tolerance that patches are solved to

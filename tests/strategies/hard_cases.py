@@ -62,21 +62,21 @@ class Hung(AssertionError):
 
 @contextmanager
 def within(seconds: float) -> Iterator[None]:
-    """Stop what takes longer, where the platform can."""
+    """Stop what takes more processor time, where the platform can: another's load on the machine is no hang."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def stop(*_: object) -> None:
-        raise Hung(f"no end after {seconds:g} s")
+        raise Hung(f"no end after {seconds:g} s of processor time")
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
