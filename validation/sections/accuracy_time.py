@@ -215,7 +215,7 @@ def _points_table(points: Sequence[Point], figures: Sequence[Figure]) -> str:
         (
             point.problem.replace("_", " "),
             point.method,
-            point.setting.label + (" (converged)" if point.converged else ""),
+            point.setting.label.removesuffix(" steps") + (" (converged)" if point.converged else ""),
             figure_text(point.seconds, 2),
             *(figure_text(point.values[figure.name]) for figure in figures),
             *("–" if point.converged else percent(point.errors[figure.name]) for figure in figures),
