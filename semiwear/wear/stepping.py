@@ -37,8 +37,9 @@ _CYCLES = (4, 32)
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
-_DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved
+_DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved; a smaller jump of the depth is let be
 _DEPTH_ITERATIONS = 40
+_NO_STEP = 1e-12  # of the meshes of a step
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _FACTOR_ITERATIONS = 8
 _CORRECTION = (0.25, 2.0)  # of own wear, by a rehearsal: within it no step was unstable
@@ -349,6 +350,13 @@ class _Step:
                 return trial
             known.append((trial, value))
             trial = _next_trial(known)
+            if abs(trial - known[-1][0]) <= _NO_STEP * trial:
+                break
+        # where a slice comes into contact the depth jumps, by little
+        trial, missed = min(known, key=lambda one: abs(one[1]))
+        if abs(missed) <= _DEPTH_MISSED * wanted:
+            self.pace = trial / promised
+            return trial
         raise ConvergenceError(
             f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
