@@ -7,8 +7,9 @@ from numba import njit
 
 from semiwear.meshing.flank_grid import locate
 
-__all__ = ["lay", "node_width", "shifts_of", "step_of"]
+__all__ = ["VALLEY", "lay", "node_width", "shifts_of", "step_of"]
 
+VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
 
 
@@ -63,21 +64,27 @@ def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_
     A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
     border.
     """
-    first, last = np.inf, -np.inf
+    for whole in (0, VALLEY):  # the valley by itself goes over into the whole footprint
+        first, last = np.inf, -np.inf
+        for c in range(pieces):
+            if at_edge[c] == whole:
+                first, last = min(first, middle[c]), max(last, middle[c])
+        for c in range(pieces):
+            if at_edge[c] != whole:
+                continue
+            if last >= high - slack:
+                lever = max(high - first, slack)
+                shift[c] = high_moves + (moves - high_moves) * max(high - middle[c], 0.0) / lever
+            elif first <= low + slack:
+                lever = max(last - low, slack)
+                shift[c] = low_moves + (moves - low_moves) * max(middle[c] - low, 0.0) / lever
+            else:
+                shift[c] = moves
     for c in range(pieces):
-        if at_edge[c] == 0:
-            first, last = min(first, middle[c]), max(last, middle[c])
-    for c in range(pieces):
-        if at_edge[c] != 0:
-            shift[c] = low_moves if at_edge[c] < 0 else high_moves
-        elif last >= high - slack:
-            lever = max(high - first, slack)
-            shift[c] = high_moves + (moves - high_moves) * max(high - middle[c], 0.0) / lever
-        elif first <= low + slack:
-            lever = max(last - low, slack)
-            shift[c] = low_moves + (moves - low_moves) * max(middle[c] - low, 0.0) / lever
-        else:
-            shift[c] = moves
+        if at_edge[c] == -1:
+            shift[c] = low_moves
+        elif at_edge[c] == 1:
+            shift[c] = high_moves
 
 
 @njit(cache=True, error_model="numpy")

@@ -23,12 +23,11 @@ from numpy.typing import NDArray
 
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
 
 __all__ = [
     "LEAST_BEND",
-    "MOST_NODES",
     "Footprints",
     "clipped",
     "depth_of",
@@ -37,6 +36,7 @@ __all__ = [
     "fresh_beyond",
     "fresh_gap",
     "fresh_slope",
+    "most_places",
     "outline",
     "reached",
     "segment",
@@ -48,7 +48,7 @@ BoolArray = NDArray[np.bool_]
 LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
-MOST_NODES = 1024  # of a footprint: a bound for the work arrays
+_BETWEEN = 1000  # places of a footprint between nodes and on edges, at most
 
 
 @dataclass(frozen=True)
@@ -200,6 +200,12 @@ def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def most_places(nodes):  # type: ignore[no-untyped-def]
+    """What an outline of a slice of these nodes has room in, refined or not."""
+    return nodes.shape[1] + _BETWEEN
+
+
+@njit(cache=True, error_model="numpy")
 def outline(  # type: ignore[no-untyped-def]
     start, stop, at, low, high, terms, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
 ):
@@ -216,7 +222,7 @@ def outline(  # type: ignore[no-untyped-def]
     p = np.searchsorted(nodes, start)
     if p < nodes.shape[0] and nodes[p] <= start:
         p += 1
-    while p < nodes.shape[0] and nodes[p] < stop and count < MOST_NODES - _ARC_NODES - 2:
+    while p < nodes.shape[0] and nodes[p] < stop:
         u[count] = nodes[p]
         g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
         count += 1
@@ -246,7 +252,7 @@ def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  
         sag = 0.125 * terms[2] * width * width
         if u[c] >= low and u[c + 1] <= high and min(g[c], g[c + 1]) - least < room + sag:
             before, after = g[c] - fresh_gap(u[c] - at, terms), g[c + 1] - fresh_gap(u[c + 1] - at, terms)
-            parts = min(int(width / longest) + 1, MOST_NODES - n - (count - c))
+            parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
             for part in range(1, parts):
                 x = part / parts
                 fine_u[n] = u[c] + x * width
@@ -306,7 +312,7 @@ def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
-    work = np.empty((4, MOST_NODES))
+    work = np.empty((4, most_places(nodes)))
     u, g = work[2], work[3]
     rolls, faces = profile.shape
     for i in range(faces):
@@ -356,16 +362,13 @@ def _find(  # type: ignore[no-untyped-def]
             out_edge[k, i] = cut
 
 
-def footprints(
-    lines: ContactLines, grid: FlankGrid, removed: Removed, half_width: float, near: BoolArray
-) -> Footprints:
+def footprints(lines: ContactLines, removed: Removed, half_width: float, near: BoolArray) -> Footprints:
     """Footprints of all contact lines on a worn flank.
 
     Parameters
     ----------
     lines : ContactLines
         Fresh contact lines.
-    grid : FlankGrid
     removed : Removed
     half_width : float [mm]
         Reference half-width: that of the footprint on a fresh flank.
@@ -377,7 +380,7 @@ def footprints(
     edge = np.empty(shape, dtype=np.bool_)
     _find(
         near, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, grid.profile,
-        grid.split, half_width, profile, gap, curvature, width, edge, least,
+        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile,
+        removed.grid.split, half_width, profile, gap, curvature, width, edge, least,
     )  # fmt: skip
     return Footprints(removed, profile, gap, curvature, width, edge, least, near)

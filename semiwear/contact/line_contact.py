@@ -29,7 +29,6 @@ from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_s
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid
 
 __all__ = ["LineContact", "LineLoads", "MeshPosition", "usual_approach"]
 
@@ -169,7 +168,6 @@ class LineContact:
         Mesh positions in a cycle.
     bodies : tuple of CompliantBody
         Tooth compliance of both bodies; empty for rigid teeth.
-    grid : FlankGrid
         Where wear is kept.
     torque : (mesh_position,) array [N mm]
     reach : float [mm]
@@ -188,7 +186,6 @@ class LineContact:
     lines: ContactLines
     per_cycle: int
     bodies: tuple[CompliantBody, ...]
-    grid: FlankGrid
     torque: FloatArray
     reach: float
     modulus: float
@@ -256,7 +253,7 @@ class LineContact:
         hertz = line_contact_pressure(line_load, worn.curvature, self.modulus)
         distance = np.minimum(worn.profile - lines.low, lines.high - worn.profile) * lines.spacing
         other = worn.edge | (distance < margin) | worn.removed.varies
-        exact, _ = solve_slices(lines, self.grid, worn, np.where(other, line_load, 0.0), self.modulus, margin)
+        exact, _ = solve_slices(lines, worn, np.where(other, line_load, 0.0), self.modulus, margin)
         return SlicePressures(
             np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
         )
@@ -273,7 +270,7 @@ class LineContact:
         if not pressed.any():
             return worn
         load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)
-        touched = solve_slices(self.lines, self.grid, worn, load, self.modulus, 0.0)[1]
+        touched = solve_slices(self.lines, worn, load, self.modulus, 0.0)[1]
         # no half-width is less than the load sharing allows: as much farther away as it is then too stiff
         closes, least = 2.0 / (pi * self.modulus) * load[pressed], _LEAST_WIDTH * self.usual_half_width
         width = np.sqrt(2.0 * closes / touched.curvature[pressed])

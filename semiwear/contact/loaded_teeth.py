@@ -90,23 +90,25 @@ class LoadedTeeth:
         self, wear: FloatArray, partner_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:
         """What is gone from both flanks on the fine roll grid; with `slices` it need be right in these only."""
-        depth = wear[None] if self.modification is None else self.modification + wear
+        grid, depth = self.grid, wear[None] if self.modification is None else self.modification + wear
         if partner_wear is not None and self.partner is not None:
-            depth = self.partner.met(partner_wear, slices) + depth
+            grid = self.partner.driven
+            driven, depth = depth, self.partner.met(partner_wear, slices)
+            depth += grid.from_grid(driven)
         rolls = self.fine.roll.size
         row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
-        return Removed(depth, row)
+        return Removed(grid, depth, row)
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
-        fine = footprints(self.fine, self.grid, removed, self.half_width, self._near_lines(removed))
+        fine = footprints(self.fine, removed, self.half_width, self._near_lines(removed))
         return fine, fine.every(self.rolls.substeps)
 
     def touch_solved(self, removed: Removed) -> Footprints:
         """Footprints at the solved positions alone."""
         step = self.rolls.substeps
         near = np.ascontiguousarray(self._near_lines(removed)[::step])
-        return footprints(self.lines, self.grid, removed.every(step), self.half_width, near)
+        return footprints(self.lines, removed.every(step), self.half_width, near)
 
     def _near_lines(self, removed: Removed) -> BoolArray:
         """Slices that can carry load, on the fine roll grid."""

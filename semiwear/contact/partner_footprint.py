@@ -9,10 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.between_rolls import lay, node_width, shifts_of, step_of
-from semiwear.contact.footprint import MOST_NODES
-from semiwear.contact.spread import MOST_PIECES, Spread, pieces_of
+from semiwear.contact.footprint import most_places
+from semiwear.contact.spread import Spread, pieces_of
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.partner_flank import PartnerFlank, station_of
 from semiwear.meshing.removed import Removed
 
@@ -27,8 +26,9 @@ def _spread(  # type: ignore[no-untyped-def]
     high_radius, removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces,
     own, own_split, out,
 ):  # fmt: skip
-    work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
-    at_edge, shift = np.empty(MOST_PIECES, dtype=np.int64), np.empty(MOST_PIECES)
+    most = most_places(nodes)
+    work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
+    at_edge, shift = np.empty(2 * most, dtype=np.int64), np.empty(2 * most)
     rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
     step = faces[1] - faces[0]
     for i in slices:
@@ -70,7 +70,6 @@ def _spread(  # type: ignore[no-untyped-def]
 
 def spread_over_partner(
     lines: ContactLines,
-    grid: FlankGrid,
     partner: PartnerFlank,
     removed: Removed,
     half_width: float,
@@ -80,11 +79,7 @@ def spread_over_partner(
 ) -> FloatArray:
     """Density on the nodes of the driving flank of what each line spreads over its footprint, summed over rolls.
 
-    Parameters are as in `spread.spread_over_flank`.
-
-    Parameters
-    ----------
-    partner : PartnerFlank
+    Parameters are as in `spread.spread_over_flank`, with the flank in place of the grid.
 
     Returns
     -------
@@ -101,7 +96,7 @@ def spread_over_partner(
     _spread(
         what.rate, what.centre, what.slope, what.closes, places, partner_places, lines.profile, lines.low, lines.high,
         lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-        grid.profile, grid.split, half_width, slices, lines.partner_profile, lines.partner_slope, lines.partner_face,
-        partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,
+        removed.grid.profile, removed.grid.split, half_width, slices, lines.partner_profile, lines.partner_slope,
+        lines.partner_face, partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,
     )  # fmt: skip
     return out

@@ -171,7 +171,7 @@ class PatchCells:
         reach = _gaps(
             rolls, faces, approach, columns, self.width, lines.profile, lines.low, lines.high, lines.separation,
             lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-            self.grid.profile, self.grid.split, out,
+            removed.grid.profile, removed.grid.split, out,
         )  # fmt: skip
         return out, reach
 

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from semiwear.contact.footprint import (
     LEAST_BEND,
-    MOST_NODES,
     Footprints,
     edge_tangent,
     fresh_beyond,
     fresh_gap,
+    most_places,
     outline,
 )
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.flank_grid import locate, smooth_value
 
 __all__ = ["solve_slices"]
 
@@ -240,7 +240,7 @@ def _solve(  # type: ignore[no-untyped-def]
     influence, a = np.empty((_MOST, _MOST)), np.empty((_MOST, _MOST))
     x, y = np.empty(_MOST), np.empty(_MOST)
     on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
-    u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+    u, g = np.empty(most_places(nodes)), np.empty(most_places(nodes))
     first, last = np.empty(len(_CELLS), dtype=np.int64), np.empty(len(_CELLS), dtype=np.int64)
     unit = 2.0 / (pi * modulus)  # of deflection by line load
     rolls, faces = line_load.shape
@@ -306,14 +306,13 @@ def _solve(  # type: ignore[no-untyped-def]
 
 
 def solve_slices(
-    lines: ContactLines, grid: FlankGrid, worn: Footprints, line_load: FloatArray, modulus: float, margin: float
+    lines: ContactLines, worn: Footprints, line_load: FloatArray, modulus: float, margin: float
 ) -> tuple[SlicePressures, Footprints]:
     """Greatest pressures of every loaded slice, and the Hertz contacts that are as soft and as far away.
 
     Parameters
     ----------
     lines : ContactLines
-    grid : FlankGrid
     worn : Footprints
     line_load : (roll, face) array [N/mm]
     modulus : float [MPa]
@@ -328,11 +327,11 @@ def solve_slices(
         `worn` with the gap and the curvature of Hertz contacts that have the approach of these slices under their
         loads, and the same change of it by the load; and where the force lies.
     """
-    inner, border = np.zeros(line_load.shape), np.zeros(line_load.shape)
+    inner, border, removed = np.zeros(line_load.shape), np.zeros(line_load.shape), worn.removed
     place, gap, curvature, centre = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy(), worn.profile.copy()
     _solve(
         line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
-        lines.high_edge_radius, worn.removed.depth, worn.removed.row, grid.profile, grid.split, modulus, margin,
+        lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split, modulus, margin,
         _INFLUENCE, inner, place, border, gap, curvature, centre,
     )  # fmt: skip
     touched = replace(worn, gap=gap, curvature=curvature, profile=centre)

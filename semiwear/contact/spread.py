@@ -13,19 +13,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.between_rolls import lay, node_width, shifts_of, step_of
+from semiwear.contact.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
 from semiwear.contact.edge_share import share_of_edge
-from semiwear.contact.footprint import MOST_NODES, clipped, reached, segment
+from semiwear.contact.footprint import clipped, most_places, reached, segment
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 
-__all__ = ["MOST_PIECES", "Spread", "pieces_of", "spread_over_flank"]
+__all__ = ["Spread", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 
 _EVEN = 1e-4  # of what a footprint reaches down: a stretch that slopes less has its centroid in its middle
-MOST_PIECES = 2 * MOST_NODES
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,10 @@ def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes,
     work, mass, middle, at_edge,
 ):  # fmt: skip
-    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many."""
+    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
+
+    Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
+    """
     room, count, least = reached(
         at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
     )
@@ -94,20 +96,21 @@ def pieces_of(  # type: ignore[no-untyped-def]
             own = share if side == edge else 1.0 - share
             if own > 0.0:
                 bottom = g[start : stop + 1].min()
+                mark = edge if side == edge else VALLEY
                 pieces = _add_pieces(
-                    u, g, start, stop, bottom, room, apart * own, edge if side == edge else 0, mass, middle, at_edge,
-                    pieces,
-                )  # fmt: skip
+                    u, g, start, stop, bottom, room, apart * own, mark, mass, middle, at_edge, pieces
+                )
     return pieces
 
 
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, nodes, split, half_width, slices, out,
+    removed, row, seen, seen_split, half_width, nodes, split, slices, out,
 ):  # fmt: skip
-    work, mass, middle = np.empty((4, MOST_NODES)), np.empty(MOST_PIECES), np.empty(MOST_PIECES)
-    at_edge, shift = np.empty(MOST_PIECES, dtype=np.int64), np.empty(MOST_PIECES)
+    most = most_places(seen)
+    work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
+    at_edge, shift = np.empty(2 * most, dtype=np.int64), np.empty(2 * most)
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
@@ -118,7 +121,7 @@ def _spread(  # type: ignore[no-untyped-def]
             per_mm = spacing[k, i]
             pieces = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
+                high_radius[k, i], removed[row[k], i], seen[i], seen_split[i], half_width, closes[k, i], work, mass,
                 middle, at_edge,
             )  # fmt: skip
             shifts_of(
@@ -165,6 +168,6 @@ def spread_over_flank(
     _spread(
         what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high,
         lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-        grid.profile, grid.split, half_width, slices, out,
+        removed.grid.profile, removed.grid.split, half_width, grid.profile, grid.split, slices, out,
     )  # fmt: skip
     return out

@@ -9,15 +9,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.finer_grid import FinerGrid, finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 
-__all__ = ["PartnerFlank", "partner_grid", "station_of"]
+__all__ = ["PartnerFlank", "partner_flank", "partner_grid", "station_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+_MOST_PARTS = 4  # of a cell of the driven flank
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
@@ -71,20 +73,20 @@ class PartnerFlank:
     ----------
     grid : FlankGrid
         Nodes of the driving flank; the same in every slice.
-    nodes : (face, profile) array [mm]
-        Nodes of the driven flank.
+    driven : FinerGrid
+        Where the driven flank meets it.
     lines : ContactLines
     near : (roll, face) bool array
         Slices that can touch.
     """
 
     grid: FlankGrid
-    nodes: FloatArray
+    driven: FinerGrid
     lines: ContactLines
     near: BoolArray
 
     def met(self, depth: FloatArray, slices: IntArray | None = None) -> FloatArray:
-        """A depth on the driving flank where the driven flank's nodes meet it, (roll, face, profile) [mm].
+        """A depth on the driving flank where the nodes of `driven` meet it, (roll, face, profile) [mm].
 
         Parameters
         ----------
@@ -98,9 +100,28 @@ class PartnerFlank:
             chosen = np.zeros(near.shape[1], dtype=bool)
             chosen[slices] = True
             near = near & chosen
-        out = np.zeros((*lines.profile.shape, self.nodes.shape[1]))
+        out = np.zeros((*lines.profile.shape, self.driven.profile.shape[1]))
         _meet(
-            near, lines.profile, lines.partner_profile, lines.partner_slope, lines.partner_face, self.nodes,
+            near, lines.profile, lines.partner_profile, lines.partner_slope, lines.partner_face, self.driven.profile,
             self.grid.face, self.grid.profile[0], self.grid.split[0], depth, out,
         )  # fmt: skip
         return out
+
+
+def partner_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> PartnerFlank:
+    """The driving flank with as many nodes as the driven one, and where its wear is met.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    lines : ContactLines
+    grid : FlankGrid
+        Of the driven flank.
+    near : (roll, face) bool array
+        Slices that can touch.
+    """
+    own = partner_grid(pair, grid.face, grid.profile.shape[1])
+    passed = np.abs(lines.partner_slope[near]).max(initial=1.0) * float(np.diff(grid.profile).max())
+    parts = int(np.clip(np.rint(passed / float(np.diff(own.profile[0]).min())), 1, _MOST_PARTS))
+    rounding = float((lines.high_edge_radius[near] / lines.spacing[near]).max(initial=0.0))
+    return PartnerFlank(own, finer_grid(grid, parts, rounding), lines, near)

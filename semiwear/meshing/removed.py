@@ -1,7 +1,8 @@
 """Material that is gone from two flanks, as the slices of a roll position meet it.
 
 Wear of the driven flank is the same at every roll position. What is gone from the driving flank is met elsewhere at
-each of them, so that it has a row of its own for every roll position.
+each of them, so that it has a row of its own for every roll position; and that flank goes on beyond the tip of the
+driven one.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.meshing.flank_grid import FlankGrid
+
 __all__ = ["Removed"]
 
 FloatArray = NDArray[np.float64]
@@ -19,27 +22,30 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Removed:
-    """What the separation has grown by, at the nodes of the driven flank.
+    """What the separation has grown by, in the slices of the driven flank.
 
     Attributes
     ----------
+    grid : FlankGrid
+        Where it is known: at nodes of the driven flank, closer ones and some beyond the tip where both flanks wear.
     depth : (rows, face, profile) array [mm]
         Along the common normal, >= 0.
     row : (roll,) int array
         Which row each roll position meets.
     """
 
+    grid: FlankGrid
     depth: FloatArray
     row: IntArray
 
     @classmethod
-    def alike(cls, depth: FloatArray, rolls: int) -> Removed:
+    def alike(cls, grid: FlankGrid, depth: FloatArray, rolls: int) -> Removed:
         """The same at every roll position: `depth` is (face, profile) [mm]."""
-        return cls(depth[None], np.zeros(rolls, dtype=np.int64))
+        return cls(grid, depth[None], np.zeros(rolls, dtype=np.int64))
 
     def every(self, step: int) -> Removed:
         """That of every `step`-th roll position."""
-        return Removed(self.depth, self.row[::step])
+        return Removed(self.grid, self.depth, self.row[::step])
 
     @property
     def varies(self) -> NDArray[np.bool_]:

@@ -25,7 +25,7 @@ from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_co
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
-from semiwear.meshing.partner_flank import PartnerFlank, partner_grid
+from semiwear.meshing.partner_flank import PartnerFlank, partner_flank
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
@@ -122,7 +122,6 @@ class Plan:
             lines=lines,
             per_cycle=rolls.phase.size,
             bodies=bodies,
-            grid=shape.grid,
             torque=np.full(rolls.phase.size, torque),
             reach=reach,
             modulus=modulus,
@@ -138,7 +137,7 @@ class Plan:
             fine=shape.fine,
             lines=lines,
             grid=shape.grid,
-            solver=self._solver(line, pair, whole),
+            solver=self._solver(line, pair, whole, shape.grid),
             half_width=whole,
             zero=0.0,
             modification=shape.modification,
@@ -228,11 +227,11 @@ class Plan:
     ) -> tuple[Any, ...]:
         return effects.further_compliance(self.scene, pair, lines, bodies, half_width, self.clock)
 
-    def _solver(self, line: LineContact, pair: FlankPair, half_width: float) -> TeethSolver:
+    def _solver(self, line: LineContact, pair: FlankPair, half_width: float, grid: FlankGrid) -> TeethSolver:
         numerics = self.scene.numerics
         plain: TeethSolver = line
         if numerics.fidelity == "patch":
-            plain = PatchContact(line, PatchCells(line.lines, line.grid, half_width / numerics.cells_per_half_width))
+            plain = PatchContact(line, PatchCells(line.lines, grid, half_width / numerics.cells_per_half_width))
         rubbing = effects.friction(self.scene)
         if rubbing is None:
             return plain
@@ -245,8 +244,7 @@ class Plan:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None
-        own = partner_grid(pair, shape.grid.face, shape.grid.profile.shape[1])
-        return PartnerFlank(own, shape.grid.profile, shape.fine, near)
+        return partner_flank(pair, shape.fine, shape.grid, near)
 
     def _unworn_zero(self, teeth: LoadedTeeth) -> float:
         """Mean of the least separation over an even mesh cycle [mm]."""

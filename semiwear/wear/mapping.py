@@ -144,7 +144,7 @@ class InterpolatedWear:
             what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
             if driving is not None and teeth.partner is not None:
-                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.grid, teeth.partner, removed, *what)
+                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what)
                 driving = self.grow_partner(driving, doses.driving / cycles * partner_mesh)
             driven = self.grow(driven, doses.driven / cycles * mesh)
         return Worn(driven, driving)

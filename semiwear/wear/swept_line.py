@@ -177,7 +177,6 @@ def wear_of_mesh(
 
 def partner_wear_of_mesh(
     lines: ContactLines,
-    grid: FlankGrid,
     partner: PartnerFlank,
     removed: Removed,
     motion: Sweep,
@@ -188,7 +187,7 @@ def partner_wear_of_mesh(
 ) -> FloatArray:
     """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
     what = _what(motion, line_load, modulus)
-    return spread_over_partner(lines, grid, partner, removed, half_width, motion.place, what, slices)
+    return spread_over_partner(lines, partner, removed, half_width, motion.place, what, slices)
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import brentq
 
 from semiwear.contact.edge_share import share_of_edge
-from semiwear.contact.footprint import MOST_NODES, Footprints, outline
+from semiwear.contact.footprint import Footprints, most_places, outline
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
@@ -93,10 +93,9 @@ def solved_evenly(grid: FlankGrid, wear: np.ndarray, line_load: float) -> Solved
 
 def touched_by(lines, grid: FlankGrid, wear: np.ndarray, line_load: float) -> Footprints:
     nothing = np.zeros(lines.profile.shape)
-    worn = Footprints(
-        Removed.alike(wear, 1), lines.profile, nothing, nothing + CURVATURE, nothing + 0.3, nothing == 0.0, nothing
-    )
-    return solve_slices(lines, grid, worn, nothing + line_load, MODULUS, 0.0)[1]
+    removed = Removed.alike(grid, wear, 1)
+    worn = Footprints(removed, lines.profile, nothing, nothing + CURVATURE, nothing + 0.3, nothing == 0.0, nothing)
+    return solve_slices(lines, worn, nothing + line_load, MODULUS, 0.0)[1]
 
 
 @pytest.mark.parametrize("line_load", [100.0, 300.0])
@@ -128,7 +127,7 @@ def test_shares_of_edge_and_valley(line_load):
     found, exact = [], []
     for deep in np.linspace(-6.0, 8.0, 8) * closes:
         lines, grid, wear = groove(float(deep))
-        u, g = np.empty(MOST_NODES), np.empty(MOST_NODES)
+        u, g = np.empty((2, most_places(grid.profile)))
         count = outline(
             EDGE, 0.9, 0.0, EDGE, 8.0, lines.separation[:, 0, 0], 1.0, RADIUS, 0.0, 3e-3, wear[0], grid.profile[0],
             1600, u, g,

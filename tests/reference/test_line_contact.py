@@ -208,10 +208,8 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
         teeth.lines, profile=0.0 * one, separation=separation, spacing=one, length=step * one, arc=arc
     )
     solver = dataclasses.replace(teeth.solver, lines=lines, _systems={})
-    fresh = np.zeros((slices, 2))
-    worn = Footprints(
-        Removed.alike(fresh, 2), 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0]
-    )
+    fresh = Removed.alike(teeth.grid, np.zeros((slices, 2)), 2)
+    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0])
     loads = solver.solve(worn, LineLoads.none(2, slices, 2))
     hertz = elliptic_contact(TOOTH_LOAD, along, across, solver.modulus)
     assert 0.5 * step * np.sum(loads.force[0] > 0.0) == pytest.approx(hertz.major_half_axis, abs=step)

@@ -49,7 +49,7 @@ class Crossing:
             place, self.slices, half_height=6.0, sliding=offset + SLIDING * place, sliding_slope=slope
         )
         grid = even_grid(lines, 1201)
-        line = dataclasses.replace(some_teeth.solver.line, lines=lines, grid=grid, _systems={})
+        line = dataclasses.replace(some_teeth.solver.line, lines=lines, _systems={})
         self.solver = PatchContact(line, PatchCells(lines, grid, half_width / cells))
         self.teeth = dataclasses.replace(some_teeth, lines=lines, fine=lines, grid=grid, solver=self.solver)
         edges = np.clip((np.arange(2 * cells + 9) - (cells + 4)) / cells, -1.0, 1.0)

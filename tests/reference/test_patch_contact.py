@@ -45,13 +45,13 @@ class Ellipse:
             np.zeros(2), slices, step=step, across=across, along=along, lever=teeth.lines.lever_arm[0, 0]
         )
         grid = even_grid(lines, 41)
-        line = dataclasses.replace(teeth.solver, lines=lines, grid=grid, _systems={})
+        line = dataclasses.replace(teeth.solver, lines=lines, _systems={})
         self.hertz = elliptic_contact(TOOTH_LOAD, along, across, line.modulus)
         cell = self.hertz.minor_half_axis / cells
         solver = PatchContact(line, PatchCells(lines, grid, cell))
         one = np.ones((2, slices))
         worn = Footprints(
-            Removed.alike(np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
+            Removed.alike(grid, np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
             self.hertz.minor_half_axis * one, one < 0.0, lines.separation[0],
         )  # fmt: skip
         self.loads = solver.solve(worn, solver.no_loads())

@@ -125,6 +125,25 @@ def off_the_cusp(teeth, values):
     return clear
 
 
+def test_the_rounding_of_the_gears_tip_meets_the_wall_beyond_it(fresh):
+    """The driving flank goes on where the driven one ends; what is gone from the latter ends with it."""
+    teeth, state = fresh
+    lines, own = teeth.fine, teeth.partner.grid
+    wall = np.maximum(own.profile - own.profile[:, :1], 0.0) * 1e-3
+    removed = teeth.removed(state.wear + 5e-3, wall)
+    places = removed.grid.profile
+    k, i = np.nonzero(teeth.partner.near & np.isfinite(lines.separation[0]))
+    rounding = (lines.high_edge_radius / lines.spacing)[k, i]
+    at_tip = np.isclose(lines.high[k, i], teeth.grid.profile[i, -1])
+    assert at_tip.sum() > 100
+    for a, b, reach in zip(k[at_tip], i[at_tip], rounding[at_tip], strict=True):
+        beyond = (places[b] > lines.high[a, b]) & (places[b] <= lines.high[a, b] + reach)
+        met = lines.partner_profile[a, b] + lines.partner_slope[a, b] * (places[b][beyond] - lines.profile[a, b])
+        expected = 5e-3 + 1e-3 * np.clip(met - own.profile[0, 0], 0.0, np.ptp(own.profile[0]))
+        assert beyond.any() and places[b, -1] >= lines.high[a, b] + reach - 1e-9
+        np.testing.assert_allclose(removed.depth[removed.row[a], b, beyond], expected, atol=1e-6)
+
+
 def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     teeth, state = fresh
     lines, slices = teeth.fine, np.arange(teeth.grid.face.size)
@@ -132,7 +151,7 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
     removed = teeth.removed(state.wear, state.partner_wear)
     mesh = partner_wear_of_mesh(
-        lines, teeth.grid, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.solver.modulus, slices
+        lines, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.solver.modulus, slices
     )
     expected = swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
@@ -190,7 +209,7 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     removed = teeth.removed(state.wear, state.partner_wear)
     slices = np.arange(teeth.grid.face.size)
     mesh = partner_wear_of_mesh(
-        lines, teeth.grid, teeth.partner, removed, motion, load, teeth.half_width, teeth.solver.modulus, slices
+        lines, teeth.partner, removed, motion, load, teeth.half_width, teeth.solver.modulus, slices
     )
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH

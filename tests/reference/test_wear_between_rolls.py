@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from semiwear.contact.between_rolls import lay, shifts_of
+from semiwear.contact.between_rolls import VALLEY, lay, shifts_of
 from semiwear.plan import plan
 from semiwear.simulate import simulate
-from semiwear.wear.swept_line import sweep, wear_of_mesh
+from semiwear.wear.swept_line import partner_wear_of_mesh, sweep, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
 SPLIT = 40
@@ -54,6 +54,19 @@ def test_a_footprint_cut_off_stays_at_its_end():
     np.testing.assert_allclose(shift, 0.5)
 
 
+def test_a_valley_by_itself_is_not_what_an_edge_cuts_off():
+    """Stretches that weigh next to nothing change nothing: as the edge lifts off, all passes into one footprint."""
+    whole, apart = np.linspace(1.5, 2.1, 7), np.linspace(1.4, 1.9, 5)
+    middle = np.concatenate([whole, apart, [2.05]])
+    at_edge = np.array([0] * 7 + [VALLEY] * 5 + [1], dtype=np.int64)
+    alone, together = np.zeros(7), np.zeros(13)
+    ends = (-3.0, 2.0, 0.05, 0.5, 0.0, 0.1)
+    shifts_of(whole, at_edge[:7], 7, *ends, alone)
+    shifts_of(middle, at_edge, 13, *ends, together)
+    np.testing.assert_array_equal(together[:7], alone)
+    np.testing.assert_array_equal(together[7:], [0.5] * 5 + [0.1])
+
+
 @pytest.fixture(scope="module")
 def fine_teeth(shipped):
     """Nodes a fifth of a roll step apart."""
@@ -92,6 +105,45 @@ def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
         assert answer == pytest.approx(-1e-5 * even[inner].mean() / depth, rel=0.5)
 
 
+@pytest.fixture(scope="module")
+def fine_pinion(shipped):
+    """Both flanks wear; the pinion's nodes are a roll step apart."""
+    changes = {"face_slices": 11, "profile_points": 201, "roll_positions": 96, "harmonics": 9}
+    numerics = {f"numerics.{name}": value for name, value in changes.items()}
+    teeth = plan(shipped.replace(numerics | {"wear.worn_bodies": ["pinion", "gear"]})).loaded_teeth()
+    return teeth, teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.25])
+def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
+    """Near its root the driven flank's nodes pass it nearly twice as far apart as its own are.
+
+    Read at those alone, ripples of two to three nodes were worn away at a fifth of the speed, and stayed.
+    """
+    teeth, state = fine_pinion
+    motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    nodes = teeth.partner.grid.profile[0]
+    near_root = (nodes > -4.5) & (nodes < -2.0)
+    place, slope = teeth.fine.partner_profile[:, SLICE], np.abs(teeth.fine.partner_slope[:, SLICE])
+    assert np.median(slope[(place > -4.5) & (place < -2.0)]) > 1.5
+
+    def answer(length):
+        wave = np.sin(2.0 * np.pi * (np.arange(nodes.size) / length + phase))
+        depth = np.full(teeth.partner.grid.profile.shape, 1e-3)
+        what = (motion, line_load, teeth.half_width, teeth.solver.modulus, np.arange(teeth.grid.face.size))
+        meshes = []
+        for ripple in (1e-8 * wave, 1e-3 * wave):
+            removed = teeth.removed(state.wear, depth + ripple)
+            meshes.append(partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what)[SLICE])
+        return np.sum(((meshes[1] - meshes[0]) * wave)[near_root])
+
+    long = answer(10.0)
+    assert long < 0.0
+    for length, least in ((2.2, 0.07), (2.5, 0.12), (3.2, 0.3)):
+        assert answer(length) < least * long
+
+
 def test_nothing_piles_up_at_the_tip(shipped):
     """The last nodes before the gear's tip wear as evenly as those before them, whatever the roll step."""
     numerics = {"face_slices": 11, "profile_points": 401, "roll_positions": 24, "harmonics": 9, "wear_steps": 4}
@@ -116,3 +168,23 @@ def test_long_steps_of_light_loads_leave_no_ripple(shipped):
         pressures = [float(one[f"contact_pressure_{zone}"][-1]) for one in (few, many)]
         # ripples made it eleven times as high; so few steps err by an eighth at the root
         assert pressures[0] == pytest.approx(pressures[1], rel=0.25), zone
+
+
+def test_both_flanks_wear_evenly_on_fine_grids(shipped):
+    """The first of these steps used to leave ripples in the pinion that the second one stumbled over."""
+    changes = {
+        "numerics.roll_positions": 16,
+        "numerics.face_slices": 11,
+        "numerics.harmonics": 9,
+        "wear.worn_bodies": ["pinion", "gear"],
+        "wear.coefficient_mm2_per_N": {"pinion": 1e-13, "gear": 1e-13},
+        "wear.until.control_depths_um": [5.0, 10.0],
+    }
+    coarse, fine = (simulate(shipped.replace(changes | {"numerics.profile_points": n})) for n in (201, 401))
+    depth = fine["flank/wear_depth"].isel(wear_step=-1).sel(body="pinion").transpose("face", "profile").values
+    # off the wall where the gear's tip begins, and off the pinion's tip
+    bend = np.abs(np.diff(depth[:, 20:-4], 4, axis=1))
+    assert bend.max() < 0.03 * depth.max()
+    for name in ("root", "pitch", "pinion"):
+        ends = [float(one["history"][f"wear_depth_max_{name}"][-1]) for one in (coarse, fine)]
+        assert ends[0] == pytest.approx(ends[1], rel=0.02), name

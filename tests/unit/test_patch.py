@@ -177,7 +177,7 @@ def test_gap_of_cells_is_curvature_and_wear():
     cells = PatchCells(lines, grid, 0.11)
     wear = np.stack([1e-3 * (1.0 + np.sin(grid.profile[0] + phase)) for phase in (0.0, 1.0, 2.0)])
     rolls, faces = np.array([0, 1, 1]), np.array([2, 0, 1])
-    gap, reach = cells.gap(rolls, faces, 0.02, 40, Removed.alike(wear, 2))
+    gap, reach = cells.gap(rolls, faces, 0.02, 40, Removed.alike(cells.grid, wear, 2))
     away = (np.arange(40) - 19.5) * 0.11
     place = lines.profile[rolls, faces][:, None] + away
     fresh = 0.5 * 0.03 * away**2
@@ -196,8 +196,8 @@ def test_gap_does_not_depend_on_the_number_of_columns():
     cells = PatchCells(lines, even_grid(lines, 101), 0.11)
     wear = 1e-3 * np.random.default_rng(0).random(cells.grid.profile.shape)
     rolls, faces = np.array([0, 1]), np.array([0, 2])
-    wide, reach = cells.gap(rolls, faces, 0.02, 80, Removed.alike(wear, 2))
-    narrow, same = cells.gap(rolls, faces, 0.02, 8, Removed.alike(wear, 2))
+    wide, reach = cells.gap(rolls, faces, 0.02, 80, Removed.alike(cells.grid, wear, 2))
+    narrow, same = cells.gap(rolls, faces, 0.02, 8, Removed.alike(cells.grid, wear, 2))
     assert same == reach
     np.testing.assert_array_equal(narrow, wide[:, 36:44])
 
@@ -225,9 +225,9 @@ def greatest(lines, grid, wear, line_load, margin=0.0):
     nothing = np.zeros(lines.profile.shape)
     curvature = np.maximum(lines.separation[2], 1e-6) / lines.spacing**2
     worn = Footprints(
-        Removed.alike(wear, 1), lines.profile, nothing, curvature, nothing + 0.5, nothing > 0.0, nothing
+        Removed.alike(grid, wear, 1), lines.profile, nothing, curvature, nothing + 0.5, nothing > 0.0, nothing
     )
-    return solve_slices(lines, grid, worn, nothing + line_load, MODULUS, margin)[0]
+    return solve_slices(lines, worn, nothing + line_load, MODULUS, margin)[0]
 
 
 def test_a_parabola_needs_no_other_gap():
@@ -236,10 +236,10 @@ def test_a_parabola_needs_no_other_gap():
     nothing = np.zeros(lines.profile.shape)
     curvature = lines.separation[2] / lines.spacing**2
     worn = Footprints(
-        Removed.alike(wear, 1), lines.profile, nothing + 5.0, curvature, nothing + 0.5, nothing > 0.0, nothing
+        Removed.alike(grid, wear, 1), lines.profile, nothing + 5.0, curvature, nothing + 0.5, nothing > 0.0, nothing
     )
     for line_load in (3.0, 300.0):
-        _, touched = solve_slices(lines, grid, worn, nothing + line_load, MODULUS, 0.0)
+        _, touched = solve_slices(lines, worn, nothing + line_load, MODULUS, 0.0)
         # of the gap that the load closes, 2 q/(pi E*)
         closes = 2.0 * line_load / (np.pi * MODULUS)
         np.testing.assert_allclose(touched.gap, lines.separation[0], atol=0.05 * closes)

@@ -1,0 +1,50 @@
+"""The driven flank's nodes where the driving flank's wear is read: closer together, and on beyond the tip.
+
+A tooth's tip passes the other's flank near its root several times as fast as its own: between the nodes of the driven
+flank there would be depths of the driving one that nothing ever meets, and so never wears. The rounding of the tip
+presses on the wall at the end of its own path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.flank_grid import FlankGrid
+
+__all__ = ["FinerGrid", "finer_grid"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FinerGrid(FlankGrid):
+    """Nodes between those of a grid, and beyond its tip.
+
+    Attributes
+    ----------
+    parts : int
+        Of every cell of the grid.
+    """
+
+    parts: int
+
+    def from_grid(self, values: FloatArray) -> FloatArray:
+        """Values on the grid's own nodes (..., face, profile) on these: straight in between, even beyond the tip."""
+        between = values[..., :-1, None] + np.diff(values)[..., None] * (np.arange(self.parts) / self.parts)
+        inside = between.reshape(*values.shape[:-1], -1)
+        beyond = self.profile.shape[1] - inside.shape[-1]
+        return np.concatenate([inside, np.repeat(values[..., -1:], beyond, axis=-1)], axis=-1)
+
+
+def finer_grid(grid: FlankGrid, parts: int, beyond: float) -> FinerGrid:
+    """The nodes of a grid with its cells cut into `parts`, and as many beyond its tip as reach so far [mm]."""
+    fraction = np.arange(parts) / parts
+    inside = (grid.profile[:, :-1, None] + np.diff(grid.profile)[..., None] * fraction).reshape(grid.face.size, -1)
+    spacing = (grid.profile[:, -1:] - grid.profile[:, -2:-1]) / parts
+    steps = np.arange(int(np.ceil(beyond / spacing.min())) + 1)
+    return FinerGrid(
+        grid.face, np.hstack([inside, grid.profile[:, -1:] + spacing * steps]), grid.split * parts, parts
+    )
