@@ -155,3 +155,15 @@ def test_the_upper_edge_mirrors_the_lower():
     assert 0.5 < lower[2] < 1.0
     assert upper[2:] == pytest.approx(lower[2:], rel=1e-9)
     assert upper[1] == u.size - 1 - lower[1]
+
+
+def test_an_outline_holds_every_node_of_a_fine_flank():
+    nodes = np.linspace(-3.0, 5.0, 3001)
+    u, g = np.empty((2, most_places(nodes[None])))
+    wear = np.where(nodes < 0.0, 0.1, 0.0)
+    count = outline(
+        -3.0, 5.0, 0.0, -3.0, 5.0, np.zeros(5), 1.0, RADIUS, RADIUS, 3e-3, wear, nodes, 1600, u, g,
+    )  # fmt: skip
+    inside = (u[:count] >= -3.0) & (u[:count] <= 5.0)
+    np.testing.assert_array_equal(u[:count][inside], nodes)
+    np.testing.assert_array_equal(g[:count][inside], wear)
