@@ -168,7 +168,6 @@ class LineContact:
         Mesh positions in a cycle.
     bodies : tuple of CompliantBody
         Tooth compliance of both bodies; empty for rigid teeth.
-        Where wear is kept.
     torque : (mesh_position,) array [N mm]
     reach : float [mm]
         Separation beyond which no slice can touch, however loaded and worn.
