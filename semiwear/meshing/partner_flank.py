@@ -51,18 +51,19 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
     rolls, slices = near.shape
     step = faces[1] - faces[0]
+    here = np.empty(own.shape[0])
     for k in range(rolls):
         for i in range(slices):
             if not near[k, i]:
                 continue
             low, weight = station_of(partner_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
+            for n in range(own.shape[0]):
+                here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
             for p in range(nodes.shape[1]):
                 place = partner_profile[k, i] + partner_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
-                value = smooth_value(depth[low], cell, x)
-                value += weight * (smooth_value(depth[low + 1], cell, x) - value)
-                out[k, i, p] = max(value, 0.0)
+                out[k, i, p] = max(smooth_value(here, cell, x), 0.0)
 
 
 @dataclass(frozen=True)
