@@ -33,18 +33,20 @@ class FinerGrid(FlankGrid):
 
     def from_grid(self, values: FloatArray) -> FloatArray:
         """Values on the grid's own nodes (..., face, profile) on these: straight in between, even beyond the tip."""
-        between = values[..., :-1, None] + np.diff(values)[..., None] * (np.arange(self.parts) / self.parts)
-        inside = between.reshape(*values.shape[:-1], -1)
+        inside = _cut(values, self.parts)
         beyond = self.profile.shape[1] - inside.shape[-1]
         return np.concatenate([inside, np.repeat(values[..., -1:], beyond, axis=-1)], axis=-1)
 
 
 def finer_grid(grid: FlankGrid, parts: int, beyond: float) -> FinerGrid:
     """The nodes of a grid with its cells cut into `parts`, and as many beyond its tip as reach so far [mm]."""
-    fraction = np.arange(parts) / parts
-    inside = (grid.profile[:, :-1, None] + np.diff(grid.profile)[..., None] * fraction).reshape(grid.face.size, -1)
     spacing = (grid.profile[:, -1:] - grid.profile[:, -2:-1]) / parts
     steps = np.arange(int(np.ceil(beyond / spacing.min())) + 1)
-    return FinerGrid(
-        grid.face, np.hstack([inside, grid.profile[:, -1:] + spacing * steps]), grid.split * parts, parts
-    )
+    beyond_tip = grid.profile[:, -1:] + spacing * steps
+    return FinerGrid(grid.face, np.hstack([_cut(grid.profile, parts), beyond_tip]), grid.split * parts, parts)
+
+
+def _cut(values: FloatArray, parts: int) -> FloatArray:
+    """Values at the beginnings of the parts of all cells, straight between nodes (..., profile)."""
+    between = values[..., :-1, None] + np.diff(values)[..., None] * (np.arange(parts) / parts)
+    return between.reshape(*values.shape[:-1], -1)
