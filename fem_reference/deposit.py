@@ -93,7 +93,8 @@ class _Track:
 
     @classmethod
     def of(cls, fresh: RigidFlank) -> _Track:
-        face, profile = face_stations(fresh.pair), flank_profile(fresh.pair)
+        face = face_stations(fresh.pair)
+        profile = flank_profile(fresh.pair, face)
         return cls(fresh, face, profile, *fresh.pair.gear.points(np.broadcast_to(face, profile.shape), profile))
 
     def radians(self, rolls: float) -> float:

@@ -41,15 +41,17 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     """Nodal forces summed across the contact, per length of the line, on the face stations of `/flank` [N/mm]."""
     columns, where = np.unique(found.face, return_inverse=True)
     force = np.bincount(where, weights=found.contact.force)
-    low, high = pair.gear_face
     # a column of nodes stands for the elements' halves beside it
     middles = 0.5 * (columns[1:] + columns[:-1])
     borders = np.concatenate([[columns[0]], middles, [columns[-1]]])
     total = np.concatenate([[0.0], np.cumsum(force)])
     stations = face_stations(pair)
-    ends = np.linspace(low, high, len(stations) + 1)
-    share = np.diff(np.interp(ends, borders, total))
-    # the line is known up to the ends' roundings; slices lie beyond
+    half = 0.5 * (stations[1] - stations[0])
+    ends = np.append(stations - half, stations[-1] + half)
+    below = np.interp(ends, borders, total)
+    below[[0, -1]] = 0.0, total[-1]  # what the roundings bear beyond the outermost slices
+    share = np.diff(below)
+    # the line is known up to the ends' roundings; slices may lie beyond
     line = make_interp_spline(found.line.face, found.line.position, k=1)
     return share / np.linalg.norm(np.diff(line(ends), axis=0), axis=1)
 

@@ -48,7 +48,8 @@ class Passage:
     def of(cls, fresh: RigidFlank, first: float = -2.0, last: float = 2.0) -> Passage:
         """Traced between two roll positions."""
         pair = face_gear_motion(fresh.pair)
-        face, profile = face_stations(pair), flank_profile(pair)
+        face = face_stations(pair)
+        profile = flank_profile(pair, face)
         rolls = np.linspace(first, last, round((last - first) * _TRACED) + 1)
         traced = [line_motion(fresh, float(roll)) for roll in rolls]
         place = np.stack([np.interp(face, line.face, line.profile) for line, _ in traced])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_reference.pair_motion import PairMotion
 from semiwear.errors import SceneError
+from semiwear.geometry.face_slices import slice_middles
 
 __all__ = ["FlankWear", "NoWear", "WearDepth", "face_stations", "flank_profile", "wear_depth_of"]
 
@@ -71,15 +72,15 @@ class FlankWear:
 
 def face_stations(pair: PairMotion) -> FloatArray:
     """Face stations of `/flank`: the middles of equal slices [mm]."""
-    low, high = pair.gear_face
-    slices = pair.scene.numerics.face_slices
-    return low + (high - low) * (np.arange(slices) + 0.5) / slices
+    table: Any = pair.scene.gear_pair
+    faces = (pair.gear_face, table.gear_end_edge_radius_mm), (pair.pinion_face, table.pinion_end_edge_radius_mm)
+    whole = max(face[0] + radius for face, radius in faces), min(face[1] - radius for face, radius in faces)
+    return slice_middles(pair.gear_face, whole, pair.scene.numerics.face_slices)
 
 
-def flank_profile(pair: PairMotion) -> FloatArray:
+def flank_profile(pair: PairMotion, face: FloatArray) -> FloatArray:
     """Profile coordinates of the gear's `/flank` grid, (profile, face), even beside the pitch cone [mm]."""
-    face, points = face_stations(pair), pair.scene.numerics.profile_points
-    gear = pair.gear
+    gear, points = pair.gear, pair.scene.numerics.profile_points
     tip = gear.tip_profile(face) - pair.edge_insets(face).gear_tip
     root = np.full(face.shape, gear.root_profile)
     pitch = pair.pitch_profile(face)
@@ -100,7 +101,8 @@ def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | N
     given : Dataset or DataTree of `/flank`, DataArray, array or None
         A `/flank` group with `wear_depth`, `flank_height` and `flank_radius` (its last wear step counts): any grid. A
         `wear_depth` array or DataArray, (body, profile, face) or (profile, face) [um]: on the grid that the scene's
-        own `numerics` give, as `simulate` and `semiwear.loaded_contact` have it. None: unworn.
+        own `numerics` give, as `simulate` and `semiwear.loaded_contact` have it, at a DataArray's own face
+        coordinates where it has them. None: unworn.
     pair : PairMotion
 
     Raises
@@ -118,8 +120,11 @@ def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | N
         face, profile = pair.flank_grid(np.asarray(table["face"]), radius, height)
         depth = np.asarray(table["wear_depth"])
     else:
-        face, profile = face_stations(pair), flank_profile(pair)
-        depth = np.asarray(given, dtype=float)
+        if isinstance(given, xr.DataArray) and "face" in given.coords:
+            face = np.asarray(given["face"])
+        else:
+            face = face_stations(pair)
+        profile, depth = flank_profile(pair, face), np.asarray(given, dtype=float)
     if depth.ndim == 3 and depth.shape[0] == 2:
         if np.any(depth[0] != 0.0):
             raise SceneError.of("wear_depth", "a worn pinion", "zero on the pinion", "only the gear may be worn")

@@ -73,7 +73,8 @@ def loaded_contact(
         Roll positions, taken modulo 1; every tooth pair there is solved. Default: ``numerics.roll_positions`` even
         ones over a mesh cycle.
     wear_depth : array_like (body, profile, face) or (profile, face), optional
-        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. Default: unworn.
+        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. A DataArray with a
+        coordinate `face` may have other slices. Default: unworn.
     placement : Placement, optional
         Rigid displacement of the pinion.
 
@@ -102,6 +103,8 @@ def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | Non
     shape = teeth.grid.profile.shape
     if wear_depth is None:
         return np.zeros(shape)
+    if isinstance(wear_depth, xr.DataArray) and "face" in wear_depth.coords:
+        wear_depth = _in_slices(wear_depth, teeth.grid.face)
     depth = np.asarray(wear_depth, float)
     if depth.ndim == 3 and depth.shape[0] == 2:
         if np.any(depth[0] != 0.0):
@@ -119,3 +122,9 @@ def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | Non
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
     return np.ascontiguousarray(1e-3 * depth.T)
+
+
+def _in_slices(depth: xr.DataArray, face: np.ndarray) -> xr.DataArray:
+    """A wear depth at other face coordinates [mm]: linear between its own, held beyond them."""
+    own = depth["face"].values
+    return depth if np.array_equal(own, face) else depth.interp(face=np.clip(face, own[0], own[-1]))

@@ -1,7 +1,8 @@
 """Life until wear reaches a depth, and what it depends on: table `[effects.run_life]`.
 
-The flanks are worn anew, from unworn, in implicit steps of about equal depth; the last one ends where the greatest
-wear depth of a body's flank is the limit. Where the run itself ends does not matter.
+The flanks are worn anew, from unworn, in implicit steps of about equal depth, each in two stages: a life of 8 um
+comes out 8 % too long in three plain ones, 1 % in three of two stages. The last one ends where the greatest wear
+depth of a body's flank is the limit. Where the run itself ends does not matter.
 
 Names and units of what is told here are written in `semiwear.results.schema`.
 """
@@ -20,6 +21,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
 from semiwear.wear.stepping import WearState, WearStepper
+from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["Life", "find_life", "life_group", "step_lengths_to"]
 
@@ -117,6 +119,7 @@ def step_lengths_to(
     Parameters
     ----------
     stepper : WearStepper
+        Implicit.
     body : int
     limit : float [mm]
     lengths : sequence of float, optional
@@ -128,13 +131,14 @@ def step_lengths_to(
     ConvergenceError
         If the flank stops wearing before the limit.
     """
-    state, now, taken = stepper.start(), 0.0, list[float]()
+    scheme, now, taken = TwoStageStepper(stepper), 0.0, list[float]()
+    state = scheme.start()
     steps = len(lengths) if lengths is not None else int(np.clip(ceil(limit / _DEPTH_A_STEP), *_STEPS))
-    rate = limit / sum(lengths) if lengths is not None else _greatest(stepper.step(state, 1.0), body)
+    rate = limit / sum(lengths) if lengths is not None else _greatest(scheme.step(state, 1.0), body)
     for k in range(1, steps):
         _must_wear(rate, body, now, limit)
         length = lengths[k - 1] if lengths is not None else (limit * k / steps - now) / rate
-        ahead = stepper.step(state, length)
+        ahead = scheme.step(state, length)
         depth = _greatest(ahead, body)
         if depth >= limit:
             break
@@ -144,7 +148,7 @@ def step_lengths_to(
     _must_wear(rate, body, now, limit)
 
     def beyond(length: float) -> float:
-        return _greatest(stepper.step(state, length), body) - limit
+        return _greatest(scheme.step(state, length), body) - limit
 
     return [*taken, _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)]
 

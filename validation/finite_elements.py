@@ -260,11 +260,12 @@ def compare(case: str, scene: sw.Scene, fidelity: str) -> list[Row]:
     at_fidelity = {"numerics.fidelity": fidelity}
     if case == "wear_cycle":
         stored, rows = read(case, scene), []
-        theirs = stored["flank"].wear_depth.isel(wear_step=-1).sel(body="gear").values
+        theirs = stored["flank"].wear_depth.isel(wear_step=-1).sel(body="gear")
         for steps in (1, 8):
             core = sw.simulate(cycle_scene(scene, MESHES, steps).replace(at_fidelity))
-            ours = core["flank"].wear_depth.isel(wear_step=-1).sel(body="gear").values
-            rows += wear_rows(ours, theirs, f", core in {steps} step(s)")
+            ours = core["flank"].wear_depth.isel(wear_step=-1).sel(body="gear")
+            ours = ours.interp(face=theirs.face, kwargs={"fill_value": "extrapolate"})
+            rows += wear_rows(ours.values, theirs.values, f", core in {steps} step(s)")
         return rows
     one = CONTACT[case]
     wear = worn_flank(scene).wear_depth[0] if one.worn else None

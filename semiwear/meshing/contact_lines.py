@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["ContactLines", "end_rounding", "face_stations", "trace_contact_lines"]
@@ -100,9 +101,19 @@ def _rounded(radius: float) -> float:
 
 
 def face_stations(pair: FlankPair, slices: int) -> FloatArray:
-    """Middles of equal slices of the driven flank [mm]."""
-    low, high = pair.face_limits
-    return low + (high - low) * (np.arange(slices) + 0.5) / slices
+    """Middles of equal slices of the driven flank [mm], whole ones between the roundings of both flanks' ends.
+
+    Of a pair at its nominal place: every load case has the same slices.
+    """
+    ends = np.array(pair.face_limits)
+    borders, inwards = pair.borders(ends), np.array([1.0, -1.0])
+    # the driving flank has face coordinates of its own
+    met = pair.meeting(ends, pair.pitch_profile(ends), np.zeros(1)).partner_face
+    theirs = np.array(borders.partner_face) + borders.partner_end_edge_radius * inwards
+    theirs = ends[0] + (theirs - met[0]) * (ends[1] - ends[0]) / (met[1] - met[0])
+    own = ends + borders.end_edge_radius * inwards
+    whole = max(own[0], theirs.min()), min(own[1], theirs.max())
+    return slice_middles(pair.face_limits, whole, slices)
 
 
 def end_rounding(distance: FloatArray, radius: float) -> FloatArray:
@@ -207,8 +218,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     normal_to_line = slope - np.sum(slope * tangent, axis=-1)[..., None] * tangent
     spacing = np.linalg.norm(normal_to_line, axis=-1)
     normal_to_line /= spacing[..., None]
-    low_face, high_face = pair.face_limits
-    length = per_face * (high_face - low_face) / face.size
+    length = per_face * np.gradient(face)
     arc = np.cumsum(length, axis=1) - 0.5 * length
 
     velocity = pair.sliding(met.position[1:4:2])

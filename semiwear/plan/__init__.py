@@ -211,7 +211,8 @@ class Plan:
 
     def _shape(self, pair: FlankPair, rolls: RollGrid) -> _Shape:
         scene, numerics = self.scene, self.scene.numerics
-        fine = trace_contact_lines(pair, rolls.fine_roll, face_stations(pair, numerics.face_slices))
+        stations = face_stations(self.flank_pair(Placement()), numerics.face_slices)
+        fine = trace_contact_lines(pair, rolls.fine_roll, stations)
         grid = flank_grid(pair, fine.face, numerics.profile_points)
         offsets = effects.pitch_offsets(scene, rolls.pairs)
         if offsets:

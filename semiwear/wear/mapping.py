@@ -185,7 +185,8 @@ class MarchedWear:
             return Worn(worn.driven + marched)
         swept = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
         rest = marched - dose * self.swept.of_mesh(teeth, motion, worn, passages, slices)
-        slid = _slid(passages, chosen)
+        # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
+        slid = np.maximum(_slid(passages, chosen), _swept_distance(teeth, motion, worn, passages, slices))
         stiffness = 0.5 * dose * teeth.solver.modulus * slid
         return Worn(np.maximum(swept.driven + spread_by_contact(teeth.grid, rest, stiffness, chosen), worn.driven))
 
@@ -203,6 +204,17 @@ def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArr
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
     slid = [sliding_distance_under_contact(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
     return np.sum(slid, axis=0)
+
+
+def _swept_distance(
+    teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+) -> FloatArray:
+    """Distance slid over each node under the footprints of the swept lines, in one mesh [mm]: (face, profile)."""
+    # a mean pressure of one
+    line_load = np.where(_line_load(passages) > 0.0, 2.0 * teeth.half_width, 0.0)
+    removed = teeth.removed(*worn, slices)
+    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+    return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
 
 
 def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:

@@ -13,7 +13,9 @@ one is added, through the implicit operator of those waves,
 
     (1 + k dN (E*/2) s |kappa|)^-1,   s: sliding distance of a mesh under contact.
 
-As steps shrink this tends to marched wear alone, and no step is unstable.
+As steps shrink this tends to marched wear alone, and no step is unstable. A node counts as under contact if either
+the cells or the footprints of the swept line press on it: on a ridge that carries the load alone, the cells beside it
+do not, the footprints do, and what these wore off the ridge's foot would be put back in full.
 """
 
 from __future__ import annotations

@@ -165,9 +165,9 @@ def rubbing():
     slip = pinion - gear
     slip = slip - np.sum(slip * met.normal, axis=-1, keepdims=True) * met.normal
     speed = np.linalg.norm(slip, axis=-1)
-    along = np.linalg.norm(np.gradient(met.position, tree["engagement"].face.values, axis=1), axis=-1)
-    width = np.ptp([scene.gear_pair.gear_inner_radius_mm, scene.gear_pair.gear_outer_radius_mm])
-    force = tree["engagement"].line_load.values[0] * along * width / scene.numerics.face_slices
+    face = tree["engagement"].face.values
+    along = np.linalg.norm(np.gradient(met.position, face, axis=1), axis=-1)
+    force = tree["engagement"].line_load.values[0] * along * (face[1] - face[0])
     lever = np.sum(slip * pinion, axis=-1) / speed
     return tree, force, speed, lever
 

@@ -88,5 +88,6 @@ def test_marched_is_the_deposit(fresh: RigidFlank) -> None:
 def passed_by(fresh: RigidFlank, roll: float) -> np.ndarray:
     """Points near the line of a roll position outside the stretch."""
     line = fresh.line(roll)
-    stations, profile = face_stations(fresh.pair), flank_profile(fresh.pair)
+    stations = face_stations(fresh.pair)
+    profile = flank_profile(fresh.pair, stations)
     return np.abs(profile - np.interp(stations, line.face, line.profile)) < 0.05

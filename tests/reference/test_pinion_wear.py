@@ -186,7 +186,7 @@ def volumes(teeth, worn):
     along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
     across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
     area = np.linalg.norm(np.cross(along, across), axis=-1)
-    width = (pair.face_limits[1] - pair.face_limits[0]) / grid.face.size
+    width = grid.face[1] - grid.face[0]
     gear = width * np.trapezoid(worn.driven * area, profile, axis=1).sum()
     # the pinion's profile coordinate is the arc length of its involute, and its face coordinate lies along its axis
     pinion = width * np.trapezoid(worn.driving, own.profile, axis=1).sum()

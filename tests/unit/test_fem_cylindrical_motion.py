@@ -17,7 +17,7 @@ from fem_reference.pair_motion import line_speed
 from fem_reference.pairs import body_mesh, pair_motion
 from fem_reference.rigid_lines import RigidFlank
 from fem_reference.tooth_mesh import LOADED, Divisions
-from fem_reference.wear import flank_profile, wear_depth_of
+from fem_reference.wear import face_stations, flank_profile, wear_depth_of
 from semiwear.errors import SceneError
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
@@ -188,7 +188,8 @@ def test_wear_lies_on_the_grid_of_the_core(shipped: sw.Scene) -> None:
     flank = sw.simulate(scene)["flank"].to_dataset()
     pair = pair_motion(scene)
     height = flank.flank_height.sel(body="gear").values
-    radius = pair.gear.tooth.base_radius * np.hypot(1.0, pair.gear.roll_from_profile(flank_profile(pair)))
+    profile = flank_profile(pair, face_stations(pair))
+    radius = pair.gear.tooth.base_radius * np.hypot(1.0, pair.gear.roll_from_profile(profile))
     np.testing.assert_allclose(radius - pair.gear.working_radius, height, atol=1e-9)
     face = np.linspace(-6.0, 6.0, 7)
     profile = np.linspace(-3.0, 3.0, 7)

@@ -118,7 +118,8 @@ def test_no_contact_possible(shipped: sw.Scene) -> None:
 
 
 def test_wear_from_array_and_from_flank_group(shipped: sw.Scene, pair: PairKinematics) -> None:
-    face, profile = face_stations(pair), flank_profile(pair)
+    face = face_stations(pair)
+    profile = flank_profile(pair, face)
     depth = 20.0 + profile + 0.05 * (face - 520.0)
     given = wear_depth_of(depth, pair)
     assert isinstance(given, FlankWear)
@@ -139,7 +140,7 @@ def test_wear_from_array_and_from_flank_group(shipped: sw.Scene, pair: PairKinem
 
 
 def test_bad_wear_is_refused(pair: PairKinematics) -> None:
-    shape = flank_profile(pair).shape
+    shape = flank_profile(pair, face_stations(pair)).shape
     for wrong in (np.full(shape, np.nan), np.full(shape, -1.0), np.zeros((3, 4)), np.ones((2, *shape))):
         with pytest.raises(SceneError, match="wear_depth"):
             wear_depth_of(wrong, pair)
