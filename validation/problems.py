@@ -253,7 +253,7 @@ METHODS: tuple[Method, ...] = (
         {"numerics.fidelity": "line"},
         _LINE,
         _LINE[:4],
-        Setting(72, 121, 181, 41, 24),
+        Setting(72, 161, 181, 41, 24),
         Setting(30, 75, 161, 33, 12),
     ),
     Method(
