@@ -73,8 +73,8 @@ def loaded_contact(
         Roll positions, taken modulo 1; every tooth pair there is solved. Default: ``numerics.roll_positions`` even
         ones over a mesh cycle.
     wear_depth : array_like (body, profile, face) or (profile, face), optional
-        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. A DataArray with a
-        coordinate `face` may have other slices. Default: unworn.
+        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. The slices are those of
+        a DataArray's coordinate `face`, where it has one. Default: unworn.
     placement : Placement, optional
         Rigid displacement of the pinion.
 
@@ -85,7 +85,7 @@ def loaded_contact(
     """
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
-    teeth = physics.loaded_teeth(placement, given)
+    teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth))
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     pressure = teeth.pressures(state)
     told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
@@ -98,13 +98,23 @@ def loaded_contact(
     return build_tree(stacks, collect.coordinates(teeth), attributes(physics, "loaded_contact"))
 
 
+def _slices_of(wear_depth: ArrayLike | xr.DataArray | None) -> np.ndarray | None:
+    """Face coordinates that a wear depth brings along [mm]; they must be even."""
+    if not isinstance(wear_depth, xr.DataArray) or "face" not in wear_depth.coords:
+        return None
+    face = np.asarray(wear_depth["face"], float)
+    width = np.diff(face)
+    if face.size < 2 or width.min() <= 0.0 or np.ptp(width) > 1e-6 * width.mean():
+        fix = "use the wear_depth of a result, or leave the coordinate out"
+        raise SceneError.of("wear_depth.face", "uneven stations", "middles of even slices, growing [mm]", fix)
+    return face
+
+
 def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> np.ndarray:
     """Wear of the driven flank on the grid [mm], from a wear depth [um] in the result's layout."""
     shape = teeth.grid.profile.shape
     if wear_depth is None:
         return np.zeros(shape)
-    if isinstance(wear_depth, xr.DataArray) and "face" in wear_depth.coords:
-        wear_depth = _in_slices(wear_depth, teeth.grid.face)
     depth = np.asarray(wear_depth, float)
     if depth.ndim == 3 and depth.shape[0] == 2:
         if np.any(depth[0] != 0.0):
@@ -122,9 +132,3 @@ def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | Non
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
     return np.ascontiguousarray(1e-3 * depth.T)
-
-
-def _in_slices(depth: xr.DataArray, face: np.ndarray) -> xr.DataArray:
-    """A wear depth at other face coordinates [mm]: linear between its own, held beyond them."""
-    own = depth["face"].values
-    return depth if np.array_equal(own, face) else depth.interp(face=np.clip(face, own[0], own[-1]))

@@ -100,9 +100,12 @@ class Plan:
 
     @one_blas_thread()
     def loaded_teeth(
-        self, placement: Placement | None = None, roll_positions: FloatArray | None = None
+        self,
+        placement: Placement | None = None,
+        roll_positions: FloatArray | None = None,
+        face: FloatArray | None = None,
     ) -> LoadedTeeth:
-        """The loaded contact of all tooth pairs."""
+        """The loaded contact of all tooth pairs, in even slices of one's own where their middles `face` are given."""
         scene, numerics, modulus = self.scene, self.scene.numerics, self.modulus
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
@@ -113,7 +116,9 @@ class Plan:
         usual = torque / lever / (0.5 * (high - low))
         reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME + effects.tallest_modification(scene)
         rolls = _roll_grid(scene, pair, reach, roll_positions)
-        shape = self._shape(pair, rolls)
+        if face is None:
+            face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
+        shape = self._shape(pair, rolls, face)
         lines = shape.fine.every(rolls.substeps)
         bodies = tooth_compliance(scene, pair, lines)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
@@ -209,11 +214,10 @@ class Plan:
 
     # ---- parts
 
-    def _shape(self, pair: FlankPair, rolls: RollGrid) -> _Shape:
-        scene, numerics = self.scene, self.scene.numerics
-        stations = face_stations(self.flank_pair(Placement()), numerics.face_slices)
-        fine = trace_contact_lines(pair, rolls.fine_roll, stations)
-        grid = flank_grid(pair, fine.face, numerics.profile_points)
+    def _shape(self, pair: FlankPair, rolls: RollGrid, face: FloatArray) -> _Shape:
+        scene = self.scene
+        fine = trace_contact_lines(pair, rolls.fine_roll, face)
+        grid = flank_grid(pair, face, scene.numerics.profile_points)
         offsets = effects.pitch_offsets(scene, rolls.pairs)
         if offsets:
             fine = _pushed_back(fine, offsets[0])
@@ -252,7 +256,7 @@ class Plan:
         rolls, positions = teeth.rolls, self.scene.numerics.roll_positions
         even = even_roll_grid(rolls.start, rolls.pairs, positions, positions)
         if not np.array_equal(rolls.phase, even.phase):
-            shape = self._shape(teeth.pair, even)
+            shape = self._shape(teeth.pair, even, teeth.grid.face)
             teeth = replace(teeth, rolls=even, fine=shape.fine, lines=shape.fine, modification=shape.modification)
         least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
         least = least * (reference_lever(teeth.pair) / teeth.lines.lever_arm)

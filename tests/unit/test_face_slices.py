@@ -55,18 +55,24 @@ def test_misalignment_leaves_the_slices_where_they_are():
     np.testing.assert_array_equal(one, two)
 
 
-def test_wear_from_other_slices_is_read_between_them():
-    scene = sw.load_scene("face_gear_25x160").replace(
-        {
-            "numerics.face_slices": 15,
-            "numerics.roll_positions": 8,
-            "numerics.harmonics": 3,
-            "numerics.profile_points": 31,
-        }
-    )
-    face = plan(scene).loaded_teeth().grid.face
-    other = np.linspace(480.5, 559.5, 61)
-    slope = xr.DataArray(np.tile(0.1 * (other - 475.0), (31, 1)), dims=("profile", "face"), coords={"face": other})
-    read = sw.loaded_contact(scene, [0.0], slope)["engagement"].contact_pressure_max
-    same = sw.loaded_contact(scene, [0.0], np.tile(0.1 * (face - 475.0), (31, 1)))["engagement"].contact_pressure_max
-    np.testing.assert_allclose(read, same, rtol=1e-6)
+COARSE = {"numerics.roll_positions": 8, "numerics.harmonics": 3, "numerics.profile_points": 31}
+
+
+def test_a_wear_depth_brings_its_slices():
+    scene = sw.load_scene("face_gear_25x160").replace(COARSE | {"numerics.face_slices": 15})
+    other = np.linspace(481.0, 559.0, 40)
+    depth = xr.DataArray(np.full((31, 40), 5.0), dims=("profile", "face"), coords={"face": other})
+    tree = sw.loaded_contact(scene, [0.0], depth)
+    np.testing.assert_array_equal(tree["engagement"].face, other)
+    plain = sw.loaded_contact(scene.replace({"numerics.face_slices": 40}), [0.0])
+    # an even depth is no wear, and slices a little apart bear about the same
+    for name in ("contact_pressure_max", "load_share"):
+        np.testing.assert_allclose(tree["engagement"][name], plain["engagement"][name], rtol=0.05, atol=0.01)
+
+
+@pytest.mark.parametrize("face", [[481.0, 500.0, 559.0], [559.0, 520.0, 481.0]])
+def test_uneven_slices_are_refused(face):
+    scene = sw.load_scene("face_gear_25x160").replace(COARSE)
+    depth = xr.DataArray(np.zeros((31, 3)), dims=("profile", "face"), coords={"face": face})
+    with pytest.raises(sw.SceneError, match=r"wear_depth\.face.*even"):
+        sw.loaded_contact(scene, [0.0], depth)
