@@ -32,8 +32,7 @@ IntArray = NDArray[np.int64]
 CoefficientFactor = Callable[[LoadedTeeth, Any, Footprints], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
-_DEPTH_A_CYCLE = 1.25e-3  # mm: within an implicit step the contact's shape follows the wear that often
-_CYCLES = (4, 32)
+_CYCLES = (4, 64)  # within an implicit step
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
@@ -65,6 +64,8 @@ class WearStepper:
         On the wear coefficients, where they depend on the contact.
     depth_factor : callable or None
         On the wear coefficient of the driven flank at its present depth, (face, profile).
+    depth_a_cycle : float [mm]
+        Within an implicit step the contact's shape follows the wear that often.
     """
 
     teeth: LoadedTeeth
@@ -74,6 +75,7 @@ class WearStepper:
     cases: tuple[LoadCase, ...] = ()
     factor: CoefficientFactor | None = None
     depth_factor: Callable[[FloatArray], FloatArray] | None = None
+    depth_a_cycle: float = 1.25e-3
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:
@@ -270,8 +272,9 @@ class _Step:
         if self.cycles == 0:
             # fixed by the first length that is asked for
             growth = max(case.prepare(meshes) for case in self.cases) if self.stepper.implicit else 0.0
-            self.cycles = int(np.clip(np.ceil(growth / _DEPTH_A_CYCLE), *_CYCLES)) if self.stepper.implicit else 1
+            self.cycles = 1
             if self.stepper.implicit:
+                self.cycles = int(np.clip(np.ceil(growth / self.stepper.depth_a_cycle), *_CYCLES))
                 self._rehearse(meshes)
         starts = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
