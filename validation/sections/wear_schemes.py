@@ -22,17 +22,17 @@ __all__ = ["schemes_part"]
 WANTED = {"error": 0.01, "flank_error": 0.02}
 OF = {"error": "greatest wear", "flank_error": "wear over the whole flank"}
 COUNTS = {
-    "explicit": (8, 16, 24, 32, 64, 128),
-    "implicit": (1, 2, 4, 8, 16, 32, 64),
-    "two-stage": (1, 2, 4, 8, 16),
+    "explicit": (8, 16, 20, 24, 28, 32, 40, 48),
+    "implicit": (1, 2, 3, 4, 8, 16),
+    "two-stage": (1, 2, 3, 4, 8),
 }
 GRIDS = {31: {"numerics.roll_positions": 12, "numerics.profile_points": 101},
-         121: {"numerics.roll_positions": 48, "numerics.profile_points": 201}}  # fmt: skip
+         241: {"numerics.roll_positions": 48, "numerics.profile_points": 201}}  # fmt: skip
 """By slice count; the second in a full run only."""
 
-QUICK_COUNTS = {"explicit": (8, 16, 24, 32, 64), "implicit": (1, 2, 4, 8, 16, 32), "two-stage": (1, 2, 4, 8)}
-CONVERGED = {True: 128, False: 256}
-"""Explicit steps, in a quick run and else, of the life that counts as converged."""
+QUICK_COUNTS = {"explicit": (8, 16, 20, 24, 32), "implicit": (1, 2, 4, 8, 16), "two-stage": (1, 2, 4)}
+CONVERGED = 128
+"""Explicit steps of the life that counts as converged."""
 
 
 def schemes_part(quick: bool, progress: Progress) -> Section:
@@ -62,7 +62,7 @@ def schemes_part(quick: bool, progress: Progress) -> Section:
                     _chart(own, of, over, text),
                 )
             )
-    html = _text(needed, quick) + failures_note(failures) + cards(drawn) + _table(runs)
+    html = _text(needed) + failures_note(failures) + cards(drawn) + _table(runs)
     shrinks = [run for own in runs.values() for run in own if run.shrinks]
     finest = max(needed)
     words = "; ".join(
@@ -81,7 +81,7 @@ def _lives(slices: int, quick: bool, progress: Progress, failures: list[str]) ->
     changes = GRIDS[slices] | {"numerics.face_slices": slices, "numerics.harmonics": 9}
     life = life_of(wear_problem("face_gear").scene(changes))
     progress.note(f"converged life, {slices} slices")
-    converged = life.states("explicit", CONVERGED[quick])[-1]
+    converged = life.states("explicit", CONVERGED)[-1]
     runs = []
     for scheme in SCHEMES:
         for count in counts[scheme]:
@@ -104,7 +104,7 @@ def _listed(counts: dict[str, int | None]) -> str:
     return ", ".join(parts)
 
 
-def _text(needed: dict[int, dict[str, dict[str, int | None]]], quick: bool) -> str:
+def _text(needed: dict[int, dict[str, dict[str, int | None]]]) -> str:
     lines = [
         f"<li>{slices} slices, {percent(WANTED[of])} in {OF[of]}: {_listed(counts)}.</li>"
         for slices, by_error in needed.items()
@@ -117,7 +117,7 @@ def _text(needed: dict[int, dict[str, dict[str, int | None]]], quick: bool) -> s
         f"{SOLVES_A_STEP['two-stage']} (rehearsal, both stages, contact after each). A number of steps keeps an "
         "error if it and every larger one tried do. The greatest wear is a single place, where the "
         "pinion's tip digs in at coarse steps; the error over the flank is the norm of the difference over that of "
-        f"the wear. Converged: {CONVERGED[quick]} explicit steps. Solutions needed:</p><ul>{''.join(lines)}</ul>"
+        f"the wear. Converged: {CONVERGED} explicit steps. Solutions needed:</p><ul>{''.join(lines)}</ul>"
     )
 
 
