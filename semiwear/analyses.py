@@ -85,7 +85,7 @@ def loaded_contact(
     """
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
-    teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth))
+    teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
     state = teeth.load(_wear_of_gear(teeth, wear_depth))
     pressure = teeth.pressures(state)
     told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
@@ -98,15 +98,18 @@ def loaded_contact(
     return build_tree(stacks, collect.coordinates(teeth), attributes(physics, "loaded_contact"))
 
 
-def _slices_of(wear_depth: ArrayLike | xr.DataArray | None) -> np.ndarray | None:
-    """Face coordinates that a wear depth brings along [mm]; they must be even."""
+def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float, float]) -> np.ndarray | None:
+    """Face coordinates that a wear depth brings along [mm]; they must be even, and on the flank."""
     if not isinstance(wear_depth, xr.DataArray) or "face" not in wear_depth.coords:
         return None
     face = np.asarray(wear_depth["face"], float)
     width = np.diff(face)
+    fix = "use the wear_depth of a result, or leave the coordinate out"
     if face.size < 2 or width.min() <= 0.0 or np.ptp(width) > 1e-6 * width.mean():
-        fix = "use the wear_depth of a result, or leave the coordinate out"
         raise SceneError.of("wear_depth.face", "uneven stations", "middles of even slices, growing [mm]", fix)
+    if face[0] < limits[0] or face[-1] > limits[1]:
+        allowed = f"middles of slices on the gear's face, {limits[0]:g} to {limits[1]:g} mm"
+        raise SceneError.of("wear_depth.face", f"{face[0]:g} to {face[-1]:g} mm", allowed, fix)
     return face
 
 

@@ -188,7 +188,7 @@ class Numerics:
     roll_positions : int
         Roll positions per mesh cycle. Default 24.
     face_slices : int
-        Slices along the face width. Default 61.
+        Slices along the face; some of their borders lie where the roundings of its ends begin. Default 61.
     cells_per_half_width : int
         Cells of a patch across the Hertz half-width at the pitch point. Default 8.
     profile_points : int

@@ -76,3 +76,10 @@ def test_uneven_slices_are_refused(face):
     depth = xr.DataArray(np.zeros((31, 3)), dims=("profile", "face"), coords={"face": face})
     with pytest.raises(sw.SceneError, match=r"wear_depth\.face.*even"):
         sw.loaded_contact(scene, [0.0], depth)
+
+
+def test_slices_off_the_flank_are_refused():
+    scene = sw.load_scene("face_gear_25x160").replace(COARSE)
+    depth = xr.DataArray(np.zeros((31, 61)), dims=("profile", "face"), coords={"face": np.arange(61)})
+    with pytest.raises(sw.SceneError, match=r"wear_depth\.face.*0 to 60 mm.*480 to 560"):
+        sw.loaded_contact(scene, [0.0], depth)
