@@ -10,7 +10,7 @@ Explicit: the loads at the start of the step hold throughout; only for compariso
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -81,6 +81,10 @@ class WearStepper:
     def load_cases(self) -> tuple[LoadCase, ...]:
         """What the teeth wear under."""
         return self.cases or (LoadCase(1.0, self.teeth),)
+
+    def following(self, depth: float) -> WearStepper:
+        """The same, with the contact's shape following every so much wear within a step [mm]."""
+        return replace(self, depth_a_cycle=depth)
 
     def start(self) -> WearState:
         """The unworn flanks."""

@@ -60,7 +60,7 @@ class TwoStageStepper:
 
     @cached_property
     def _stepper(self) -> WearStepper:
-        return replace(self.stepper, depth_a_cycle=_DEPTH_A_CYCLE)
+        return self.stepper.following(_DEPTH_A_CYCLE)
 
     def start(self) -> WearState:
         """The unworn flanks."""

@@ -184,6 +184,9 @@ class Implicit:
     def __init__(self):
         self.steps = 0
 
+    def following(self, depth):
+        return self
+
     def start(self):
         return Decay(0.0, 0.0)
 
