@@ -60,7 +60,7 @@ def coordinates(teeth: LoadedTeeth) -> Arrays:
 def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) -> float:
     """Greatest of (roll, face) values at places below a border, as far as the border itself.
 
-    How near to it a roll position happens to lie must not decide, and just beyond it the value may fall at once. So it
+    How near to it a roll position lies must not decide, and just beyond it the value may fall at once. So it
     is carried on from the last position below it, with the middle one of all slices' slopes: one slice's ripple would
     be carried on several times as far.
     """

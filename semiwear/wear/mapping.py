@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact
+from semiwear.meshing.removed import Removed
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
 from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
 
@@ -103,6 +104,14 @@ def _line_load(passages: Sequence[Passage]) -> FloatArray:
     return total
 
 
+def _swept(
+    teeth: LoadedTeeth, motion: Sweep, removed: Removed, line_load: FloatArray, slices: IntArray
+) -> FloatArray:
+    """Sum of p |v_s| dt on the driven flank under line loads whose footprints `removed` shapes [N/mm]."""
+    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+    return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
+
+
 @dataclass(frozen=True)
 class InterpolatedWear:
     """Line loads interpolated between roll positions, spread over footprints that follow the wear.
@@ -120,9 +129,7 @@ class InterpolatedWear:
         self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`."""
-        removed = teeth.removed(*worn, slices)
-        what = (motion, _line_load(passages), teeth.half_width, teeth.solver.modulus, slices)
-        return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
+        return _swept(teeth, motion, teeth.removed(*worn, slices), _line_load(passages), slices)
 
     def worn(
         self,
@@ -184,9 +191,11 @@ class MarchedWear:
         if cycles == 1:
             return Worn(worn.driven + marched)
         swept = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
-        rest = marched - dose * self.swept.of_mesh(teeth, motion, worn, passages, slices)
+        removed, line_load = teeth.removed(*worn, slices), _line_load(passages)
+        rest = marched - dose * _swept(teeth, motion, removed, line_load, slices)
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
-        slid = np.maximum(_slid(passages, chosen), _swept_distance(teeth, motion, worn, passages, slices))
+        unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
+        slid = np.maximum(_slid(passages, chosen), _swept(teeth, motion, removed, unit, slices))
         stiffness = 0.5 * dose * teeth.solver.modulus * slid
         return Worn(np.maximum(swept.driven + spread_by_contact(teeth.grid, rest, stiffness, chosen), worn.driven))
 
@@ -204,17 +213,6 @@ def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArr
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
     slid = [sliding_distance_under_contact(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
     return np.sum(slid, axis=0)
-
-
-def _swept_distance(
-    teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
-) -> FloatArray:
-    """Distance slid over each node under the footprints of the swept lines, in one mesh [mm]: (face, profile)."""
-    # a mean pressure of one
-    line_load = np.where(_line_load(passages) > 0.0, 2.0 * teeth.half_width, 0.0)
-    removed = teeth.removed(*worn, slices)
-    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
-    return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
 
 
 def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:
