@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from validation.section import SectionPlan
-from validation.sections import accuracy_time, closed_forms, finite_elements, hard_cases, paper, peers
+from validation.sections import accuracy_time, closed_forms, finite_elements, hard_cases, paper, peers, wear_schemes
 
 __all__ = ["SECTIONS"]
 
 SECTIONS: tuple[SectionPlan, ...] = (
     SectionPlan("accuracy_time", accuracy_time.TITLE, accuracy_time.build),
+    SectionPlan("wear_schemes", wear_schemes.TITLE, wear_schemes.build),
     SectionPlan("paper", paper.TITLE, paper.build),
     SectionPlan("closed_forms", closed_forms.TITLE, closed_forms.build),
     SectionPlan("finite_elements", finite_elements.TITLE, finite_elements.build),

@@ -1,4 +1,4 @@
-"""Accuracy against time: what an error costs, by fidelity, by wear scheme, and when an accuracy is asked for."""
+"""Accuracy against time: what an error costs, by fidelity, and when an accuracy is asked for."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
 from validation.section import Section
 from validation.sections.finite_elements import summary
-from validation.sections.wear_schemes import schemes_part
 from validation.tables import dataset, failures_note, listed, percent, with_unit
 
 __all__ = ["FiniteElementCost", "build", "finite_element_cost"]
@@ -78,7 +77,6 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
                 asked += list(asked_for(problem, references[problem.name], [accuracy]))
             except SemiwearError as error:
                 failures.append(f"{problem.name}, accuracy {accuracy:g} asked for: {error}")
-    schemes = schemes_part(quick, progress)
     progress.note("a new process")
     cold = {"kernels cached": cold_seconds(empty=False)}
     if not quick:
@@ -101,12 +99,10 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         + cards(drawn)
         + _digits(points, problems)
         + _points_table(points, problems.figures)
-        + schemes.html
         + _asked_html(asked)
         + _cold_html(cold)
     )
-    found_text = (*_found(points, asked), *schemes.found)
-    data = {"points": _points_data(points, problems.figures), "asked": _asked_data(asked), **schemes.datasets}
+    data = {"points": _points_data(points, problems.figures), "asked": _asked_data(asked)}
     data["cold"] = dataset(
         {"process": list(cold)},
         {
@@ -114,7 +110,7 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
             "simulate": ([one[1] for one in cold.values()], "s", "main job of the shipped scene"),
         },
     )
-    return Section(TITLE, found_text, html, data)
+    return Section(TITLE, _found(points, asked), html, data)
 
 
 # ---- words

@@ -1,4 +1,4 @@
-"""Explicit against implicit wear steps on the shipped scene: a part of the section on accuracy and time."""
+"""Explicit against implicit wear steps on the shipped scene: the error of a life, over solutions and over time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import xarray as xr
 from semiwear.errors import ConvergenceError
 from semiwear.report.markup import figure_text, table
 from validation.charts import COLOURS, MARKERS, Draw, card, cards, plain_log
-from validation.problems import wear_problem
+from validation.problems import Problems, wear_problem
 from validation.progress import Progress
 from validation.section import Section
 from validation.tables import dataset, failures_note, percent, with_unit
 from validation.wear_schemes import SCHEMES, SOLVES_A_STEP, SchemeRun, life_of, solves_for
 
-__all__ = ["schemes_part"]
+__all__ = ["build"]
 
+TITLE = "Explicit and implicit wear steps"
 WANTED = {"error": 0.01, "flank_error": 0.02}
 OF = {"error": "greatest wear", "flank_error": "wear over the whole flank"}
 COUNTS = {
@@ -35,7 +36,7 @@ CONVERGED = 128
 """Explicit steps of the life that counts as converged."""
 
 
-def schemes_part(quick: bool, progress: Progress) -> Section:
+def build(_: Problems, quick: bool, progress: Progress) -> Section:
     """Lives in many numbers of steps, on one grid or on two."""
     runs: dict[int, list[SchemeRun]] = {}
     failures: list[str] = []
@@ -73,7 +74,7 @@ def schemes_part(quick: bool, progress: Progress) -> Section:
         f"Solutions of the loaded contact needed {words}. Wear shrinks "
         f"{'nowhere' if not shrinks else f'in {len(shrinks)} of the lives'}.",
     )
-    return Section("Explicit and implicit wear steps", found, html, {"schemes": _data(runs)})
+    return Section(TITLE, found, html, {"schemes": _data(runs)})
 
 
 def _lives(slices: int, quick: bool, progress: Progress, failures: list[str]) -> list[SchemeRun]:
@@ -111,7 +112,7 @@ def _text(needed: dict[int, dict[str, dict[str, int | None]]]) -> str:
         for of, counts in by_error.items()
     ]
     return (
-        "<h3>Explicit and implicit wear steps</h3><p>The same life of the shipped scene on the same grid. An "
+        "<p>The same life of the shipped scene on the same grid. An "
         "explicit step takes one solution of the loaded contact, an implicit one "
         f"{SOLVES_A_STEP['implicit']} (rehearsal, step, contact after it), one in two stages "
         f"{SOLVES_A_STEP['two-stage']} (rehearsal, both stages, contact after each). A number of steps keeps an "
