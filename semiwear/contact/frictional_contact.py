@@ -126,9 +126,9 @@ class FrictionalContact:
             "changing: lower effects.friction.coefficient"
         )
 
-    def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
+    def with_edges(self, worn: Footprints, loads: Any, before: Footprints) -> Footprints:
         """Footprints with the gaps of pressed edges as these loads make them."""
-        return self.solver.with_edges(worn, loads)
+        return self.solver.with_edges(worn, loads, before)
 
     @property
     def searched(self) -> FloatArray:

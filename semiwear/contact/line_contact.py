@@ -257,15 +257,16 @@ class LineContact:
             np.where(other, exact.inner, hertz), np.where(other, exact.place, worn.profile), exact.border
         )
 
-    def with_edges(self, worn: Footprints, loads: LineLoads) -> Footprints:
+    def with_edges(self, worn: Footprints, loads: LineLoads, before: Footprints) -> Footprints:
         """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
         Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
-        soft where the wall of a groove is all that bears.
+        soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: one that bears
+        the whole load may hold the flanks farther apart than the mean gap of its own footprint would.
         """
         approach = np.tile(loads.rotation, self.pairs)[:, None] * self.lines.lever_arm
         near = self.is_near(self.lines) if worn.near is None else worn.near
-        pressed = worn.edge & near & (worn.least < approach)
+        pressed = (worn.edge & near & (worn.least < approach)) | (before.gap != worn.gap)
         if not pressed.any():
             return worn
         load = np.where(pressed, np.maximum(self.line_load(loads), _LIGHTEST * self.usual_load), 0.0)

@@ -124,13 +124,13 @@ class LoadedTeeth:
         loads: Any = self.solver.solve(coarse, self.solver.no_loads()) if solved else start
         edged = coarse
         for _ in range(_EDGE_PASSES):
-            edged = self.solver.with_edges(coarse, loads)
-            if edged is coarse and solved:
+            before, edged = edged, self.solver.with_edges(coarse, loads, edged)
+            if edged is before and solved:
                 break
             positions = None
             if solved:
-                # elsewhere nothing has changed
-                rolls = np.flatnonzero((edged.gap != coarse.gap).any(axis=1))
+                # elsewhere the loads are those of these footprints already
+                rolls = np.flatnonzero((edged.gap != before.gap).any(axis=1))
                 positions = np.unique(rolls % self.rolls.phase.size).tolist()
             force = loads.force
             loads, solved = self.solver.solve(edged, loads, positions=positions), True

@@ -184,7 +184,7 @@ class PatchContact:
             border=np.where(inside, 0.0, pressure).max(axis=-1),
         )
 
-    def with_edges(self, worn: Footprints, loads: PatchLoads) -> Footprints:
+    def with_edges(self, worn: Footprints, loads: PatchLoads, before: Footprints) -> Footprints:
         """As they are: patches resolve edges."""
         return worn
 

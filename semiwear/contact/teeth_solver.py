@@ -97,8 +97,11 @@ class TeethSolver(Protocol):
     ) -> Any:
         """Solve mesh positions, starting from `loads`, which stays as it is."""
 
-    def with_edges(self, worn: Footprints, loads: Any) -> Footprints:
-        """Footprints with the contact of pressed edges as these loads make it; the same object if nothing changes."""
+    def with_edges(self, worn: Footprints, loads: Any, before: Footprints) -> Footprints:
+        """Footprints with the contact of pressed edges as these loads make it; the same object if nothing changes.
+
+        Edges that are pressed in `before`, footprints that an earlier call returned or `worn`, stay so.
+        """
 
     @property
     def searched(self) -> FloatArray:
