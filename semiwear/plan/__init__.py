@@ -220,7 +220,7 @@ class Plan:
         grid = flank_grid(pair, face, scene.numerics.profile_points)
         offsets = effects.pitch_offsets(scene, rolls.pairs)
         if offsets:
-            fine = _pushed_back(fine, offsets[0])
+            fine = _pushed_back(fine, offsets[0][0])
         modification = None
         if any(name.startswith("modification") for name, _ in scene.effects.present()):
             with self.clock.measure("modification"):
@@ -271,17 +271,15 @@ class Plan:
         torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
         shares = (1.0,) if spectrum is None else spectrum.shares
         mean = float(np.dot(torques, shares))
-        ways = [teeth]
-        if offsets:
-            moved = [offset - offsets[0] for offset in offsets[1:]]
-            ways += [_with_pitch(teeth, offset) for offset in moved]
+        ways = [(teeth, offsets[0][1] if offsets else 1.0)]
+        ways += [(_with_pitch(teeth, offset - offsets[0][0]), often) for offset, often in offsets[1:]]
         return tuple(
             LoadCase(
-                share / len(ways),
+                share * often,
                 replace(way, solver=_under_torque(way.solver, np.full(teeth.rolls.phase.size, 1e3 * torque))),
                 mean / torque,
             )
-            for way in ways
+            for way, often in ways
             for torque, share in zip(torques, shares, strict=True)
         )
 

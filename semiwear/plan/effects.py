@@ -5,6 +5,7 @@ Each module is imported only when its table is there: what is absent is neither 
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING
@@ -119,11 +120,11 @@ def tallest_modification(scene: Scene) -> float:
     return total
 
 
-def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
-    """Gap that pitch errors open at each of the tooth pairs in mesh, for every way in which teeth follow [mm].
+def pitch_offsets(scene: Scene, pairs: int) -> list[tuple[FloatArray, float]]:
+    """Gap that pitch errors open at each of the tooth pairs in mesh [mm], and how often: all ways in which teeth follow.
 
     The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
-    farther on entered one tooth earlier.
+    farther on entered one tooth earlier. Ways that are alike are one.
     """
     table = scene.effects.pitch_error
     if table is None:
@@ -132,7 +133,8 @@ def pitch_offsets(scene: Scene, pairs: int) -> list[FloatArray]:
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2
-    return [behind[(most + shift - teeth) % out.size] for shift in range(out.size)]
+    ways = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
+    return [(np.array(way), times / out.size) for way, times in ways.items()]
 
 
 # ---------------------------------------------------------------- compliance

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
+from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import NEUTRAL, SMALL, SPEED
 from tests.strategies.scenes import effect_tables
@@ -66,6 +67,13 @@ def test_without_strength_an_effect_does_nothing(plain, name, changes):
 def test_all_effects_without_strength_do_nothing(fidelity):
     worn = SMALL.replace(BOTH_WORN)
     assert_same(sw.simulate(worn.replace(neutral_changes()), fidelity=fidelity), sw.simulate(worn, fidelity=fidelity))
+
+
+def test_ways_in_which_teeth_follow_alike_are_one():
+    once, twice = (SMALL.replace({"effects.pitch_error.pinion_um": [0.0, 12.0] * times}) for times in (1, 2))
+    planned = plan(twice)
+    assert len(planned.wear_stepper(planned.loaded_teeth()).cases) == 2
+    assert_same(sw.simulate(twice), sw.simulate(once))
 
 
 def test_what_only_tells_changes_nothing_at_full_strength(plain):
