@@ -261,8 +261,8 @@ class LineContact:
         """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
         Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
-        soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: one that bears
-        the whole load may hold the flanks farther apart than the mean gap of its own footprint would.
+        soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: under much
+        load it may hold the flanks farther apart than its footprint's mean gap says.
         """
         approach = np.tile(loads.rotation, self.pairs)[:, None] * self.lines.lever_arm
         near = self.is_near(self.lines) if worn.near is None else worn.near

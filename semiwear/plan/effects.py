@@ -121,7 +121,7 @@ def tallest_modification(scene: Scene) -> float:
 
 
 def pitch_offsets(scene: Scene, pairs: int) -> list[tuple[FloatArray, float]]:
-    """Gap that pitch errors open at each of the tooth pairs in mesh [mm], and how often: all ways in which teeth follow.
+    """Ways in which teeth follow: the gap that pitch errors open at each tooth pair in mesh [mm], and how often.
 
     The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
     farther on entered one tooth earlier. Ways that are alike are one.
