@@ -147,6 +147,20 @@ def test_implicit_steps_wear_by_the_pressure_at_their_end():
     np.testing.assert_allclose(worn, contact.coefficient * slid * contact.pressure(worn), atol=1e-6 * worn.max())
 
 
+@pytest.mark.parametrize(("factor", "stable"), [(0.8, True), (0.95, True), (1.1, False), (1.2, False)])
+def test_explicit_steps_beyond_the_limit_leave_every_other_strip_of_a_scar_bare(factor, stable):
+    contact = StandingContact(20.0, 10.0, 115e3, 2e-9, half_length=0.5, count=100)
+    distance = (120 * factor * contact.explicit_limit,)
+    explicit, implicit = (
+        contact.pressure(contact.run(distance, 120, implicit=implicit)[-1]) for implicit in (False, True)
+    )
+    scar = implicit > 0.0
+    assert scar.sum() >= 10
+    bare = (explicit[scar] <= 0.0).mean()
+    off = np.abs(explicit - implicit)[scar].max() / implicit.max()
+    assert (bare == 0.0 and off < 0.5) if stable else (bare > 0.3 and off > 0.9)
+
+
 def test_strips_that_cannot_be_solved_say_so():
     with pytest.raises(SemiwearError, match="strips"):
         loads_of_strips(-strips(5), np.zeros(5), 1.0)

@@ -146,14 +146,17 @@ def _examples(outcomes: Sequence[Outcome]) -> xr.Dataset:
 
 
 def _ring(problems: Problems) -> dict[float, dict[str, np.ndarray]]:
-    """The block on ring after 120 steps below and above the limit: depths [um], with their places [mm]."""
+    """The block on ring after 120 steps below and above the limit: pressures [MPa], with their places [mm].
+
+    Wear hides what grows: a strip that is worn too deep bears nothing, and does not wear until it bears again.
+    """
     ring = problems.block_on_ring
     contact = StandingContact(ring.ring_radius, ring.line_load, ring.modulus, ring.coefficient, 1.0, 100)
     found: dict[float, dict[str, np.ndarray]] = {}
     for factor in (0.9, 1.2):
         distance = 120 * factor * contact.explicit_limit
         found[factor] = {
-            kind: 1e3 * contact.run((distance,), 120, implicit=kind == "implicit")[-1]
+            kind: contact.pressure(contact.run((distance,), 120, implicit=kind == "implicit")[-1])
             for kind in ("explicit", "implicit")
         }
         found[factor]["place"] = contact.place
@@ -173,25 +176,30 @@ def _stability(grown: dict[str, np.ndarray], ring: dict[float, dict[str, np.ndar
     def profile(factor: float) -> Draw:
         def draw(ax: Any) -> None:
             one = ring[factor]
-            ax.plot(one["place"], one["explicit"], color=COLOURS[1], linewidth=1.2, label="explicit")
+            ax.plot(one["place"], one["explicit"], color=COLOURS[1], linewidth=1.0, marker=".", label="explicit")
             ax.plot(one["place"], one["implicit"], color=COLOURS[0], label="implicit")
             ax.set_xlabel("Place (mm)")
-            ax.set_ylabel("Wear depth (µm)")
+            ax.set_ylabel("Pressure (MPa)")
+            ax.set_xlim(-0.4, 0.4)
             ax.set_ylim(bottom=0.0)
             ax.legend(loc="upper right")
 
         return draw
 
-    rough = {
-        factor: float(np.abs(np.diff(one["explicit"], 2)).max() / one["implicit"].max())
+    off = {
+        factor: float(np.abs(one["explicit"] - one["implicit"]).max() / one["implicit"].max())
         for factor, one in ring.items()
     }
+    idle = {factor: int(((one["explicit"] <= 0.0) & (one["implicit"] > 0.0)).sum()) for factor, one in ring.items()}
+    bearing = {factor: int((one["implicit"] > 0.0).sum()) for factor, one in ring.items()}
     intro = (
         "<h3>Where explicit wear steps become unstable</h3><p>A contact that stands still is cut into strips of "
         f"width Δx and worn in steps of k Δs. Theory: explicit steps are stable up to k Δs = 16 G/π² Δx/E* = "
         f"{EXPLICIT_LIMIT:.3f} Δx/E* (G: Catalan's constant), implicit ones always. A wave from strip to strip "
-        f"grows or decays accordingly; so does the block on ring: saw teeth of {percent(rough[0.9])} of the depth "
-        f"at 0.9 times the limit, of {percent(rough[1.2])} at 1.2 times.</p>"
+        "grows or decays accordingly. On the block on ring, explicit pressures are off the implicit ones by up to "
+        f"{percent(off[0.9])} of the greatest at 0.9 times the limit, and by {percent(off[1.2])} at 1.2 times, where "
+        f"{idle[1.2]} of the scar's {bearing[1.2]} strips bear nothing, against {idle[0.9]} of {bearing[0.9]}. What "
+        "grows stops there: a strip that is worn too deep does not wear until it bears again.</p>"
     )
     drawn = [
         card("growth", "A wave from strip to strip", "Above 1 it grows: the steps are unstable.", growth),
@@ -199,7 +207,7 @@ def _stability(grown: dict[str, np.ndarray], ring: dict[float, dict[str, np.ndar
             card(
                 f"ring{k}",
                 f"Block on ring, steps of {factor:g} times the limit",
-                "After 120 steps: explicit steps beside implicit ones of the same length.",
+                "Pressure after 120 steps: explicit ones beside implicit ones of the same length.",
                 profile(factor),
             )
             for k, factor in enumerate(ring)
