@@ -32,7 +32,7 @@ a { color: var(--accent); }
 .scroll { margin: 1rem 0; }
 .text td { text-align: left; white-space: normal; min-width: 9rem; }
 .text th { text-align: left; }
-.text tbody th { white-space: normal; min-width: 9rem; }
+tbody th { white-space: normal; min-width: 9rem; }
 .statements { display: grid; gap: .7rem; align-items: start;
   grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); }
 .text td.agree, .text td.disagree, .text td.not-compared { font-weight: 650; min-width: 0; }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ __all__ = ["Case", "build", "read_cases", "summary"]
 TITLE = "Core against finite elements"
 BEARS = 0.1
 """Share of the load from which a tooth pair counts."""
+PRESSURE = "contact_pressure_max"
 NOTHING = 0.01
 """Arcsec: transmission errors below are rounding."""
 
@@ -125,7 +127,7 @@ class Agreement:
 
 def summary(rows: Sequence[Row]) -> dict[str, Agreement]:
     """Agreement by figure; pairs that bear less than a tenth of the load do not count."""
-    bears = {row.where for row in rows if row.name == "load_share" and max(row.core, row.reference) > BEARS}
+    bears = _bearing(rows)
     found: dict[str, list[Row]] = {}
     for row in rows:
         if not row.where.startswith("roll") or row.where in bears:
@@ -138,6 +140,11 @@ def summary(rows: Sequence[Row]) -> dict[str, Agreement]:
         )
         for name, some in found.items()
     }
+
+
+def _bearing(rows: Sequence[Row]) -> set[str]:
+    """Roll positions at which a pair bears a share that counts."""
+    return {row.where for row in rows if row.name == "load_share" and max(row.core, row.reference) > BEARS}
 
 
 def _is_nothing(rows: Sequence[Row]) -> bool:
@@ -277,19 +284,22 @@ def _charts(cases: Sequence[Case]) -> list[str]:
             continue
         for name, text, unit in (
             ("load_share", "Load share", "1"),
-            ("contact_pressure_max", "Pressure", "MPa"),
+            (PRESSURE, "Pressure", "MPa"),
             ("root_stress pinion", "Root stress, pinion", "MPa"),
             ("root_stress gear", "Root stress, gear", "MPa"),
             ("transmission_error_loaded", "Loaded transmission error", "arcsec"),
         ):
             if any(row.name == name for rows in case.rows.values() for row in rows):
                 title = f"{text}, {'unworn' if case.name == 'unworn' else 'worn'}"
+                note = "Core at its fidelities, and finite elements, at the mesh positions they both solve."
+                if name == PRESSURE and _light(case):
+                    note += f" Grey: the pair bears less than {percent(BEARS)} of the load, which does not count."
                 label = text if unit == "1" else f"{text} ({unit})"
                 drawn.append(
                     card(
                         f"fe-{case.name}-{name.replace(' ', '-').replace('_', '-')}",
                         title,
-                        "Core at its fidelities, and finite elements, at the mesh positions they both solve.",
+                        note,
                         _over_roll(case, name, label),
                     )
                 )
@@ -319,6 +329,8 @@ def _over_roll(case: Case, name: str, label: str) -> Draw:
                     label="finite elements",
                     fillstyle="none",
                 )
+        if name == PRESSURE:
+            _shade(ax, np.sort(places), _light(case))
         ax.set_xlabel("Mesh position" if name.startswith("transmission") else "Roll position")
         ax.set_ylabel(label)
         if not name.startswith("transmission"):
@@ -360,3 +372,22 @@ def _stored_data(cases: Sequence[Case]) -> xr.Dataset:
             "state": ([case.refusal or "read" for case in cases], "1", "read, refused or missing"),
         },
     )
+
+
+def _light(case: Case) -> set[float]:
+    """Roll positions of pressures that do not count, at any fidelity."""
+    return {
+        float(row.where.split()[-1])
+        for rows in case.rows.values()
+        for row in rows
+        if row.name == PRESSURE and row.where not in _bearing(rows)
+    }
+
+
+def _shade(ax: Any, places: np.ndarray, light: set[float]) -> None:
+    """Grey beside places that do not count."""
+    low, high = ax.get_xlim()
+    for before, after in pairwise(places.tolist()):
+        if before in light or after in light:
+            ax.axvspan(before, after, color="#bbbbbb", alpha=0.3, linewidth=0.0)
+    ax.set_xlim(low, high)
