@@ -12,7 +12,7 @@ a force itself causes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
 
@@ -24,13 +24,15 @@ from semiwear.compliance.tooth import CompliantBody, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.hertz import line_contact_pressure
+from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.mesh_position import MeshPosition
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_surface
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["LineContact", "LineLoads", "MeshPosition", "usual_approach"]
+__all__ = ["LineContact", "usual_approach"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -38,7 +40,6 @@ BoolArray = NDArray[np.bool_]
 
 _LEAST_WIDTH = 0.1  # of the usual half-width: what slices hardly loaded are given
 _LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
-_FARTHEST_MOVE = 1.5  # mm of a worn line, up to which tooth compliance follows it linearly
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
@@ -61,99 +62,6 @@ def _least_separation(lines: ContactLines) -> FloatArray:
     at_low = np.where(lines.profile <= lines.low, np.maximum(slope, 0.0) ** 2 * lines.low_edge_radius, 0.0)
     at_high = np.where(lines.profile >= lines.high, np.minimum(slope, 0.0) ** 2 * lines.high_edge_radius, 0.0)
     return lines.separation[0] - 0.5 * np.maximum(at_low, at_high)
-
-
-@dataclass
-class LineLoads:
-    """Loads on the contact lines; changed in place while positions are solved.
-
-    Attributes
-    ----------
-    force : (roll, face) array [N]
-        Normal force on each slice.
-    half_width : (roll, face) array [mm]
-        Hertz half-width.
-    rotation : (mesh_position,) array [rad]
-        Rotation of the driving body beyond its nominal place.
-    iterations : (mesh_position,) int array
-    balance, complementarity : (mesh_position,) arrays
-        Relative error of the torque; greatest product of pressure over its peak and gap over approach, a negative
-        gap counting in full.
-    """
-
-    force: FloatArray
-    half_width: FloatArray
-    rotation: FloatArray
-    iterations: IntArray
-    balance: FloatArray
-    complementarity: FloatArray
-
-    @classmethod
-    def none(cls, rolls: int, faces: int, positions: int) -> LineLoads:
-        """No loads yet."""
-        return cls(
-            np.zeros((rolls, faces)),
-            np.zeros((rolls, faces)),
-            np.zeros(positions),
-            np.zeros(positions, dtype=np.int64),
-            np.zeros(positions),
-            np.zeros(positions),
-        )
-
-    def copy(self) -> LineLoads:
-        """An independent copy."""
-        return LineLoads(*(getattr(self, entry.name).copy() for entry in fields(self)))
-
-
-@dataclass(frozen=True)
-class MeshPosition:
-    """What a mesh position needs at every wear state: its candidates and what does not change about them.
-
-    Attributes
-    ----------
-    cap : float [mm]
-        Fresh separation below which a slice is a candidate.
-    index : (n,) int array
-        Flat indices of the candidates in (roll, face) arrays.
-    starts : (lines + 1,) int array
-        First candidate of each contact line.
-    usual : float [mm]
-        Half-width of a usual load.
-    smooth : (n, n) array [mm/N]
-        What slices feel of one another as a whole: tooth compliance less the half-space at the mid-surface.
-    static : (n, n) array [mm/N]
-        The same and the far field of the stripe kernel.
-    slope : (n, n) array [mm/N/mm]
-        Change of row i when point i moves.
-    profile, lever, length, arc : (n,) arrays [mm]
-    """
-
-    cap: float
-    index: IntArray
-    starts: IntArray
-    usual: float
-    smooth: FloatArray
-    static: FloatArray
-    slope: FloatArray
-    profile: FloatArray
-    lever: FloatArray
-    length: FloatArray
-    arc: FloatArray
-
-    def compliance(
-        self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
-    ) -> FloatArray:
-        """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
-        index, pick = self.index[chosen], np.ix_(chosen, chosen)
-        picked = matrix[pick]
-        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -_FARTHEST_MOVE, _FARTHEST_MOVE)
-        if moved.any():
-            change = self.slope[pick] * moved[:, None]
-            picked += change
-            picked += change.T
-        if wear_compliance is not None:
-            picked.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
-        return picked
 
 
 @dataclass

@@ -21,7 +21,9 @@ from semiwear.compliance.half_space import HalfSpace
 from semiwear.compliance.love import love_coefficients
 from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.line_contact import LineContact, LineLoads, MeshPosition
+from semiwear.contact.line_contact import LineContact
+from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.mesh_position import MeshPosition
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_solver import PatchSolution, PatchStatus, PatchSystem, solve_patches
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress

@@ -20,7 +20,7 @@ from semiwear.contact.hertz import (
     line_contact_half_width,
     line_contact_pressure,
 )
-from semiwear.contact.line_contact import LineLoads
+from semiwear.contact.line_loads import LineLoads
 from semiwear.contact.stripe import add_near_stripe, stripe_kernel, stripe_table, subtract_mid_surface
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan

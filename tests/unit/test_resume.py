@@ -14,7 +14,8 @@ import pytest
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.contact.line_contact import LineContact, LineLoads
+from semiwear.contact.line_contact import LineContact
+from semiwear.contact.line_loads import LineLoads
 from semiwear.contact.loaded_teeth import LoadedState
 from semiwear.contact.patch_contact import PatchLoads
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError
