@@ -218,9 +218,9 @@ class Plan:
         scene = self.scene
         fine = trace_contact_lines(pair, rolls.fine_roll, face)
         grid = flank_grid(pair, face, scene.numerics.profile_points)
-        offsets = effects.pitch_offsets(scene, rolls.pairs)
-        if offsets:
-            fine = _pushed_back(fine, offsets[0][0])
+        ways = effects.pitch_ways(scene, rolls.pairs)
+        if ways:
+            fine = _pushed_back(fine, ways[0].gap)
         modification = None
         if any(name.startswith("modification") for name, _ in scene.effects.present()):
             with self.clock.measure("modification"):
@@ -265,21 +265,21 @@ class Plan:
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
         """What the teeth wear under: every torque of a spectrum with every way in which teeth follow."""
         spectrum = self.scene.effects.load_spectrum
-        offsets = effects.pitch_offsets(self.scene, teeth.rolls.pairs)
-        if spectrum is None and not offsets:
+        ways = effects.pitch_ways(self.scene, teeth.rolls.pairs)
+        if spectrum is None and not ways:
             return ()
         torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
         shares = (1.0,) if spectrum is None else spectrum.shares
         mean = float(np.dot(torques, shares))
-        ways = [(teeth, offsets[0][1] if offsets else 1.0)]
-        ways += [(_with_pitch(teeth, offset - offsets[0][0]), often) for offset, often in offsets[1:]]
+        following = [(teeth, ways[0].share if ways else 1.0)]
+        following += [(_with_pitch(teeth, way.gap - ways[0].gap), way.share) for way in ways[1:]]
         return tuple(
             LoadCase(
                 share * often,
-                replace(way, solver=_under_torque(way.solver, np.full(teeth.rolls.phase.size, 1e3 * torque))),
+                replace(case, solver=_under_torque(case.solver, np.full(teeth.rolls.phase.size, 1e3 * torque))),
                 mean / torque,
             )
-            for way, often in ways
+            for case, often in following
             for torque, share in zip(torques, shares, strict=True)
         )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,7 @@ __all__ = [
     "hardness_laws",
     "modification_depth",
     "modification_of",
-    "pitch_offsets",
+    "pitch_ways",
     "speeds_of",
     "tallest_modification",
 ]
@@ -120,8 +120,15 @@ def tallest_modification(scene: Scene) -> float:
     return total
 
 
-def pitch_offsets(scene: Scene, pairs: int) -> list[tuple[FloatArray, float]]:
-    """Ways in which teeth follow: the gap that pitch errors open at each tooth pair in mesh [mm], and how often.
+class PitchWay(NamedTuple):
+    """A way in which teeth follow: the gap that pitch errors open at each tooth pair in mesh [mm], and how often."""
+
+    gap: FloatArray
+    share: float
+
+
+def pitch_ways(scene: Scene, pairs: int) -> list[PitchWay]:
+    """All ways in which teeth follow; none without pitch errors.
 
     The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
     farther on entered one tooth earlier. Ways that are alike are one.
@@ -134,7 +141,7 @@ def pitch_offsets(scene: Scene, pairs: int) -> list[tuple[FloatArray, float]]:
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2
     ways = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
-    return [(np.array(way), times / out.size) for way, times in ways.items()]
+    return [PitchWay(np.array(gap), times / out.size) for gap, times in ways.items()]
 
 
 # ---------------------------------------------------------------- compliance

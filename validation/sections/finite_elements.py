@@ -311,7 +311,7 @@ def _over_roll(case: Case, name: str, label: str) -> Draw:
         places = np.zeros(0)
         for k, (fidelity, rows) in enumerate(case.rows.items()):
             some = [row for row in rows if row.name == name]
-            places = np.array([float(row.where.split()[-1]) for row in some])
+            places = np.array([_place(row) for row in some])
             order = np.argsort(places)
             ax.plot(
                 places[order],
@@ -376,12 +376,15 @@ def _stored_data(cases: Sequence[Case]) -> xr.Dataset:
 
 def _light(case: Case) -> set[float]:
     """Roll positions of pressures that do not count, at any fidelity."""
-    return {
-        float(row.where.split()[-1])
-        for rows in case.rows.values()
-        for row in rows
-        if row.name == PRESSURE and row.where not in _bearing(rows)
-    }
+    found = set()
+    for rows in case.rows.values():
+        bears = _bearing(rows)
+        found |= {_place(row) for row in rows if row.name == PRESSURE and row.where not in bears}
+    return found
+
+
+def _place(row: Row) -> float:
+    return float(row.where.split()[-1])
 
 
 def _shade(ax: Any, places: np.ndarray, light: set[float]) -> None:
