@@ -34,6 +34,8 @@ _COLUMNS = (
     ("TE ampl. [arcsec]", "transmission_error_amplitude", "{:.2f}", 1),
 )
 
+_SET_HELP = "change a field of the scene, remove it (KEY=none), or add an effect (effects.friction={})"
+
 _AFTER_A_STOP = (
     "the wear steps that were finished are kept in {}: --resume goes on from them, with other "
     "wear.until.control_depths_um after those that were reached or, at fidelity line, with more "
@@ -53,11 +55,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"semiwear: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        kept = f"{getattr(options, 'output', None)}.partial"
-        more = f"; finished wear steps are kept in {kept}, --resume goes on from them" if Path(kept).exists() else ""
-        print(f"semiwear: stopped{more}", file=sys.stderr)
+        print(f"semiwear: stopped{_kept(options)}", file=sys.stderr)
         return 130
     return 0
+
+
+def _kept(options: argparse.Namespace) -> str:
+    """What a run that was stopped leaves behind, if anything."""
+    path = Path(f"{getattr(options, 'output', None)}.partial")
+    found = peek(path)
+    if found is None or not found.finished:
+        return ""
+    return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -72,12 +81,12 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
     run.add_argument("--against", metavar="FILE", help="set the report beside another result of the same flank grid")
     run.add_argument("--fidelity", metavar="NAME", help="short for --set numerics.fidelity=NAME: line or patch")
-    run.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    run.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
     run.set_defaults(action=_run)
 
     plan = commands.add_parser("plan", help="show what would run for a scene, and why")
     plan.add_argument("scene", help="a shipped scene's name, or a TOML file")
-    plan.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    plan.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
     plan.add_argument(
         "--last", metavar="FILE", help="an earlier result, for the share of its time that each effect took"
     )
@@ -85,7 +94,7 @@ def _parser() -> argparse.ArgumentParser:
 
     screen = commands.add_parser("screen", help="show which effects a scene calls for, and what each would cost")
     screen.add_argument("scene", help="a shipped scene's name, or a TOML file")
-    screen.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene")
+    screen.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
     screen.add_argument(
         "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
     )
@@ -104,9 +113,7 @@ def _parser() -> argparse.ArgumentParser:
         "--k-scatter", metavar="V", type=float, default=0.5,
         help="coefficient of variation of k from part to part, for the life; default 0.5",
     )  # fmt: skip
-    calibrate.add_argument(
-        "--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of the scene"
-    )
+    calibrate.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
     calibrate.set_defaults(action=_calibrate)
 
     report = commands.add_parser("report", help="make the HTML page of a result")
@@ -130,14 +137,14 @@ def _scene(options: argparse.Namespace) -> sw.Scene:
 
 
 def _assignment(text: str) -> tuple[str, Any]:
-    """`key=value`, the value as in TOML; what is no TOML value is taken as text."""
+    """`key=value`, the value as in TOML; none removes a field or table; what is no TOML value is taken as text."""
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
         raise SceneError.of("--set", text, "KEY=VALUE, e.g. operation.pinion_torque_Nm=800")
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()
+        return key.strip(), None if value.strip().casefold() == "none" else value.strip()
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -190,15 +197,15 @@ def _checkpoint(options: argparse.Namespace) -> Path | None:
         return None
     path = Path(f"{options.output}.partial")
     found = peek(path)
-    if found is not None:
+    if found is not None and found.finished:
         told = f"{path}: {found.finished} finished wear steps"
         if found.damaged:
             told += "; what follows them is damaged and computed again"
         if not options.resume:
             told += " of an earlier run, for --resume to go on from; this run starts anew and will replace them"
         print(told, file=sys.stderr)
-    elif options.resume and not path.exists():
-        print(f"no {path}: starting from the beginning", file=sys.stderr)
+    elif options.resume and (found is not None or not path.exists()):
+        print(f"no steps in {path}: starting from the beginning", file=sys.stderr)
     return path
 
 
@@ -280,8 +287,9 @@ class _Bar:
             return
         if self._bar is None:
             self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True)
-        if done < self._bar.n or total != self._bar.total:
+        if done < self._bar.n:
             self._bar.reset(total)  # coarse runs for an accuracy are over
+        self._bar.total = total
         self._bar.set_postfix_str(text)
         self._bar.update(done - self._bar.n)
 

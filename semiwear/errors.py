@@ -27,15 +27,20 @@ class Problem:
         The allowed range or choice, in words.
     fix : str
         The likely remedy.
+    default : bool
+        Whether the value is the field's default, which nobody typed.
     """
 
     field: str
     value: object
     allowed: str
     fix: str = ""
+    default: bool = False
 
     def __str__(self) -> str:
         found = "missing" if self.value is None else f"found {self.value!r}"
+        if self.default and self.value is not None:
+            found = f"left out, its default here is {self.value!r}"
         remedy = f" -> {self.fix}" if self.fix else ""
         return f"{self.field}: {found}; allowed: {self.allowed}{remedy}"
 

@@ -90,8 +90,8 @@ def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Prob
         if tooth.internal and tooth.tip_radius < tooth.base_radius:
             fix = "an involute ends at the base circle: give more, or a positive profile shift"
             yield problem_of(scene, field, f"at least {up(2.0 * tooth.base_radius)} mm (base circle)", fix)
-        elif tooth.side * (tooth.tip_radius - tooth.reference_radius) <= -tooth.rack_addendum:
-            fix = "the tip lies below the root: leave it out for its default"
+        elif tooth.side * (tooth.tip_radius - tooth.root_radius) <= 0.0:
+            fix = "the tip lies below the root: leave it out for its default, or give a profile shift nearer to zero"
             yield problem_of(scene, field, f"{'below' if tooth.internal else 'above'} the root diameter", fix)
         elif tooth.half_thickness(tooth.tip_radius) <= 0.0:
 
@@ -164,15 +164,22 @@ def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """A pair is still in mesh when the next one enters; and no more are in mesh than can be followed."""
     ratio = mesh.transverse_contact_ratio + mesh.overlap_ratio
     if ratio < 1.0:
-        allowed = f"tip diameters with a contact ratio of 1 at least; it is {down(ratio)}"
+        found = f"it is {down(ratio)}" if ratio > 0.0 else "these tips do not reach each other"
+        allowed = f"tip diameters with a contact ratio of 1 at least; {found}"
         fix = "the teeth part before the next pair enters: raise the tips, the helix angle or the number of teeth"
         yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
     first, last = (length / mesh.base_pitch for length in mesh.path_limits)
     half = 0.5 * mesh.overlap_ratio + abs(mesh.table.face_offset_mm) / mesh.base_pitch
-    if max(first, -last) + half > _MOST_ROLLS:
-        allowed = f"a contact ratio of at most about {2 * _MOST_ROLLS:.0f}; it is {up(ratio)}"
-        fix = "more tooth pairs in mesh than can be followed: lower the helix angle or the face width"
-        yield problem_of(scene, "helix_angle_deg", allowed, fix)
+    reached = max(first, -last) + half
+    if reached > _MOST_ROLLS:
+        allowed = f"contact within {_MOST_ROLLS:g} base pitches of the pitch point; it reaches {up(reached)}"
+        if half > 0.5 * reached:
+            fix = f"the contact ratio is {up(ratio)}, most of it overlap: lower the helix angle or the face width"
+            yield problem_of(scene, "helix_angle_deg", allowed, fix)
+        else:
+            body = "pinion" if abs(mesh.table.pinion_profile_shift) >= abs(mesh.table.gear_profile_shift) else "gear"
+            fix = "the path of contact lies to one side of the pitch point: give shifts nearer to zero"
+            yield problem_of(scene, f"{body}_profile_shift", allowed, fix)
 
 
 def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:

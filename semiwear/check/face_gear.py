@@ -35,6 +35,14 @@ def face_gear_problems(scene: Scene) -> list[Problem]:
     return find_problems(scene, mesh, _LIMITS, "face_gear_25x160", (_control_point_is_on_the_flank,))
 
 
+def _less(mesh: FaceGearMesh, usual: float, greatest: float) -> str:
+    """What to do about an addendum that is too high: the usual number of modules, if that is allowed."""
+    module = mesh.table.module_mm
+    if usual * module < greatest:
+        return f"give less, usually {usual:g} modules ({usual * module:.4g} mm)"
+    return f"give less, or change the pressure angle or the teeth: the usual {usual:g} modules do not fit this pair"
+
+
 # ---- the shaper
 
 
@@ -57,7 +65,7 @@ def _shaper_has_a_crest(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
             return _crest_margin(replace(sharp, shaper_addendum=addendum))
 
         greatest = crossing(land, 0.0, tooth.shaper_addendum)
-        fix = "the shaper's teeth are pointed below their crest: the addendum of a shaper is usually 1.25 m"
+        fix = f"the shaper's teeth are pointed below their crest: {_less(mesh, 1.25, greatest)}"
         yield problem_of(scene, "shaper_addendum_mm", f"up to {down(greatest)} mm", fix)
     elif not _crest_margin(tooth) >= 0.0:
 
@@ -126,7 +134,7 @@ def _gear_tip_is_generated(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
     begin = tooth.profile_from_roll(0.0)
     greatest = float(tooth.height(np.array(mesh.table.gear_inner_radius_mm), begin))
     if not tooth.gear_addendum < greatest:
-        fix = "the shaper's involute ends at its base circle: give less, usually 1 m"
+        fix = f"the shaper's involute ends at its base circle: {_less(mesh, 1.0, greatest)}"
         yield problem_of(scene, "gear_addendum_mm", f"below {down(greatest)} mm", fix)
 
 
@@ -156,7 +164,7 @@ def _gear_is_not_pointed(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
         yield problem_of(scene, "gear_outer_radius_mm", allowed, fix)
     else:
         greatest = crossing(lambda height: tooth.half_thickness(pitch, height), 0.0, tooth.gear_addendum)
-        fix = "the teeth are pointed at the pitch radius already: give less, usually 1 m"
+        fix = f"the teeth are pointed at the pitch radius already: {_less(mesh, 1.0, greatest)}"
         yield problem_of(scene, "gear_addendum_mm", f"below {down(greatest)} mm", fix)
 
 
@@ -173,7 +181,7 @@ def _pinion_is_not_pointed(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
         return replace(pinion, addendum=addendum).tip_half_thickness
 
     greatest = crossing(land, 0.0, pinion.addendum)
-    fix = "the pinion's teeth are pointed below their tip circle: give less, usually 1 m"
+    fix = f"the pinion's teeth are pointed below their tip circle: {_less(mesh, 1.0, greatest)}"
     yield problem_of(scene, "pinion_addendum_mm", f"below {down(greatest)} mm", fix)
 
 

@@ -218,8 +218,8 @@ class LineContact:
         pair, face = np.nonzero(self._least[rolls] < cap)
         if pair.size == 0:
             raise ConvergenceError(
-                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the placement, and the "
-                "depth of wear and modifications"
+                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the depth of wear and "
+                "modifications, and the placement if the pinion is displaced"
             )
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))

@@ -105,7 +105,10 @@ class PatchContact:
     def __post_init__(self) -> None:
         near = self.line.is_near(self.line.lines)
         if not near.any():
-            raise ConvergenceError("no flank can touch at any mesh position: check the placement")
+            raise ConvergenceError(
+                "no flank can touch at any mesh position: check the depth of modifications, and the placement if the "
+                "pinion is displaced"
+            )
         self.length = float(self.line.lines.length[near].mean())
 
     @property

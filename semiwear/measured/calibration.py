@@ -382,6 +382,7 @@ def _wear_past(
             meshes, _ = best_meshes(family.curve(reading), part.depth[part.inside], mode, weights)
             passed.append(meshes < 0.8 * family.meshes[-1])
         if all(passed):
+            progress.step(k, k, "worn farther than what was measured")
             return
     raise ConvergenceError(
         f"wear of {_UM * family.greatest:.3g} um at most is still less than what was measured: check the "

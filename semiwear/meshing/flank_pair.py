@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.geometry.section import ToothSection
+from semiwear.scene import Placement
 
 __all__ = ["BODIES", "DRIVEN", "DRIVING", "Borders", "FlankPair", "Meeting", "PrismBody", "reference_lever"]
 
@@ -122,6 +123,10 @@ class PrismBody:
 
 class FlankPair(Protocol):
     """Two flanks in mesh."""
+
+    @property
+    def placement(self) -> Placement:
+        """Rigid displacement of the pinion from its nominal place."""
 
     @property
     def face_limits(self) -> tuple[float, float]:

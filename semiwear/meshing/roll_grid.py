@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from semiwear.errors import SceneError
 from semiwear.meshing.flank_pair import FlankPair
-from semiwear.meshing.tooth_contact import separation_of_neighbours
+from semiwear.meshing.tooth_contact import misplaced, separation_of_neighbours
 
 __all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
 
@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 _FARTHEST = 4  # roll positions from the pitch point beyond which no pair is looked for
 _STEPS = 8  # to a roll position, in that search
+
+_LESS_REACH = "lower operation.pinion_torque_Nm, give stiffer materials, or set numerics.tooth_pairs"
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,12 @@ def pairs_that_can_touch(pair: FlankPair, reach: float) -> tuple[float, int]:
     roll, separation, least = separation_of_neighbours(pair, _FARTHEST, _STEPS)
     near = roll[separation <= least + reach]
     if near[0] == roll[0] or near[-1] == roll[-1]:
-        raise SceneError.of(
-            "placement",
+        raise misplaced(
+            pair,
             f"flanks nearer than {reach:.3g} mm to contact more than {_FARTHEST} base pitches from the pitch point",
             "contact that ends before, even under load",
-            "bring the pinion closer to its nominal place, lower operation.pinion_torque_Nm, give stiffer materials, "
-            "or set numerics.tooth_pairs",
+            placed=f"bring the pinion closer to its nominal place, {_LESS_REACH}",
+            aligned=_LESS_REACH,
         )
     start = float(np.floor(near[0]))
     return start, max(int(np.floor(near[-1]) - start) + 1, 1)

@@ -22,6 +22,7 @@ __all__ = [
     "ContactPoints",
     "UnloadedContact",
     "contact_points",
+    "misplaced",
     "separation_of_neighbours",
     "unloaded_contact",
 ]
@@ -331,6 +332,23 @@ def unloaded_contact(pair: FlankPair, count: int = 41) -> UnloadedContact:
     return UnloadedContact(roll, points, error - error.mean(), high - low)
 
 
+def misplaced(pair: FlankPair, found: str, allowed: str, *, placed: str, aligned: str) -> SceneError:
+    """The error of flanks that do not mesh.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    found, allowed : str
+    placed : str
+        What to change where the pinion is displaced: the placement is to blame.
+    aligned : str
+        What to change where it is in its nominal place: nobody gave a placement.
+    """
+    if pair.placement.is_aligned:
+        return SceneError.of("gear_pair", found, allowed, aligned)
+    return SceneError.of("placement", found, allowed, placed)
+
+
 def separation_of_neighbours(
     pair: FlankPair, farthest: int, steps: int, slices: int = 15
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -364,18 +382,20 @@ def separation_of_neighbours(
     by_position = separation.reshape(-1, steps)
     least = by_position.min(axis=0)
     if not np.all(np.isfinite(least)):
-        raise SceneError.of(
-            "placement",
+        raise misplaced(
+            pair,
             "flanks that do not meet at every mesh position",
             "a pinion whose flanks reach those of the gear",
-            "bring the pinion closer to its nominal place, or check gear_pair.pinion_centre_mm",
+            placed="bring the pinion closer to its nominal place, or check the distance of the axes",
+            aligned="check the tips of both bodies, the distance of the axes and where the faces lie",
         )
     leading = by_position.argmin(axis=0) * steps + np.arange(steps)
     if np.any(lines.partner_slope[rows, nearest][leading] == 0.0):
-        raise SceneError.of(
-            "placement",
+        raise misplaced(
+            pair,
             "a gear that reaches inside the pinion's base circle",
             "a pinion whose involute meets the gear",
-            "move the pinion away from the gear: give more axial_gear_mm",
+            placed="move the pinion away from the gear: give more axial_gear_mm",
+            aligned="lower the gear's tips, or give the pinion more teeth",
         )
     return roll, separation, np.tile(least, 2 * farthest)

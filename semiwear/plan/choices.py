@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from semiwear.meshing.point_flanks import surfaces_told
 from semiwear.scene import FlankPointsPair, Scene
-from semiwear.scene.tables import RESOLUTION
+from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
+from semiwear.scene.tables import RESOLUTION, Wear
 
 __all__ = ["Choice", "physics_choices", "table"]
 
@@ -130,9 +131,17 @@ def _wear_choice(scene: Scene) -> Choice:
         + ", ".join(f"{scene.wear.coefficient(body):g}" for body in scene.wear.worn_bodies)
         + " mm^2/N",
         True,
-        f"[wear], worn_bodies = {bodies}",
+        f"[wear], worn_bodies = {bodies}{_unusual(scene.wear)}",
         ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),
     )
+
+
+def _unusual(wear: Wear) -> str:
+    """A word on wear coefficients beyond those that are usual."""
+    low, high = USUAL_WEAR_COEFFICIENTS
+    far = [f"{k:g}" for body in wear.worn_bodies if not low <= (k := wear.coefficient(body)) <= high]
+    told = f"; unusual: {', '.join(far)} is outside {low:g} to {high:g} mm^2/N, is it in another unit?"
+    return told if far else ""
 
 
 def _mapping_choice(scene: Scene) -> Choice:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 
 from xarray import DataTree
 
@@ -41,8 +42,22 @@ def effects_table(scene: Scene, last: Mapping[str, float]) -> str:
         if own is None:
             rows.append((name, "no", kind.acts_in, needs, f"{kind.title}: no table"))
             continue
-        rows.append((name, "yes", kind.acts_in, needs, f"{kind.title}: [effects.{name}]{_share(name, last)}"))
+        rows.append((name, "yes", kind.acts_in, needs, f"{kind.title}: {_values(own)}{_share(name, last)}"))
     return table(head, rows)
+
+
+def _values(own: EffectTable) -> str:
+    """The fields of an effect that are set, with the mark of those that hold their default."""
+    told = []
+    for field in fields(own):  # type: ignore[arg-type]
+        value = getattr(own, field.name)
+        if value is None:
+            continue
+        if isinstance(value, tuple):
+            value = f"[{', '.join(f'{one:g}' for one in value)}]"
+        shown = f"{value:g}" if isinstance(value, float) else str(value)
+        told.append(f"{field.name} = {shown}{' (default)' if value == field.default else ''}")
+    return ", ".join(told)
 
 
 def _needs(kind: type[EffectTable], own: EffectTable | None) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from semiwear.errors import Problem, SceneError
@@ -50,13 +51,19 @@ def scene_from_dict(
     conflicts = find_conflicts(_with_defaults(reading, schema), rules)
     found = [*problems, *reading.problems, *find_missing_needs(reading), *conflicts]
     if reading.refused or any(reading.lacks(key) for key in schema.required):
-        raise SceneError(found, name)
+        raise SceneError(_with_origin(found, reading), name)
     scene = build(schema, reading.given, reading.tables, check)
     if check is not None:
         found += _further_problems(scene, check, found)
     if found:
-        raise SceneError(found, name)
+        raise SceneError(_with_origin(found, reading), name)
     return scene
+
+
+def _with_origin(problems: Sequence[Problem], reading: Reading) -> list[Problem]:
+    """The problems, those of defaults marked."""
+    rules = reading.schema.rules
+    return [replace(p, default=p.field in rules and not reading.has(p.field)) for p in problems]
 
 
 def _with_defaults(reading: Reading, schema: Schema) -> dict[str, Any]:

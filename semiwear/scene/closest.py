@@ -8,6 +8,9 @@ from difflib import SequenceMatcher
 __all__ = ["closeness", "closest"]
 
 _CLOSE_ENOUGH = 0.6
+# A name whose every word stands in the option, such as torque in pinion_torque_Nm, means it, however short it is.
+_WORDS_WITHIN = 0.9
+_UNITS = frozenset("mm um m N Nm kNm MPa GPa Pa deg rad mrad arcsec rpm C HV kN per".casefold().split())
 # Longer words are no misspellings, and comparing them would take quadratic time.
 _LONGEST_WORD = 80
 
@@ -17,7 +20,15 @@ def closeness(word: str, option: str) -> float:
     if len(word) > _LONGEST_WORD:
         return 0.0
     ratio = SequenceMatcher(None, word.casefold(), option.casefold(), autojunk=False).ratio()
+    words = _words(word)
+    if words and words <= _words(option):
+        ratio = max(ratio, _WORDS_WITHIN)
     return ratio if ratio >= _CLOSE_ENOUGH else 0.0
+
+
+def _words(name: str) -> frozenset[str]:
+    """The words of a name in snake case, without its unit."""
+    return frozenset(name.casefold().split("_")) - _UNITS - {""}
 
 
 def closest(word: str, options: Iterable[str]) -> str | None:

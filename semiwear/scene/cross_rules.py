@@ -93,7 +93,7 @@ def _pinion_covers_the_pitch_point(
 def _gear_root_is_clear(pinion_addendum: float, shaper_addendum: float) -> Iterator[Problem]:
     if pinion_addendum >= shaper_addendum:
         allowed = f"less than shaper_addendum_mm ({_mm(shaper_addendum)} mm)"
-        fix = "the pinion's tips need bottom clearance in the gear's roots, usually 0.25 m"
+        fix = "the pinion's tips need bottom clearance in the gear's roots, usually 0.25 modules"
         yield Problem("gear_pair.pinion_addendum_mm", pinion_addendum, allowed, fix)
 
 
@@ -101,7 +101,7 @@ def _gear_root_is_clear(pinion_addendum: float, shaper_addendum: float) -> Itera
 def _pinion_root_is_clear(gear_addendum: float, rack_addendum: float) -> Iterator[Problem]:
     if gear_addendum >= rack_addendum:
         allowed = f"less than rack_addendum_mm ({_mm(rack_addendum)} mm)"
-        fix = "the gear's tips need bottom clearance in the pinion's roots, usually 0.25 m"
+        fix = "the gear's tips need bottom clearance in the pinion's roots, usually 0.25 modules"
         yield Problem("gear_pair.gear_addendum_mm", gear_addendum, allowed, fix)
 
 
@@ -127,7 +127,7 @@ def _rack_crest_can_be_rounded(
 def _pinion_has_a_rim(module: float, pinion_teeth: int, rack_addendum: float, bore: float) -> Iterator[Problem]:
     root_radius = 0.5 * module * pinion_teeth - rack_addendum
     if root_radius <= 0.0:
-        fix = "the pinion's root would lie at its axis: the addendum of a rack is usually 1.25 m"
+        fix = "the pinion's root would lie at its axis: the addendum of a rack is usually 1.25 modules"
         allowed = f"less than the pinion's pitch radius ({_mm(root_radius + rack_addendum)} mm)"
         yield Problem("gear_pair.rack_addendum_mm", rack_addendum, allowed, fix)
     elif bore >= root_radius:

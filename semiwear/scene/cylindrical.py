@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import acos, atan, ceil, cos, hypot, nan, pi, radians, sin, tan
+from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
 from typing import ClassVar, cast
 
-from semiwear.scene.defaults import DerivedDefault, filled_in
+from semiwear.scene.defaults import DerivedDefault, filled_in, full_round_radius
 
 __all__ = ["CYLINDRICAL_DEFAULTS", "CylindricalControlPoint", "CylindricalPair"]
 
@@ -86,12 +86,6 @@ def _gear_tip(
 
 def _rack_addendum(module: float) -> float:
     return _digits(1.25 * module)
-
-
-def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
-    """Radius that rounds the crest of a rack fully [mm]; below 0 where its flanks cross below the crest."""
-    alpha = radians(alpha_deg)
-    return (0.25 * pi * module - rack_addendum * tan(alpha)) * cos(alpha) / (1.0 - sin(alpha))
 
 
 def _rack_tip_radius(module: float, alpha_deg: float, rack_addendum: float, z2: int = 1) -> float:

@@ -7,7 +7,7 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.cylindrical import full_round_radius
+from semiwear.scene.defaults import full_round_radius
 from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice, positive
 from semiwear.scene.values import number, whole
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import atan, cos, pi, radians, sin, sqrt, tan
 from typing import Any
 
-__all__ = ["DERIVED_DEFAULTS", "DerivedDefault", "filled_in"]
+__all__ = ["DERIVED_DEFAULTS", "DerivedDefault", "filled_in", "full_round_radius"]
 
 
 @dataclass(frozen=True)
@@ -51,14 +52,49 @@ def _bore_radius(module_mm: float, pinion_teeth: int) -> float:
     return float(f"{0.63 * 0.5 * module_mm * pinion_teeth:.2g}")
 
 
+def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
+    """Radius that rounds the crest of a rack fully [mm]; below 0 where its flanks cross below the crest."""
+    alpha = radians(alpha_deg)
+    return (0.25 * pi * module - rack_addendum * tan(alpha)) * cos(alpha) / (1.0 - sin(alpha))
+
+
+_JUST_ROUND = 0.999  # of the radius that rounds a crest fully, so that the last digit does not decide
+
+
+def _rack_tip_radius(module_mm: float, pressure_angle_deg: float, rack_addendum_mm: float) -> float:
+    full = full_round_radius(module_mm, pressure_angle_deg, rack_addendum_mm)
+    return float(f"{min(0.3 * module_mm, max(_JUST_ROUND * full, 0.0)):.12g}")
+
+
+def _shaper_tip_radius(
+    module_mm: float, pressure_angle_deg: float, shaper_teeth: int, shaper_addendum_mm: float
+) -> float:
+    """0.2 modules, or what the shaper's crest has room for.
+
+    The arc that rounds the crest fully has its centre on the middle of the tooth, at the crest radius less its own,
+    and an involute moved inwards by a distance is the same involute turned by that distance over the base radius.
+    """
+    alpha = radians(pressure_angle_deg)
+    pitch = 0.5 * module_mm * shaper_teeth
+    base, crest = pitch * cos(alpha), pitch + shaper_addendum_mm
+    half_base_angle = pi / (2 * shaper_teeth) + tan(alpha) - alpha
+    full = 0.0
+    for _ in range(60):  # each pass is nearer by the sine of the pressure angle at the crest
+        roll = sqrt(max(((crest - full) / base) ** 2 - 1.0, 0.0))
+        full = min(max(base * (half_base_angle - roll + atan(roll)), 0.0), crest - base)
+    return float(f"{min(0.2 * module_mm, _JUST_ROUND * full):.12g}")
+
+
 DERIVED_DEFAULTS: dict[str, DerivedDefault] = {
     "pinion_centre_mm": DerivedDefault(("gear_inner_radius_mm", "gear_outer_radius_mm"), _face_centre),
     "pinion_addendum_mm": _modules(1.0),
     "gear_addendum_mm": _modules(1.0),
     "shaper_addendum_mm": _modules(1.25),
     "rack_addendum_mm": _modules(1.25),
-    "shaper_tip_radius_mm": _modules(0.2),
-    "rack_tip_radius_mm": _modules(0.3),
+    "shaper_tip_radius_mm": DerivedDefault(
+        ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), _shaper_tip_radius
+    ),
+    "rack_tip_radius_mm": DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), _rack_tip_radius),
     "pinion_bore_radius_mm": DerivedDefault(("module_mm", "pinion_teeth"), _bore_radius),
     "gear_rim_thickness_mm": _modules(2.5),
 }

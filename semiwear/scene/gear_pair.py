@@ -46,7 +46,8 @@ class FaceGearPair:
         Heights of the cutters' crests; the first is the gear's dedendum, the second (basic rack) the
         pinion's. Default 1.25 m.
     shaper_tip_radius_mm, rack_tip_radius_mm : float
-        Tip roundings of the cutters, which leave the fillets. Defaults 0.2 m and 0.3 m.
+        Tip roundings of the cutters, which leave the fillets. Defaults 0.2 m and 0.3 m, or what the crests have
+        room for.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
         Edge rounding between flank and tip. Default 0.2.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float

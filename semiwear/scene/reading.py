@@ -102,7 +102,10 @@ def _table_fix(table: str, schema: Schema) -> str:
         examples = [child for child in schema.tables if child.startswith(f"{table}.") and child not in NEVER_EMPTY]
         return f"write the header of an effect, e.g. [{examples[0]}], or leave it out"
     if table.startswith("effects."):
-        return f"write the header [{table}]; an effect runs if its table is there, even an empty one"
+        return (
+            f"write the header [{table}]; an effect runs if its table is there, even an empty one. "
+            f"To remove it, leave the table out (on the command line --set {table}=none)"
+        )
     return f"write the header [{table}] above its fields"
 
 
@@ -157,6 +160,9 @@ def _meanings(table: str, name: str, schema: Schema) -> list[str]:
     scores = {key: _likelihood(table, name, key) for key in (*schema.rules, *schema.tables) if key}
     best = max(scores.values())
     likeliest = [key for key, score in scores.items() if score == best]
+    # of several that are as close, a field that every scene must give is the likelier meaning
+    needed = [key for key in likeliest if key in schema.required]
+    likeliest = needed if len(needed) == 1 else likeliest
     return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []
 
 

@@ -12,7 +12,7 @@ from semiwear.scene.rule import Rule, advice, anything, at_least_zero, auto_or, 
 from semiwear.scene.tables import BODIES, BodyCoefficients
 from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts, whole
 
-__all__ = ["RULES", "Rule"]
+__all__ = ["RULES", "USUAL_WEAR_COEFFICIENTS", "Rule"]
 
 _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
 
@@ -82,14 +82,40 @@ def _coefficient(raw: Any) -> float | BodyCoefficients:
         raise Unreadable(f"of each body {reason}") from None
 
 
-def _wear_coefficient() -> Rule:
-    def holds(value: float | BodyCoefficients) -> bool:
-        if not isinstance(value, BodyCoefficients):
-            return value > 0.0
-        return all(one is None or one > 0.0 for one in (value.pinion, value.gear))
+def _each(value: float | BodyCoefficients) -> tuple[float, ...]:
+    """The coefficients that are given."""
+    if not isinstance(value, BodyCoefficients):
+        return (value,)
+    return tuple(one for one in (value.pinion, value.gear) if one is not None)
 
-    allowed = f"greater than 0 mm2/N, or {_COEFFICIENTS}"
-    return Rule(_coefficient, allowed, holds, advice("1e-13 is typical of hard, lubricated steel"))
+
+_WEAR_COEFFICIENTS = (1e-16, 1e-5)
+"""Of any sliding pair [mm2/N]. Archard's number K = k times hardness is 1e-8 to 1e-2 for metals (Archard and Hirst
+1956), which at 200 to 10,000 MPa makes k 1e-12 to 5e-5; lubricated gears go down to 1e-13 (Andersson and Flodin)."""
+
+USUAL_WEAR_COEFFICIENTS = (1e-14, 1e-7)
+"""From well lubricated hard steel to dry plastics [mm2/N]; beyond, a unit has probably slipped."""
+
+_USUAL_COEFFICIENT = "1e-13 to 1e-9 mm2/N is usual of lubricated steel, 1e-9 to 1e-7 of plastics"
+
+
+def _wear_coefficient() -> Rule:
+    least, most = _WEAR_COEFFICIENTS
+
+    def holds(value: float | BodyCoefficients) -> bool:
+        return all(least <= one <= most for one in _each(value))
+
+    def fix(value: float | BodyCoefficients) -> str:
+        wrong = next(one for one in _each(value) if not least <= one <= most)
+        if wrong <= 0.0:
+            return f"give a positive number: {_USUAL_COEFFICIENT}"
+        if wrong < least:
+            return f"{wrong:g} looks like m2/N: give {1e6 * wrong:g}; {_USUAL_COEFFICIENT}"
+        return f"{wrong:g} looks like Archard's number: divide it by the hardness in MPa; {_USUAL_COEFFICIENT}"
+
+    least, most = _WEAR_COEFFICIENTS
+    allowed = f"{least:g} to {most:g} mm2/N, or {_COEFFICIENTS}"
+    return Rule(_coefficient, allowed, holds, fix)
 
 
 def _tooth_compliance() -> Rule:

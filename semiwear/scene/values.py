@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from numbers import Real
 from typing import Any
@@ -33,7 +34,7 @@ def number(raw: Any) -> float:
     if isinstance(raw, bool):
         raise Unreadable("give a number, not true or false")
     if isinstance(raw, str):
-        raise Unreadable("give a number, without quotes")
+        raise Unreadable(_number_in_text(raw))
     if not isinstance(raw, Real):
         raise Unreadable(f"give one number, not {_kind(raw)}")
     try:
@@ -43,6 +44,22 @@ def number(raw: Any) -> float:
     if not math.isfinite(value):
         raise Unreadable("give a finite number")
     return value + 0.0  # turns -0.0 into 0.0, so that equal scenes are written alike
+
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?)\s*([^\d\s].{0,20})?\s*", re.ASCII)
+
+
+def _number_in_text(raw: str) -> str:
+    """What to do with a text that stands for a number."""
+    found = _NUMBER_AND_UNIT.fullmatch(raw[:_LONGEST_SHOWN])
+    if found is None:
+        return "give a number, without quotes"
+    digits, unit = found[1], found[2]
+    if "," in digits:
+        return f"give a number with a decimal point: {digits.replace(',', '.')}, without quotes"
+    if unit:
+        return f"give {digits}, without the unit {unit.strip()!r}: the field's name says in which unit it is"
+    return f"give {digits}, without quotes"
 
 
 def whole(raw: Any) -> int:

@@ -261,7 +261,9 @@ def depths(changes):
 
 def test_a_gear_that_hardly_wears_leaves_the_pinion_alone():
     alone = depths({"wear.worn_bodies": ["pinion"]})
-    both = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 1e-13, "gear": 1e-28}})
+    meshes = SMALL.wear.until.meshes
+    few = {"wear.until.meshes": 1e-8 * meshes, "wear.coefficient_mm2_per_N": {"pinion": 1e-5, "gear": 1e-16}}
+    both = depths(BOTH | few)
     assert alone[-1, 0].max() > 10.0
     assert (alone[:, 1] == 0.0).all()
     np.testing.assert_allclose(both[:, 0], alone[:, 0], rtol=0.0, atol=1e-9 * alone.max())

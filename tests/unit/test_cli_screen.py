@@ -57,7 +57,7 @@ def test_plan_shows_shares_of_an_earlier_run(tmp_path, capsys):
     sw.save(tree, tmp_path / "worn.nc")
     last = ["--last", str(tmp_path / "worn.nc")]
     assert main(["plan", "face_gear_25x160", "--set", "effects.run_life={}", *last]) == 0
-    out = capsys.readouterr().out
+    out = " ".join(capsys.readouterr().out.split())
     assert "% of the time of the last" in out
     section = effects_section(sw.open_results(tmp_path / "worn.nc"))
     assert "Life until 2 µm of wear" in section and section.count("<img") == 0

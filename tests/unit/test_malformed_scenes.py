@@ -83,7 +83,7 @@ MALFORMED = {
     "no end of lists": (only("a = " + "[" * 3000), "file", "plain values", "take the lists apart"),
     "a number without end": (to(pinion_teeth="1" * 5000), "file", "plain values", "shorten it"),
     # types
-    "a unit in text": (to(module_mm='"6.35 mm"'), "gear_pair.module_mm", "greater than 0 mm", "without quotes"),
+    "a unit in text": (to(module_mm='"6.35 mm"'), "gear_pair.module_mm", "greater than 0 mm", "without the unit"),
     "a number in text": (to(pinion_teeth='"25"'), "gear_pair.pinion_teeth", TEETH, "without quotes"),
     "half a tooth": (to(pinion_teeth="25.5"), "gear_pair.pinion_teeth", TEETH, "a whole number, e.g. 26"),
     "true": (to(gear_teeth="true"), "gear_pair.gear_teeth", TEETH, "not true or false"),

@@ -352,8 +352,20 @@ def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, ca
     monkeypatch.setattr(LineContact, "solve", stop)
     assert main(["run", str(scene), "-o", str(output), "--resume"]) == 130
     told = capsys.readouterr().err
-    assert "no " in told and "worn.nc.partial: starting from the beginning" in told
-    assert "kept in" in told and "--resume goes on" in told
+    assert "no steps in " in told and "worn.nc.partial: starting from the beginning" in told
+    # no wear step was finished, so none is kept
+    assert "kept in" not in told and "--resume goes on" not in told
+    monkeypatch.undo()
+    finished = WearStepper.step_to_depth
+
+    def stop_after_one(stepper, state, *arguments):
+        if state.meshes > 0.0:
+            raise KeyboardInterrupt
+        return finished(stepper, state, *arguments)
+
+    monkeypatch.setattr(WearStepper, "step_to_depth", stop_after_one)
+    assert main(["run", str(scene), "-o", str(output)]) == 130
+    assert "1 finished wear steps are kept in" in capsys.readouterr().err
     assert main(["run", str(scene), "-o", str(output)]) == 130
     assert "of an earlier run, for --resume to go on from; this run starts anew" in capsys.readouterr().err
     assert main(["run", str(scene), "--resume"]) == 2

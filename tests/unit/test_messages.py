@@ -1,0 +1,162 @@
+"""What users are told: hints lead to the field that is meant, and defaults are not taken for typed values."""
+
+from __future__ import annotations
+
+import pytest
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.scene import parse_scene
+
+
+def problems_of(scene: sw.Scene, changes: dict[str, object]) -> list[str]:
+    with pytest.raises(sw.SceneError) as caught:
+        scene.replace(changes)
+    return [str(problem) for problem in caught.value.problems]
+
+
+@pytest.fixture(scope="module")
+def spur() -> sw.Scene:
+    return sw.load_scene("spur_fzg_c")
+
+
+# ---------------------------------------------------------------- names
+
+
+def test_a_torque_is_the_pinions(shipped):
+    (told,) = problems_of(shipped, {"operation.torque": 500.0})
+    assert "did you mean pinion_torque_Nm?" in told
+
+
+def test_a_face_width_is_that_of_the_pinion_which_every_scene_needs(spur):
+    text = spur.to_toml().replace("pinion_face_width_mm", "face_width_mm")
+    with pytest.raises(sw.SceneError) as caught:
+        parse_scene(text)
+    told = str(caught.value)
+    assert "did you mean pinion_face_width_mm?" in told
+    assert "gear_face_width_mm?" not in told
+
+
+def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
+    for given, wanted in (("500Nm", "500"), ("500 Nm", "500"), ("0,5", "0.5"), ("1e3", "1e3")):
+        (told,) = problems_of(shipped, {"operation.pinion_torque_Nm": given})
+        assert f"give {wanted}" in told or f": {wanted}," in told
+    (told,) = problems_of(shipped, {"operation.pinion_torque_Nm": "500Nm"})
+    assert "quotes" not in told and "Nm" in told.partition("->")[2]
+
+
+# ---------------------------------------------------------------- effects
+
+
+def test_set_none_removes_an_effect_or_a_field(capsys):
+    added = ["--set", "effects.friction={coefficient = 0.1}"]
+    assert main(["plan", "face_gear_25x160", *added]) == 0
+    assert "coefficient = 0.1" in " ".join(capsys.readouterr().out.split())
+    assert main(["plan", "face_gear_25x160", *added, "--set", "effects.friction=none"]) == 0
+    assert "friction: no table" in capsys.readouterr().out
+    assert main(["plan", "face_gear_25x160", "--set", "numerics.wear_scheme=None"]) == 0
+    capsys.readouterr()
+    assert main(["plan", "face_gear_25x160", "--set", "effects.run_life=off"]) == 2
+    assert "--set effects.run_life=none" in capsys.readouterr().err
+
+
+def test_plan_shows_what_effects_are_set_to(shipped):
+    told = str(sw.plan(shipped.replace({"effects.shaft_compliance": {}, "effects.friction": {"coefficient": 0.07}})))
+    told = " ".join(told.split())
+    assert "offset_um_per_kN = 1 (default)" in told
+    assert "coefficient = 0.07," in told or "coefficient = 0.07 " in told
+    assert "coefficient = 0.07 (default)" not in told
+
+
+# ---------------------------------------------------------------- the wear coefficient
+
+
+@pytest.mark.parametrize(("given", "meant"), [(1e-19, "looks like m2/N: give 1e-13"), (1e-3, "Archard's number")])
+def test_slips_of_the_wear_coefficients_unit_are_caught(shipped, given, meant):
+    for value in (given, {"pinion": 1e-13, "gear": given}):
+        (told,) = problems_of(shipped, {"wear.coefficient_mm2_per_N": value})
+        assert meant in told and "is usual" in told
+
+
+def test_plan_questions_an_unusual_wear_coefficient(shipped):
+    assert "unusual" not in str(sw.plan(shipped))
+    assert "unusual: 1e-15" in str(sw.plan(shipped.replace({"wear.coefficient_mm2_per_N": 1e-15})))
+
+
+# ---------------------------------------------------------------- gear pairs
+
+
+def test_usual_values_are_named_only_where_they_are_allowed(shipped):
+    for told in problems_of(shipped, {"gear_pair.module_mm": 2.0, "gear_pair.gear_teeth": 508}):
+        if "give less" in told:
+            assert "usually" not in told or "do not fit" not in told
+    told = problems_of(shipped, {"gear_pair.pressure_angle_deg": 20.0})
+    (addendum,) = [line for line in told if line.startswith("gear_pair.gear_addendum_mm")]
+    assert "below 5.80673 mm" in addendum
+    assert "usually 1" not in addendum and "do not fit" in addendum
+
+
+def test_cutters_of_a_steep_pressure_angle_have_roundings_that_fit(shipped):
+    cutters = {"gear_pair.shaper_tip_radius_mm": None, "gear_pair.rack_tip_radius_mm": None}
+    for angle in (20.0, 22.0, 25.0):  # as they were
+        pair = shipped.gear_pair.__class__(
+            **{
+                name: getattr(shipped.gear_pair, name)
+                for name in (
+                    "type",
+                    "pinion_teeth",
+                    "shaper_teeth",
+                    "gear_teeth",
+                    "module_mm",
+                    "gear_inner_radius_mm",
+                )
+            },
+            gear_outer_radius_mm=560.0,
+            pinion_face_width_mm=80.0,
+            pressure_angle_deg=angle,
+        )
+        assert (pair.shaper_tip_radius_mm, pair.rack_tip_radius_mm) == pytest.approx((0.2 * 6.35, 0.3 * 6.35))
+    for angle in (26.0, 27.0, 28.0):
+        changes = cutters | {"gear_pair.pressure_angle_deg": angle, "gear_pair.gear_tip_edge_radius_mm": 0.1}
+        steep = shipped.replace(changes).gear_pair
+        for name, share in (("shaper_tip_radius_mm", 0.2), ("rack_tip_radius_mm", 0.3)):
+            radius = getattr(steep, name)
+            assert 0.0 < radius <= share * steep.module_mm
+            if radius < share * steep.module_mm:  # just as much as there is room for
+                with pytest.raises(sw.SceneError, match=name):
+                    shipped.replace(changes | {f"gear_pair.{name}": 1.002 * radius})
+
+
+def test_a_default_that_does_not_fit_is_called_one(shipped):
+    text = shipped.to_toml()
+    text = "\n".join(line for line in text.splitlines() if "pinion_addendum_mm" not in line)
+    shallow = {"gear_pair.shaper_addendum_mm": 6.0}
+    for scene, words in ((parse_scene(text), "left out, its default here is 6.35"), (shipped, "found 6.35")):
+        (addendum,) = [
+            line for line in problems_of(scene, shallow) if line.startswith("gear_pair.pinion_addendum_mm")
+        ]
+        assert words in addendum
+
+
+def test_a_path_beside_the_pitch_point_is_not_called_a_contact_ratio(spur):
+    shifts = {"gear_pair.pinion_profile_shift": -1.9, "gear_pair.gear_profile_shift": -1.9}
+    shifts |= {"gear_pair.pinion_teeth": 150, "gear_pair.gear_teeth": 40, "gear_pair.centre_distance_mm": None}
+    cleared = {
+        f"gear_pair.{body}_{name}_mm": None
+        for body in ("pinion", "gear")
+        for name in ("tip_diameter", "rack_addendum", "rack_tip_radius")
+    }
+    removed = {"gear_pair.pinion_bore_radius_mm": None, "gear_pair.gear_rim_thickness_mm": None}
+    told = problems_of(spur, shifts | cleared | removed)
+    assert not any("contact ratio of at most" in line for line in told)
+    assert any("base pitches of the pitch point" in line for line in told)
+
+
+def test_flanks_out_of_reach_blame_a_placement_only_where_there_is_one(shipped):
+    with pytest.raises(sw.SceneError, match="placement"):
+        sw.tooth_contact_analysis(shipped, sw.Placement(axial_gear_mm=20.0))
+    soft = {"material.pinion.youngs_modulus_MPa": 500.0, "material.gear.youngs_modulus_MPa": 500.0}
+    with pytest.raises(sw.SceneError) as caught:
+        sw.loaded_contact(shipped.replace(soft | {"operation.pinion_torque_Nm": 1e6, "wear": None}))
+    assert "placement" not in str(caught.value)
+    assert "operation.pinion_torque_Nm" in str(caught.value)
