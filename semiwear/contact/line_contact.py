@@ -44,6 +44,7 @@ _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not s
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _MARGIN = 1.15  # of the expected approach
+_CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
 _FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; more when that is too little
 
 
@@ -299,7 +300,7 @@ class LineContact:
             near = self.is_near(self.lines)[rolls]
             least = float(worn.gap[rolls][near].min()) if near.any() else 0.0
             cap = _FIRST_CAP * self.typical_approach + least
-        while True:
+        for _ in range(_CAPS):
             system = self.mesh_position(position, cap)
             rotation = self._solve_system(position, system, worn, loads, wear_compliance)
             reached = rotation * float(system.lever.max())
@@ -308,6 +309,10 @@ class LineContact:
                     worn.require_followed(loads.force, rolls, f"{position}/{self.per_cycle}")
                 return
             cap = reached + 0.5 * _FIRST_CAP * self.typical_approach
+        raise ConvergenceError(
+            f"load sharing stopped at mesh position {position}/{self.per_cycle}: the approach, {cap:.3g} mm by now, "
+            "grows with every slice that is let touch; check the torque, the materials and numerics.tooth_compliance"
+        )
 
     @property
     def typical_approach(self) -> float:

@@ -38,6 +38,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _TOLERANCE = 1e-6  # of the approach
+_APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
 _MARGIN = 1.1  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
 _AROUND = 8.0  # half-widths along the line that stress below the surface feels
@@ -243,7 +244,7 @@ class PatchContact:
             first = self._line_loads(position, worn, wear_compliance)
             approach = lever * float(first.rotation[position]) if first else least + line.typical_approach
         columns = max(loads.cells.shape[-1], self.cells.columns_for(2.0 * line.usual_half_width))
-        while True:
+        for _ in range(_APPROACHES):
             approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * line.typical_approach)
             rows = _Rows.of(line, position, worn, approach)
             gap, reach = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
@@ -266,6 +267,12 @@ class PatchContact:
             approach = lever * solution.rotation
             if approach <= rows.approach:
                 break
+        else:
+            raise ConvergenceError(
+                f"load sharing stopped at mesh position {position}/{self.per_cycle}: the approach, {approach:.3g} mm "
+                "by now, grows with every cell that is let touch; check the torque, the materials and "
+                "numerics.tooth_compliance"
+            )
         self._keep(position, rows, solution, loads)
         if wear_compliance is None:
             worn.require_followed(loads.force, rolls, f"{position}/{self.per_cycle}")

@@ -61,6 +61,8 @@ def _gaps(  # type: ignore[no-untyped-def]
                     fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, terms)
                 else:
                     fresh = fresh_gap(away, terms)
+                if not fresh < np.inf:  # beyond all roundings
+                    break
                 if fresh + least <= approach:
                     farthest = max(farthest, distance)
                 elif fresh >= before:

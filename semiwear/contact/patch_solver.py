@@ -188,7 +188,7 @@ def _couple_rows(on, counts, starts, coefficients, smooth, root, coupling, matri
     pair = 0
     pairs = np.empty(n, dtype=np.int64)
     for i in range(n):
-        while on[i] >= starts[pair + 1]:
+        while pair < starts.shape[0] - 2 and on[i] >= starts[pair + 1]:
             pair += 1
         pairs[i] = pair
     for i in range(n):

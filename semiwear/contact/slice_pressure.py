@@ -26,6 +26,7 @@ from semiwear.contact.footprint import (
     outline,
 )
 from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import locate, smooth_value
 
@@ -142,7 +143,7 @@ def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-de
     bands = 0
     c = 0
     while c < count:
-        if g[c] - least > room:
+        if not g[c] - least <= room:  # no number belongs to no band
             c += 1
             continue
         start = max(c - 1, 0)
@@ -244,6 +245,7 @@ def _solve(  # type: ignore[no-untyped-def]
     first, last = np.empty(len(_CELLS), dtype=np.int64), np.empty(len(_CELLS), dtype=np.int64)
     unit = 2.0 / (pi * modulus)  # of deflection by line load
     rolls, faces = line_load.shape
+    unsettled = 0
     for i in range(faces):
         for k in range(rolls):
             q, at, per_mm, terms = line_load[k, i], profile[k, i], spacing[k, i], separation[:, k, i]
@@ -291,7 +293,9 @@ def _solve(  # type: ignore[no-untyped-def]
             moment = 0.0
             for c in range(n):
                 moment += force[c] * place[c]
-            if not np.isnan(approach):
+            if np.isnan(approach):
+                unsettled += 1
+            else:
                 # one band would be as stiff whose half-width is twice the logarithmic capacity of what touches
                 b = 4.0 * span * exp(-rate)
                 out_curvature[k, i] = 2.0 * closes / (b * b)
@@ -303,6 +307,7 @@ def _solve(  # type: ignore[no-untyped-def]
                     out_border[k, i] = max(out_border[k, i], pressure)
                 elif pressure > out_inner[k, i]:
                     out_inner[k, i], out_place[k, i] = pressure, at_cell
+    return unsettled
 
 
 def solve_slices(
@@ -329,10 +334,15 @@ def solve_slices(
     """
     inner, border, removed = np.zeros(line_load.shape), np.zeros(line_load.shape), worn.removed
     place, gap, curvature, centre = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy(), worn.profile.copy()
-    _solve(
+    unsettled = _solve(
         line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
         lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split, modulus, margin,
         _INFLUENCE, inner, place, border, gap, curvature, centre,
     )  # fmt: skip
+    if unsettled:
+        raise ConvergenceError(
+            f"the pressure across {unsettled} of {int((line_load > 0.0).sum())} loaded slices does not settle; "
+            "change numerics.profile_points, or take shorter wear steps (more numerics.wear_steps)"
+        )
     touched = replace(worn, gap=gap, curvature=curvature, profile=centre)
     return SlicePressures(inner, place, border), touched

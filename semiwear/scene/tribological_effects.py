@@ -212,7 +212,8 @@ class LoadLaw(EffectTable):
     Attributes
     ----------
     exponent : float
-        k is proportional to (pressure / reference pressure) ** exponent. Default 0.5.
+        k is proportional to (pressure / reference pressure) ** exponent. Default 0.5. With an exponent below 0 it is
+        constant below a hundredth of the reference pressure.
     reference_pressure_MPa : float
         Pressure at which the wear coefficient is that of ``[wear]``. Default 1000.
     """

@@ -28,6 +28,7 @@ _STAYS = 0.25  # of an error, after the next step
 _SAFETY = 0.9
 _GROWTH = (0.3, 3.0)  # of the step's length, from one to the next
 _SHORTEST = 1e-3  # of what is asked for: shorter steps would not end
+_ADVANCES = 0.1  # of a step's length, that it has to get on at least
 _END = 1e-9  # of what is asked for
 
 Advance = Callable[[WearState, float, Sequence[Any] | None], Trial]
@@ -110,7 +111,14 @@ class AdaptiveStepper:
             if left > allowed and length > _SHORTEST * wanted:
                 continue
             state = replace(self.stepper.commit(step.trial), error=_STAYS * state.error + left, stride=(stride,))
-            now = end if count == 1 else reading(state)
+            reached = end if count == 1 else reading(state)
+            if not reached > now + _ADVANCES * length:
+                raise ConvergenceError(
+                    f"wear steps do not advance: after {now:.6g} of {end:.6g} (meshes, or mm at the control point) the "
+                    f"next ends at {reached:.6g}; choose another wear.control_point, or give numerics.wear_steps "
+                    "instead of numerics.accuracy"
+                )
+            now = reached
         return state
 
 

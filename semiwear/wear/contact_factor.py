@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 from semiwear.wear.laws import ContactLaw
 
@@ -49,5 +50,12 @@ class ContactFactor:
         product = np.ones(conditions.line_load.shape)
         for name, law in self.laws.items():
             with self.clock.measure(name):
-                product = product * np.where(conditions.loaded, law.factor(conditions), 1.0)
+                factor = np.where(conditions.loaded, law.factor(conditions), 1.0)
+                if not np.isfinite(factor).all():
+                    at = float(conditions.pressure[~np.isfinite(factor)].min())
+                    raise ConvergenceError(
+                        f"effects.{name}: the wear coefficient has no finite value where the pressure is {at:.3g} MPa; "
+                        "give values nearer to usual ones"
+                    )
+                product = product * factor
         return product

@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 
 _GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K), CODATA 2018
 _ZERO_CELSIUS = 273.15  # K
+_LEAST_PRESSURE = 0.01  # of the reference: below it a power that falls with pressure stays what it is there
 
 
 class ContactLaw(Protocol):
@@ -31,6 +32,9 @@ class ContactLaw(Protocol):
 @dataclass(frozen=True)
 class LoadLaw:
     """Wear that grows with another power of pressure than Archard's first: (p/p_ref)^exponent.
+
+    A negative power has no value at zero pressure, which contacts pass through as they close and part: below a
+    hundredth of the reference pressure it keeps the value that it has there.
 
     Attributes
     ----------
@@ -46,6 +50,8 @@ class LoadLaw:
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """(p/p_ref)^exponent, (roll, face); 0 where there is no load."""
         relative = conditions.where_loaded(conditions.pressure / self.reference_pressure_MPa)
+        if self.exponent < 0.0:
+            relative = np.maximum(relative, _LEAST_PRESSURE)
         return np.where(conditions.loaded, relative**self.exponent, 0.0)
 
 

@@ -159,7 +159,7 @@ class WearStepper:
         worn = step.worn(loads, meshes)
         deepest = max(float(depth.max()) for depth in worn if depth is not None)
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
-        if deepest > _DEEPEST * height:
+        if not deepest <= _DEEPEST * height:  # nor no number at all
             raise ConvergenceError(
                 f"a step of {meshes:.3g} meshes from {step.state.meshes:.3g} would wear {deepest:.3g} mm off a flank "
                 f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from semiwear.errors import ConvergenceError
 from semiwear.wear.mapping import Worn
 from semiwear.wear.state import ControlPoint, Trial, WearState
 from semiwear.wear.stepping import WearStepper
@@ -31,6 +32,7 @@ __all__ = ["EVENEST", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_e
 SECOND_ORDER = 1.0 - 0.5**0.5
 EVENEST = 0.39419
 
+_HALVINGS = 10  # of a step to a depth
 _DEPTH_A_CYCLE = 6e-4  # mm: with the usual one, two or three steps dig 1 % too deep under the pinion's tip
 
 ToTheEnd = Callable[[WearState, Sequence[Any] | None], Trial]
@@ -73,15 +75,27 @@ class TwoStageStepper:
         middle = stepper.commit(first)
         return stepper.commit(stepper.trial(middle, end - middle.meshes, first.loads))
 
-    def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
-        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
+    def step_to_depth(self, state: WearState, point: ControlPoint, depth: float, *, halvings: int = 0) -> WearState:
+        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found.
+
+        Raises
+        ------
+        ConvergenceError
+            The first stage goes beyond the depth however often the step has been halved.
+        """
         stepper = self._stepper
         plain = stepper.trial_to_depth(state, point, depth)
         first = _first_stage(stepper, state, plain.meshes, plain.loads, EVENEST)
         if stepper.depth_at(point, first.worn.driven) >= depth:
             # the point loses its load on the way: in two steps it does so gradually
+            if halvings == _HALVINGS:
+                raise ConvergenceError(
+                    f"no step of two stages wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
+                    'it loses its load on the way; choose another wear.control_point or wear_scheme = "implicit"'
+                )
             middle = 0.5 * (stepper.depth_at(point, state.wear) + depth)
-            return self.step_to_depth(self.step_to_depth(state, point, middle), point, depth)
+            half = self.step_to_depth(state, point, middle, halvings=halvings + 1)
+            return self.step_to_depth(half, point, depth, halvings=halvings + 1)
         last = stepper.trial_to_depth(stepper.commit(first), point, depth, plain.loads)
         return stepper.commit(replace(last, pace=plain.pace))
 

@@ -54,6 +54,13 @@ def test_factors_are_finite_and_none_without_load(law):
     assert factor[0, 3] > 0.0
 
 
+@pytest.mark.parametrize("exponent", [-2.0, -1.2, -0.5])
+def test_load_law_has_a_value_at_zero_pressure(exponent):
+    pressure = np.array([0.0, 1e-300, 1e-3, 8.0, 80.0, 800.0])
+    factor = LoadLaw(exponent, 800.0).factor(conditions(200.0, pressure=pressure))[0]
+    np.testing.assert_allclose(factor, (np.maximum(pressure, 8.0) / 800.0) ** exponent, rtol=1e-12)
+
+
 def test_load_law():
     factor = LoadLaw(1.5, 800.0).factor(conditions(200.0, pressure=[800.0, 1600.0, 200.0]))
     np.testing.assert_allclose(factor[0], [1.0, 2.0**1.5, 0.125], rtol=1e-12)
