@@ -114,8 +114,8 @@ class AdaptiveStepper:
             reached = end if count == 1 else reading(state)
             if not reached > now + _ADVANCES * length:
                 raise ConvergenceError(
-                    f"wear steps do not advance: after {now:.6g} of {end:.6g} (meshes, or mm at the control point) the "
-                    f"next ends at {reached:.6g}; choose another wear.control_point, or give numerics.wear_steps "
+                    f"no wear step advances: after {now:.6g} of {end:.6g} (meshes, or mm at the control point) "
+                    f"the next ends at {reached:.6g}; choose another wear.control_point, or give numerics.wear_steps "
                     "instead of numerics.accuracy"
                 )
             now = reached

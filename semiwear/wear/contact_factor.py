@@ -54,8 +54,8 @@ class ContactFactor:
                 if not np.isfinite(factor).all():
                     at = float(conditions.pressure[~np.isfinite(factor)].min())
                     raise ConvergenceError(
-                        f"effects.{name}: the wear coefficient has no finite value where the pressure is {at:.3g} MPa; "
-                        "give values nearer to usual ones"
+                        f"effects.{name}: the wear coefficient has no finite value where the pressure is {at:.3g} "
+                        "MPa; give values nearer to usual ones"
                     )
                 product = product * factor
         return product

@@ -90,7 +90,7 @@ class TwoStageStepper:
             # the point loses its load on the way: in two steps it does so gradually
             if halvings == _HALVINGS:
                 raise ConvergenceError(
-                    f"no step of two stages wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
+                    f"no step of two stages wears the point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
                     'it loses its load on the way; choose another wear.control_point or wear_scheme = "implicit"'
                 )
             middle = 0.5 * (stepper.depth_at(point, state.wear) + depth)

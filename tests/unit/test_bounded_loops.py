@@ -100,7 +100,7 @@ def test_adaptive_steps_that_do_not_advance_are_an_error(monkeypatch):
     state = SimpleNamespace(stride=(0.5,), error=0.0)
     stepper = AdaptiveStepper(SimpleNamespace(commit=lambda _: state), 0.01, 1.0)
     monkeypatch.setattr("semiwear.wear.adaptive.replace", lambda one, **_: SimpleNamespace(stride=(0.5,), error=0.0))
-    with within(5.0), pytest.raises(ConvergenceError, match="do not advance"):
+    with within(5.0), pytest.raises(ConvergenceError, match="no wear step advances"):
         stepper._until(state, 0.0, 1.0, lambda *_: None, lambda _: 0.0)
 
 
