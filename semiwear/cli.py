@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 import tomllib
+import uuid
 from collections.abc import Sequence
 from glob import escape
 from pathlib import Path
@@ -16,8 +18,11 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
+from semiwear.console import tolerant_streams
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.results.checkpoint import peek
+from semiwear.scene import scene_files
+from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
 __all__ = ["main"]
 
@@ -48,6 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     That is 0, or 2 for an error that the user can mend, or 130 after Ctrl-C.
     """
+    with tolerant_streams() as streams:
+        status = _main(arguments)
+    return status or (2 if streams.failed else 0)
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
         options.action(options)
@@ -149,10 +160,7 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 def _run(options: argparse.Namespace) -> None:
     scene = _scene(options)
-    for path in (options.output, options.report):
-        folder = Path(path).resolve().parent if path else None
-        if folder is not None and not folder.is_dir():
-            raise SceneError.of("output", path, "a file in a folder that exists", f"make the folder {folder}")
+    _require_outputs(options, scene)
     if options.against and not options.report:
         raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
     if options.resume and not options.output:
@@ -170,15 +178,24 @@ def _run(options: argparse.Namespace) -> None:
             if error.result is None:
                 raise
             tree, stopped = error.result, error
-    print(_table(tree))
-    if "life" in tree.children:
-        print(f"\n{_life(tree)}")
-    print(f"\n{time.perf_counter() - begin:.1f} s (a first run after an installation compiles for a while)")
-    if options.output:
-        sw.save(tree, options.output)
-        print(f"result: {options.output}")
-    if options.report:
-        print(f"report: {sw.report(tree, options.report, against)}")
+    spent = time.perf_counter() - begin
+    if options.output:  # before anything else can fail
+        try:
+            sw.save(tree, options.output)
+        except OSError as error:
+            raise OSError(f"{error}{_kept(options)}") from error
+    try:
+        print(_table(tree))
+        if "life" in tree.children:
+            print(f"\n{_life(tree)}")
+        print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")
+        if options.output:
+            print(f"result: {options.output}")
+        if options.report:
+            print(f"report: {sw.report(tree, options.report, against)}")
+    except BaseException:
+        print(f"semiwear: {_kept_result(tree, options)}", file=sys.stderr)
+        raise
     if stopped is not None:
         if checkpoint is not None:
             print(_AFTER_A_STOP.format(checkpoint), file=sys.stderr)
@@ -189,6 +206,43 @@ def _run(options: argparse.Namespace) -> None:
             left.unlink(missing_ok=True)
         for round_ in range(ROUNDS):
             round_checkpoint(checkpoint, round_).unlink(missing_ok=True)
+
+
+def _require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
+    """Refuse outputs that cannot be written, or would take the place of what is read or of one another."""
+    outputs: dict[str, str | Path] = {}
+    for name, path, endings in (("-o", options.output, RESULTS), ("--report", options.report, PAGES)):
+        if path is None:
+            continue
+        folder = file_target(name, path, endings).parent
+        if not folder.is_dir():
+            raise SceneError.of(name, path, "a file in a folder that exists", f"make the folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise SceneError.of(name, path, "a file in a folder that can be written", "choose another folder")
+        outputs[name] = path
+    if options.output:
+        checkpoint = Path(f"{options.output}.partial")
+        outputs["the checkpoint of -o"] = checkpoint
+        outputs |= {f"checkpoint {k + 1} of -o": round_checkpoint(checkpoint, k) for k in range(1, ROUNDS)}
+    inputs: dict[str, str | Path] = {name: file for name, file in scene_files(scene).items()}
+    if options.scene not in sw.shipped_scenes():
+        inputs["the scene"] = options.scene
+    if options.against:
+        inputs["--against"] = options.against
+    require_apart(outputs, inputs)
+
+
+def _kept_result(tree: xr.DataTree, options: argparse.Namespace) -> str:
+    """Where the result of a run is whose table or report failed; without -o it is saved beside the report."""
+    if options.output:
+        return f"the result is saved in {options.output}"
+    if not options.report:
+        return "the result was not to be saved: give -o FILE"
+    path = Path(options.report).with_suffix(".nc")
+    if path.exists():
+        path = path.with_stem(f"{path.stem}_{uuid.uuid4().hex[:8]}")
+    sw.save(tree, path)
+    return f"the report failed; the result is saved in {path}"
 
 
 def _checkpoint(options: argparse.Namespace) -> Path | None:
@@ -234,6 +288,10 @@ def _calibrate(options: argparse.Namespace) -> None:
 
 def _report(options: argparse.Namespace) -> None:
     target = options.output or Path(options.file).with_suffix(".html")
+    file_target("-o", target, PAGES)
+    require_apart(
+        {"-o": target}, {"FILE": options.file} | ({"--against": options.against} if options.against else {})
+    )
     against = sw.open_results(options.against) if options.against else None
     print(f"report: {sw.report(sw.open_results(options.file), target, against)}")
 

@@ -76,7 +76,7 @@ def export_flank(
     flank, normals = own_flank(pair, index, face[None], profile)
     if worn is not None:
         depth = _depth(pair, index, worn, wear_step, face, profile)
-        flank = flank - depth[..., None] * normals
+        flank, normals = _worn_off(flank, normals, depth)
     axis, prism = axis_of(pair, index), pair.prism_body(index)
     edges = {
         "tip_edge_radius_mm": (borders.partner_tip_edge_radius, borders.tip_edge_radius)[index],
@@ -86,8 +86,7 @@ def export_flank(
         path,
         PointGrid(
             points=flank,
-            # wear tilts a flank by some arc minutes: its normals are those of the points
-            normals=normals if worn is None else None,
+            normals=normals,
             face=face,
             profile_length=tip - root,
             sections=tuple(
@@ -111,6 +110,23 @@ def _placed(pair: FlankPair, body: int, face: float, section: ToothSection, rows
     root, tip = flank_ends(pair, body, np.array([face]))
     row = (section.flank_profile - root) / (tip - root) * (rows - 1)
     return PlacedSection(face, ToothSection(section.flank, row, section.fillet, section.rim))
+
+
+def _worn_off(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points that lie deeper along the normals, and the normals there: wear tilts a flank by some arc minutes.
+
+    With the tangents of the unworn flank taken in its exact tangent plane, only the slope of the wear is a
+    difference of neighbouring points.
+    """
+    worn = flank - depth[..., None] * normals
+    along = []
+    for axis in (0, 1):
+        tangent = np.gradient(worn, axis=axis, edge_order=2)
+        tangent = tangent - np.sum(tangent * normals, axis=-1, keepdims=True) * normals
+        along.append(tangent - np.gradient(depth, axis=axis, edge_order=2)[..., None] * normals)
+    tilted = np.cross(*along)
+    tilted *= np.sign(np.sum(tilted * normals, axis=-1, keepdims=True))
+    return worn, tilted / np.linalg.norm(tilted, axis=-1, keepdims=True)
 
 
 def _depth(

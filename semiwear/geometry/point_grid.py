@@ -33,8 +33,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Problem
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
+from semiwear.targets import file_target, naming
 
 __all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
 
@@ -103,17 +104,16 @@ def write_point_grid(path: str | os.PathLike[str], grid: PointGrid) -> None:
     SceneError
         For another kind of file.
     """
-    file = Path(path)
-    suffix = file.suffix.casefold()
-    if suffix not in (".nc", ".csv"):
-        raise SceneError.of("path", str(file), _FILE, "name it .nc (netCDF) or .csv")
+    file = file_target("path", path, (".nc", ".csv"))
+    suffix = Path(path).suffix.casefold()
     part = file.with_name(f".{file.stem}.{uuid.uuid4().hex}{file.suffix}")
     try:
-        if suffix == ".csv":
-            part.write_text(_as_csv(grid), encoding="utf-8")
-        else:
-            _as_dataset(grid).to_netcdf(part, engine="netcdf4")
-        os.replace(part, file)
+        with naming(file):
+            if suffix == ".csv":
+                part.write_text(_as_csv(grid), encoding="utf-8")
+            else:
+                _as_dataset(grid).to_netcdf(part, engine="netcdf4")
+            os.replace(part, file)
     finally:
         part.unlink(missing_ok=True)
 

@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from semiwear.errors import SceneError
+from semiwear.targets import file_target, naming
 
 __all__ = ["DeviationGrid", "read_deviation_grid", "write_deviation_grid"]
 
@@ -186,25 +187,25 @@ def write_deviation_grid(
     SceneError
         For a grid that could not be read back, or another kind of file.
     """
-    file = Path(path)
-    _suffix("deviations", file)
+    file = file_target("path", path, (".nc", ".csv"))
     x, y, z = (np.asarray(entry, float) for entry in (profile, face, deviation))
     _checked("deviations", file, x, y, z, (profile_unit, face_unit))
     part = file.with_name(f".{file.stem}.{uuid.uuid4().hex}{file.suffix}")
     try:
-        if file.suffix.casefold() == ".csv":
-            rows = [[f"um {profile_unit} {face_unit}", *map(repr, y.tolist())]]
-            rows += [list(map(repr, row)) for row in np.column_stack([x, z]).tolist()]
-            part.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
-        else:
-            attrs = {"units": "um", "long_name": "deviation of the flank, positive for material in excess"}
-            data = xr.Dataset({"deviation": (("profile", "face"), z, attrs)})
-            data = data.assign_coords(
-                profile=("profile", x, {"units": profile_unit, "long_name": "from root to tip"}),
-                face=("face", y, {"units": face_unit, "long_name": "from the lower to the upper end"}),
-            )
-            data.to_netcdf(part, engine="netcdf4")
-        os.replace(part, file)
+        with naming(file):
+            if Path(path).suffix.casefold() == ".csv":
+                rows = [[f"um {profile_unit} {face_unit}", *map(repr, y.tolist())]]
+                rows += [list(map(repr, row)) for row in np.column_stack([x, z]).tolist()]
+                part.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+            else:
+                attrs = {"units": "um", "long_name": "deviation of the flank, positive for material in excess"}
+                data = xr.Dataset({"deviation": (("profile", "face"), z, attrs)})
+                data = data.assign_coords(
+                    profile=("profile", x, {"units": profile_unit, "long_name": "from root to tip"}),
+                    face=("face", y, {"units": face_unit, "long_name": "from the lower to the upper end"}),
+                )
+                data.to_netcdf(part, engine="netcdf4")
+            os.replace(part, file)
     finally:
         part.unlink(missing_ok=True)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -102,6 +103,8 @@ class Evidence:
 
     def get(self, group: str, name: str) -> xr.DataArray:
         """A variable, for numpy to compute with."""
+        if self.misfit:
+            raise NotComparable(f"the pair is not the paper's ({self.misfit})")
         if group not in self.tree.children or name not in self.tree[group].to_dataset():
             raise NotComparable(f"the result has no /{group}/{name}")
         array = self.tree[group].to_dataset()[name]
@@ -113,6 +116,14 @@ class Evidence:
         """One value a wear step."""
         array = self.get("history", name)
         return np.asarray((array if body is None else array.sel(body=body)).values, dtype=float)
+
+    @cached_property
+    def misfit(self) -> str:
+        """In what the scene's pair differs from the paper's; empty where in nothing that the paper states."""
+        own, paper = self.scene.get("gear_pair", {}), self.paper.get("gear_pair", {})
+        return ", ".join(
+            f"{name} = {own[name]}, not {paper[name]}" for name in paper if own.get(name, paper[name]) != paper[name]
+        )
 
     @property
     def meshes(self) -> np.ndarray:

@@ -23,6 +23,7 @@ from semiwear.report.markup import element
 from semiwear.report.paper import SEED_PAPER, TITLE, numbers
 from semiwear.report.pictures import PICTURES, Drawn, draw
 from semiwear.report.trends import RULES
+from semiwear.targets import PAGES, file_target, naming
 
 __all__ = ["write_report"]
 
@@ -41,7 +42,7 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     tree : DataTree
         A result of `simulate` or `loaded_contact`.
     path : path
-        The HTML file; an existing one is replaced once the page is complete.
+        The HTML file, called .html; an existing one is replaced once the page is complete.
     against : DataTree, optional
         Another result on the same flank grid, such as that of the other fidelity: the page then says where the two
         differ, by how much and why.
@@ -56,19 +57,22 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     MissingExtraError
         matplotlib is missing; install the extra ``plot``.
     SemiwearError
-        A tree is no result of semiwear, or the two lie on different flank grids.
+        A tree is no result of semiwear, the two lie on different flank grids, or the path is no HTML file's.
+    OSError
+        The file cannot be written.
     """
     for name, given in (("the tree", tree), ("the tree of `against`", against)):
         if given is not None and "schema_version" not in given.attrs:
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
-    target = Path(path)
+    target = file_target("path", path, PAGES)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
     page = _page(tree, against)
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
-        temporary.write_text(page, encoding="utf-8")
-        os.replace(temporary, target)
+        with naming(target):
+            temporary.write_text(page, encoding="utf-8")
+            os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
     return target

@@ -19,6 +19,7 @@ import xarray as xr
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results.datasets import check_tree
 from semiwear.results.schema import GROUPS, SCHEMA_VERSION
+from semiwear.targets import RESULTS, file_target, naming
 
 __all__ = ["open_results", "save", "sync_folder"]
 
@@ -40,16 +41,16 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     tree : DataTree
         A result of `simulate` or `loaded_contact`.
     path : path
-        The file; an existing one is replaced.
+        The file, called .nc; an existing one is replaced, and of a link what it points to.
 
     Raises
     ------
     SemiwearError
-        The tree is no result of semiwear, or a variable is not as the schema says.
+        The tree is no result of semiwear, a variable is not as the schema says, or the path is no netCDF file's.
     OSError
-        The file cannot be written.
+        The file cannot be written, for want of room for instance.
     """
-    target = Path(path)
+    target = file_target("path", path, RESULTS)
     if "schema_version" not in tree.attrs:
         raise SemiwearError("save: the tree has no schema_version, so it is no result of semiwear")
     check_tree(tree)
@@ -57,13 +58,14 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
         raise FileNotFoundError(f"save: no folder {target.parent} for {target.name}")
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
-        tree.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
-        with temporary.open("r+b") as written:
-            digest = _digest(written, temporary.stat().st_size)
-            written.write(_SEAL_MARK + digest)
-            written.flush()
-            os.fsync(written.fileno())
-        os.replace(temporary, target)
+        with naming(target):
+            tree.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+            with temporary.open("r+b") as written:
+                digest = _digest(written, temporary.stat().st_size)
+                written.write(_SEAL_MARK + digest)
+                written.flush()
+                os.fsync(written.fileno())
+            os.replace(temporary, target)
         sync_folder(target.parent)
     finally:
         temporary.unlink(missing_ok=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from semiwear.results.provenance import version
+from semiwear.scene.external import file_digests
 
 __all__ = ["differences", "run_identity"]
 
@@ -46,10 +47,8 @@ def run_identity(scene_toml: str) -> dict[str, str]:
     """
     found = {_SCENE: scene_toml, "semiwear": version(), "semiwear's code": _code_digest()}
     found |= {library: metadata.version(library) for library in _LIBRARIES}
-    for _, value in _flat(tomllib.loads(scene_toml)):
-        if isinstance(value, str) and _is_file(value):
-            found[f"content of {value}"] = hashlib.sha256(Path(value).read_bytes()).hexdigest()[:16]
-    return found
+    digests = file_digests(tomllib.loads(scene_toml))
+    return found | {f"content of {path}": digest[:16] for path, digest in digests.items()}
 
 
 def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) -> list[str]:
@@ -103,13 +102,6 @@ def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]
             yield from _flat(value, f"{key}.")
         else:
             yield key, "a table"
-
-
-def _is_file(text: str) -> bool:
-    try:
-        return Path(text).is_file()
-    except (OSError, ValueError):
-        return False  # no name of a file at all
 
 
 def _code_digest() -> str:

@@ -5,6 +5,7 @@ A problem in a scene is never raised alone: `SceneError.problems` lists all of t
 
 from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.effects import EFFECTS, Effects, EffectTable
+from semiwear.scene.external import scene_files
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
 from semiwear.scene.model import (
     BodyCoefficients,
@@ -47,6 +48,7 @@ __all__ = [
     "WearUntil",
     "load_scene",
     "parse_scene",
+    "scene_files",
     "scene_from_dict",
     "shipped_scenes",
 ]

@@ -16,7 +16,7 @@ RuleBook = list[tuple[tuple[str, ...], CrossRule]]
 
 def across(book: RuleBook, table: str, *names: str) -> Callable[[CrossRule], CrossRule]:
     """Register a rule; the fields are passed to it in this order (dotted names stand by themselves)."""
-    needs = tuple(name if "." in name else f"{table}.{name}" for name in names)
+    needs = tuple(name if "." in name or not table else f"{table}.{name}" for name in names)
 
     def register(rule: CrossRule) -> CrossRule:
         book.append((needs, rule))

@@ -15,6 +15,18 @@ __all__ = ["CROSS_RULES"]
 
 CROSS_RULES: RuleBook = []
 _across = partial(across, CROSS_RULES)
+_KINDS = {"seed_paper": "face_gear"}
+
+
+@_across("", "reference", "gear_pair.type")
+def _reference_is_of_the_kind(reference: str | None, kind: str) -> Iterator[Problem]:
+    if reference is not None and kind != _KINDS[reference]:
+        yield Problem(
+            "reference",
+            reference,
+            f'none for gear_pair.type = "{kind}"',
+            f'remove it: its figures are of gear_pair.type = "{_KINDS[reference]}"',
+        )
 
 
 def _mm(length: float) -> str:

@@ -36,7 +36,7 @@ def _grid_file() -> Rule:
         return path.casefold().endswith((".csv", ".nc"))
 
     fix = "save the grid as CSV or netCDF, and give its path with the ending .csv or .nc"
-    return Rule(text, "the path of a CSV (.csv) or netCDF (.nc) file of deviations", is_grid, advice(fix))
+    return Rule(text, "the path of a CSV (.csv) or netCDF (.nc) file of deviations", is_grid, advice(fix), is_grid)
 
 
 def _positive_list(allowed: str, fix: str, shares: bool = False) -> Rule:

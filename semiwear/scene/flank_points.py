@@ -17,9 +17,9 @@ Vector = tuple[float, float, float]
 
 
 def _content(path: str) -> str:
-    """Digest of a file; empty where it cannot be read, which is a problem of another place."""
+    """Digest of a plain file; empty where it cannot be read, which is a problem of another place."""
     try:
-        return sha256(Path(path).read_bytes()).hexdigest()
+        return sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
     except (OSError, ValueError):
         return ""
 

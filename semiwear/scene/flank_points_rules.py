@@ -38,7 +38,11 @@ def _length_or_auto(fix: str) -> Rule:
 
 def _file() -> Rule:
     fix = "name a file that export_flank or write_points made; its name ends with .nc or .csv"
-    return Rule(text, "a .nc or .csv file of points", lambda value: value.casefold().endswith(_SUFFIXES), advice(fix))
+
+    def is_points(path: str) -> bool:
+        return path.casefold().endswith(_SUFFIXES)
+
+    return Rule(text, "a .nc or .csv file of points", is_points, advice(fix), is_points)
 
 
 def _vector(fix: str, unit: str) -> Rule:

@@ -27,12 +27,15 @@ class Rule:
         Whether a value that could be read is in that range.
     fix : callable
         From a value out of range to the likely remedy.
+    names_file : callable
+        Whether a value in range is the path of a file that is read.
     """
 
     read: Reader
     allowed: str
     holds: Callable[[Any], bool]
     fix: Callable[[Any], str]
+    names_file: Callable[[Any], bool] = lambda value: False
 
     def apply(self, key: str, raw: Any) -> tuple[Any, Problem | None]:
         """The value to keep (None if there is a problem), and the problem if there is one."""

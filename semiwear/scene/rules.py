@@ -126,7 +126,11 @@ def _tooth_compliance() -> Rule:
         return f'did you mean "{meant}"?' if meant else 'give "prism", or a file that ends with .nc'
 
     allowed = '"prism" or "rigid" or a netCDF file of influence data'
-    return Rule(text, allowed, lambda value: value in words or value.endswith(".nc"), fix)
+
+    def is_file(value: str) -> bool:
+        return value not in words
+
+    return Rule(text, allowed, lambda value: value in words or value.endswith(".nc"), fix, is_file)
 
 
 def _pair(**rules: Rule) -> dict[str, Rule]:

@@ -19,6 +19,7 @@ ROOT = PACKAGE.parent
 # `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
 LAYERS = (
     ("errors", "references"),
+    ("targets",),
     ("scene",),
     ("geometry",),
     ("meshing",),
@@ -34,6 +35,7 @@ LAYERS = (
     ("plot",),
     ("report", "sweep", "accuracy"),
     ("__init__",),
+    ("console",),
     ("cli",),
     ("__main__",),
 )

@@ -31,6 +31,12 @@ def whole(tmp_path_factory):
     return path.read_bytes()
 
 
+def _saved(path):
+    other = path.with_name("other.nc")
+    save(TREE, other)
+    return other.rename(path).read_bytes()
+
+
 def cut(size):
     return lambda path, whole: path.write_bytes(whole[: int(size * len(whole)) if isinstance(size, float) else size])
 
@@ -261,7 +267,7 @@ BROKEN = {
         ["of another version of semiwear", REMEDY],
     ),
     "a picture": (lambda path, whole: path.write_bytes(PNG), ["not a checkpoint of semiwear", REMEDY]),
-    "a result": (lambda path, whole: save(TREE, path), ["not a checkpoint of semiwear", REMEDY]),
+    "a result": (lambda path, whole: path.write_bytes(_saved(path)), ["not a checkpoint of semiwear", REMEDY]),
     "a folder": (lambda path, whole: path.mkdir(), ["a folder, so no checkpoint", "give the path of a file"]),
     "a pipe": (lambda path, whole: os.mkfifo(path), ["not a plain file", "give the path of a file"]),
 }

@@ -1,0 +1,51 @@
+"""Files that a scene reads: those that its fields name, and no other text that happens to name one."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from semiwear.scene.model import Scene
+from semiwear.scene.schema import schema_of_data
+
+__all__ = ["file_digests", "named_files", "scene_files"]
+
+
+def named_files(data: Mapping[str, Any]) -> dict[str, str]:
+    """Paths of the files that nested tables of a scene name, under the dotted keys of their fields."""
+    rules = schema_of_data(data).rules
+    return {
+        key: value
+        for key, value in _flat(data)
+        if isinstance(value, str) and key in rules and rules[key].names_file(value)
+    }
+
+
+def scene_files(scene: Scene) -> dict[str, str]:
+    """Paths of the files that a scene reads, under the dotted keys of its fields."""
+    return named_files(scene.to_dict())
+
+
+def file_digests(data: Mapping[str, Any]) -> dict[str, str]:
+    """SHA-256 of every file that nested tables of a scene name, by path; in words where there is no plain file."""
+    return {path: _digest(Path(path)) for path in named_files(data).values()}
+
+
+def _digest(path: Path) -> str:
+    try:
+        if not path.is_file():
+            return "no plain file"
+        with path.open("rb") as opened:
+            return hashlib.file_digest(opened, "sha256").hexdigest()
+    except (OSError, ValueError) as error:
+        return f"cannot be read ({error})"
+
+
+def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{path}{name}.")
+        else:
+            yield f"{path}{name}", value

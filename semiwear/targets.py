@@ -1,0 +1,113 @@
+"""Files that are written: what may not be one, links followed, and errors that name the file."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from semiwear.errors import SceneError, SemiwearError
+
+__all__ = ["PAGES", "RESULTS", "file_target", "naming", "require_apart"]
+
+RESULTS = (".nc", ".nc4")
+"""How the names of result files end."""
+
+PAGES = (".html", ".htm")
+"""How the names of reports end."""
+
+AnyPath = str | os.PathLike[str]
+
+_KINDS = {".nc": "netCDF", ".html": "HTML", ".csv": "CSV"}
+_FULL = 1 << 20  # bytes: with less than this left a disk is full
+
+
+def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
+    """Where to write a file: links are followed, so that what a link points to is replaced and not the link.
+
+    Parameters
+    ----------
+    field : str
+        Argument or option that gave the path, for the error.
+    path : path
+    endings : sequence of str
+        How its name may end, in small letters, the usual one first.
+
+    Raises
+    ------
+    SceneError
+        For a name that says another kind of file, a folder, or what is no plain file: a device, a pipe, a socket.
+    """
+    given = os.fspath(path)
+    kind = _KINDS.get(endings[0], endings[0])
+    allowed = f"the name of a {kind} file, {' or '.join(f'*{ending}' for ending in endings)}"
+    if not given or "\0" in given:
+        raise SceneError.of(field, given, allowed, "give the name of a file")
+    target = Path(os.path.realpath(given))
+    if target.is_dir():
+        raise SceneError.of(field, given, allowed, f"it is a folder: give e.g. {Path(given) / f'worn{endings[0]}'}")
+    if target.exists() and not target.is_file():
+        raise SceneError.of(field, given, allowed, "it is a device or a pipe; leave it out to write nothing")
+    if Path(given).suffix.casefold() not in endings:
+        better = Path(given).with_suffix(endings[0])
+        raise SceneError.of(field, given, allowed, f"what is written is {kind}: call it {better}")
+    return target
+
+
+def require_apart(outputs: Mapping[str, AnyPath], inputs: Mapping[str, AnyPath]) -> None:
+    """Refuse outputs that would take the place of what is read, or of one another; links are followed.
+
+    Parameters
+    ----------
+    outputs, inputs : mappings from option or field to path
+
+    Raises
+    ------
+    SceneError
+        Naming both.
+    """
+    known = list(inputs.items())
+    for field, path in outputs.items():
+        for other, taken in known:
+            if _same(path, taken):
+                raise SceneError.of(
+                    field, os.fspath(path), "a file of its own", f"{other} is that file: give another"
+                )
+        known.append((field, path))
+
+
+def _same(one: AnyPath, other: AnyPath) -> bool:
+    if os.path.realpath(one) == os.path.realpath(other):
+        return True
+    try:
+        return os.path.samefile(one, other)
+    except (OSError, ValueError):
+        return False  # one of them is not there
+
+
+@contextmanager
+def naming(target: Path) -> Iterator[None]:
+    """Name the file, and the full disk, in the error of what writes it.
+
+    Raises
+    ------
+    OSError
+        With the file, the reason and what to do.
+    """
+    try:
+        yield
+    except SemiwearError:
+        raise
+    except (OSError, RuntimeError) as error:  # netCDF4 and HDF5 tell of full disks with either
+        number = getattr(error, "errno", None)
+        reason = os.strerror(number) if number is not None and number > 0 else str(error)
+        full = number in (errno.ENOSPC, errno.EDQUOT)
+        with suppress(OSError):
+            full = full or shutil.disk_usage(target.parent).free < _FULL
+        why, fix = (f"the disk is full: {reason}", "make room") if full else (reason, "see that it may be written")
+        failed = OSError(f"{target}: cannot be written ({why}); {fix}, or give a file in another place")
+        failed.errno = number
+        raise failed from error
