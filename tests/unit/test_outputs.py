@@ -99,7 +99,7 @@ def test_a_file_that_the_scene_reads_is_no_output(tmp_path, capsys, quick):
 
 @pytest.mark.parametrize("path", ["/dev/null", "/dev/stdout", "/dev/full"])
 def test_a_device_is_no_file(path):
-    with pytest.raises(SceneError, match="a device or a pipe|call it"):
+    with pytest.raises(SceneError, match=r"a device or a pipe|call it"):
         file_target("-o", path, RESULTS)
 
 
