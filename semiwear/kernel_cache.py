@@ -1,0 +1,77 @@
+"""Where numba keeps compiled kernels; imported before the first of them is declared.
+
+numba looks for a folder that it can write: NUMBA_CACHE_DIR, beside the sources, in the user's home. In a container or
+under a service account there may be none, and it would refuse to declare a kernel at all. Then a private folder
+for temporary files takes them.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+
+from semiwear.errors import SemiwearError
+
+__all__ = ["ensure_cache"]
+
+
+def _kernel() -> None:
+    """Stands for all kernels."""
+
+
+def ensure_cache() -> None:
+    """Let numba have a folder that it can write.
+
+    Raises
+    ------
+    SemiwearError
+        There is none on this machine.
+    """
+    if _works():
+        return
+    try:
+        folder = _private_folder()
+    except OSError as error:
+        raise SemiwearError(
+            f"no folder can take compiled kernels, not even one for temporary files ({error.strerror or error}): set "
+            "NUMBA_CACHE_DIR to a folder that can be written"
+        ) from error
+    numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
+    os.environ["NUMBA_CACHE_DIR"] = folder  # for processes that this one starts
+    print(
+        f"semiwear: neither its own folder nor your home can be written: compiled kernels are kept in {folder}; set "
+        "NUMBA_CACHE_DIR to a folder that stays",
+        file=sys.stderr,
+    )
+
+
+def _works() -> bool:
+    """Whether a kernel can be declared; it is not compiled."""
+    try:
+        numba.njit(cache=True)(_kernel)
+    except (RuntimeError, OSError):
+        return False
+    return True
+
+
+def _private_folder() -> str:
+    """A folder that no one else can write: numba runs what it finds there. An earlier process's serves again."""
+    user = getattr(os, "getuid", lambda: "user")()
+    folder = Path(tempfile.gettempdir()) / f"semiwear-kernels-{user}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        own = stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o077
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError:
+        own = False
+    return str(folder) if own else tempfile.mkdtemp(prefix="semiwear-kernels-")
+
+
+ensure_cache()
