@@ -13,7 +13,8 @@ import os
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from semiwear import kernel_cache, plot  # noqa: F401; the cache first, since what follows declares kernels
+# the cache comes first: what follows declares kernels
+from semiwear import kernel_cache, plot  # noqa: F401
 from semiwear.accuracy import simulate
 from semiwear.analyses import loaded_contact, tooth_contact_analysis
 from semiwear.check import geometric_problems
