@@ -84,7 +84,7 @@ class FrictionLoss:
         force = conditions.line_load * length
         total = force.sum(axis=1)
         mean = (coefficient * force).sum(axis=1) / np.where(total > 0.0, total, 1.0)
-        loss = power_loss(conditions, coefficient, length)
+        loss = power_loss(conditions, coefficient, length, self.speeds.sliding_in_parts)
         return {"friction_coefficient": mean, "friction_power_loss": loss}
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.conditions import ContactConditions
+from semiwear.contact.traction import full_sliding_speed, share_of_full_friction
 
 __all__ = ["Friction", "effective_lever", "mesh_efficiency", "power_loss"]
 
@@ -79,8 +80,13 @@ class Friction:
         return rough * self.lubricant_factor * self.viscosity_mPas**-0.05
 
 
-def power_loss(conditions: ContactConditions, friction: FloatArray, length: FloatArray) -> FloatArray:
+def power_loss(
+    conditions: ContactConditions, friction: FloatArray, length: FloatArray, speed: FloatArray | None = None
+) -> FloatArray:
     """Power that friction takes at each roll position: the sum of mu q |v_s| over the line.
+
+    Where sliding is so slow that a part of the contact sticks (`traction`), the friction force is less than mu q by
+    the same share as in the balance of moments: what friction takes is what goes in less what comes out.
 
     Parameters
     ----------
@@ -89,12 +95,16 @@ def power_loss(conditions: ContactConditions, friction: FloatArray, length: Floa
         Coefficient of friction.
     length : (face,) or (roll, face) array [mm]
         Length of the line in each slice.
+    speed : (part, roll, face) array [mm/s], optional
+        Sliding speed in even parts of each slice. Default: that of the conditions in the whole slice.
 
     Returns
     -------
     (roll,) array [W]
     """
-    return _WATT * (friction * conditions.line_load * conditions.sliding_speed * length).sum(axis=-1)
+    speed = conditions.sliding_speed[None] if speed is None else speed
+    share = share_of_full_friction(speed, full_sliding_speed(conditions, friction))
+    return _WATT * (friction * conditions.line_load * length * (share * speed).mean(axis=0)).sum(axis=-1)
 
 
 def mesh_efficiency(loss: FloatArray, roll: FloatArray, input_power: float) -> float:
@@ -125,7 +135,8 @@ def effective_lever(
     """Lever of a slice's normal force about an axis, its friction included [mm].
 
     A line load q with friction mu has the moment q (a + mu s t) per length, where a is the lever of the normal force,
-    t that of a force along the tangent of the section across the line and s the sign of the sliding. Used with the
+    t that of a force along the tangent of the section across the line and s the sign of the sliding, times the share
+    of full friction where a part of the contact sticks (`traction`). Used with the
     loads of a solver it makes the torque balance that of rubbing teeth. For involutes a is the base radius and t the
     radius of curvature of the flank, on both bodies; the moments then differ by the power loss.
 
@@ -137,6 +148,6 @@ def effective_lever(
     friction : array
         Coefficient of friction.
     direction : array
-        Sign of v1 - v2 across the line (`ContactConditions.sliding_direction`).
+        Sign of v1 - v2 across the line (`ContactConditions.sliding_direction`), or that times the share.
     """
     return normal_lever + friction * direction * friction_lever

@@ -1,8 +1,8 @@
 """Loaded contact of rubbing teeth: friction takes part of the torque, or adds to it.
 
-The torque balance of the driving body is sum F (a + mu t) = T, with a the lever of the normal force and t that of the
-friction force; the separation knows nothing of it. Friction is a small part of the torque, so its moment is found
-by repeating the frictionless solution with T - sum F mu t.
+The torque balance of the driving body is sum F (a + mu s t) = T, with a the lever of the normal force, t that of the
+friction force and s its share of mu F (`traction`); the separation knows nothing of it. The moment of friction is
+nearly proportional to the loads, so a few frictionless solutions with torques T - sum F mu s t find it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.friction import Friction
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.teeth_solver import SlicePressures, TeethSolver
+from semiwear.contact.traction import full_sliding_speed, share_per_speed
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.surface_speed import SurfaceSpeeds
@@ -28,7 +29,8 @@ __all__ = ["FrictionalContact"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_TOLERANCE = 1e-7  # of the torque
+_TOLERANCE = 1e-10  # of the torque
+_USUAL = (-0.5, 1.0)  # bounds of friction's part of the torque where loads of another state start
 _ITERATIONS = 30
 
 
@@ -84,14 +86,17 @@ class FrictionalContact:
         """No loads yet."""
         return self.solver.no_loads()
 
-    def coefficient(self, loads: Any, worn: Footprints) -> FloatArray:
-        """Coefficient of friction in every slice, (roll, face)."""
-        return self.friction.coefficient_of(line_conditions(self.solver, loads, worn, self.speeds))
-
     def moment(self, loads: Any, worn: Footprints) -> FloatArray:
         """Moment that friction needs of the driving body at each mesh position [N mm]."""
-        each = np.sum(self.coefficient(loads, worn) * self.speeds.friction_lever * loads.force, axis=1)
-        return each.reshape(-1, self.torque.size).sum(axis=0)
+        conditions, speeds = line_conditions(self.solver, loads, worn, self.speeds), self.speeds
+        coefficient = self.friction.coefficient_of(conditions)
+        roll, face = np.nonzero(loads.force)
+        full = full_sliding_speed(conditions, coefficient)[roll, face]
+        share = share_per_speed(speeds.sliding_in_parts[:, roll, face], full)
+        lever = np.mean(share * speeds.sliding_with_driving[:, roll, face], axis=0)
+        each = np.zeros(loads.force.shape)
+        each[roll, face] = coefficient[roll, face] * loads.force[roll, face] * lever
+        return each.sum(axis=1).reshape(-1, self.torque.size).sum(axis=0)
 
     def solve(
         self,
@@ -110,17 +115,17 @@ class FrictionalContact:
         chosen = np.arange(self.torque.size) if positions is None else np.asarray(positions, dtype=np.int64)
         torque = self.torque.copy()
         if loads.force.any():
-            torque[chosen] -= self.moment(loads, worn)[chosen]
+            torque[chosen] /= 1.0 + np.clip(self.moment(loads, worn) / self.torque, *_USUAL)[chosen]
         left = chosen
         for _ in range(_ITERATIONS):
             loads = self.frictionless(torque).solve(worn, loads, wear_compliance, [int(at) for at in left])
-            change = self.torque - self.moment(loads, worn) - torque
-            left = chosen[np.abs(change[chosen]) > _TOLERANCE * self.torque[chosen]]
+            needed = torque + self.moment(loads, worn)  # of the driving body, for these loads
+            left = chosen[np.abs(needed - self.torque)[chosen] > _TOLERANCE * self.torque[chosen]]
             if left.size == 0:
                 return loads
-            torque[left] += change[left]
-            if np.any(torque[left] <= 0.0):
+            if np.any(needed[left] <= 0.0):
                 break
+            torque[left] *= self.torque[left] / needed[left]
         raise ConvergenceError(
             f"friction takes more torque than there is at mesh position {int(left[0])}/{self.torque.size}, or keeps "
             "changing: lower effects.friction.coefficient"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["ContactLines", "end_rounding", "face_stations", "trace_contact_lines"]
+__all__ = ["ContactLines", "change_along_line", "end_rounding", "face_stations", "trace_contact_lines"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -48,7 +48,8 @@ class ContactLines:
     spacing : array
         Distance normal to the line per profile coordinate [mm/mm].
     length : array [mm]
-        Length of the line in the slice.
+        Length of the line in the slice: of a straight one as wide as the slice with the direction in its middle. Line
+        loads are forces over it.
     arc : array [mm]
         Arc length along the line, from the first slice.
     sliding : (roll, face, 2) array [mm per unit time]
@@ -136,6 +137,28 @@ def end_rounding(distance: FloatArray, radius: float) -> FloatArray:
     return np.where(into > radius, np.inf, sagitta)
 
 
+def change_along_line(
+    values: FloatArray, face: FloatArray, profile: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Derivative by the face coordinate of (roll, face, ...) values along contact lines.
+
+    A line bends where it runs onto a border of either flank: no difference is taken across such a place.
+    """
+    if face.size < 2:
+        return np.zeros_like(values)
+    change = np.gradient(values, face, axis=1)
+    onward = np.diff(values, axis=1) / np.diff(face).reshape(-1, *[1] * (values.ndim - 2))
+    side = (profile >= high).astype(np.int8) - (profile <= low)
+    alike = side[:, 1:] == side[:, :-1]
+    bends = np.ones((len(alike), 1), dtype=bool), ~alike  # at the end of a line there is no difference either
+    before, after = np.concatenate(bends, axis=1), np.concatenate(bends[::-1], axis=1)
+    at = np.nonzero(before & ~after)
+    change[at] = onward[at]
+    at = np.nonzero(after & ~before)
+    change[at] = onward[at[0], at[1] - 1]
+    return change
+
+
 def _start_of_line(
     pair: FlankPair, roll: FloatArray, face: FloatArray, root: FloatArray, tip: FloatArray, partner_tip: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -212,7 +235,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step)
     position = position + slope * moved[..., None]
 
-    along_face = np.gradient(position, face, axis=1)
+    along_face = change_along_line(position, face, profile, low, high)
     per_face = np.linalg.norm(along_face, axis=-1)
     tangent = along_face / per_face[..., None]
     normal_to_line = slope - np.sum(slope * tangent, axis=-1)[..., None] * tangent

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
+from semiwear.meshing.contact_lines import ContactLines, change_along_line, trace_contact_lines
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["SurfaceSpeeds", "line_speed"]
@@ -15,6 +15,7 @@ __all__ = ["SurfaceSpeeds", "line_speed"]
 FloatArray = NDArray[np.float64]
 
 _SHIFT = 0.01  # roll positions before and after, between which a speed is measured
+_PARTS = 8  # even parts of a slice: on an oblique line sliding vanishes in one slice after another
 
 
 def line_speed(pair: FlankPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
@@ -42,15 +43,20 @@ class SurfaceSpeeds:
         Of the driving and the driven surface, across the line and relative to it; towards the driven tip positive.
     sliding : (roll, face) array [mm/s]
         Magnitude of the sliding velocity.
-    friction_lever : (roll, face) array [mm]
-        Moment about the driving axis of a unit friction force, positive where it has to be driven.
+    sliding_in_parts : (part, roll, face) array [mm/s]
+        The same in the middles of even parts of each slice.
+    sliding_with_driving : (part, roll, face) array [mm^2/s]
+        Product of the sliding velocity there and the velocity of the driving surface per unit angular velocity: over
+        `sliding_in_parts` it is the moment about the driving axis of a unit friction force, positive where that has
+        to be driven.
     power_per_torque : float [1/s]
         Angular velocity of the driving body.
     """
 
     surface: FloatArray
     sliding: FloatArray
-    friction_lever: FloatArray
+    sliding_in_parts: FloatArray
+    sliding_with_driving: FloatArray
     power_per_torque: float
 
     @classmethod
@@ -60,11 +66,22 @@ class SurfaceSpeeds:
         over_driven = direction * speed * pair.roll_per_time
         surface = np.stack([lines.sliding[..., 0] - over_driven, -over_driven])
         face = np.broadcast_to(lines.face, lines.profile.shape)
-        position = pair.meeting(face, lines.profile, lines.roll[:, None]).position
-        slip = pair.sliding(position)
-        size = np.linalg.norm(slip, axis=-1)
-        driving = slip + pair.driven_velocity(position)
-        # power of a unit friction force on the driving body, per angular velocity
-        lever = np.sum(slip * driving, axis=-1) / np.where(size > 0.0, size, 1.0)
-        sliding = np.hypot(lines.sliding[..., 0], lines.sliding[..., 1])
-        return cls(angular_velocity * surface, angular_velocity * sliding, lever, angular_velocity)
+        met = pair.meeting(face, lines.profile, lines.roll[:, None])
+        relative = pair.sliding(met.position)
+        driving = relative + pair.driven_velocity(met.position)
+        # where an edge presses the flanks also part or approach
+        slip = relative - np.sum(relative * met.normal, axis=-1, keepdims=True) * met.normal
+        parts = ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5)[:, None, None, None]
+        width = np.gradient(lines.face)[:, None]
+        # velocities of rigid bodies are linear in place, and places along a line are nearly so
+        slip, driving = (
+            v + parts * width * change_along_line(v, lines.face, lines.profile, lines.low, lines.high)
+            for v in (slip, driving)
+        )
+        return cls(
+            angular_velocity * surface,
+            angular_velocity * np.hypot(lines.sliding[..., 0], lines.sliding[..., 1]),
+            angular_velocity * np.linalg.norm(slip, axis=-1),
+            angular_velocity * np.sum(slip * driving, axis=-1),
+            angular_velocity,
+        )

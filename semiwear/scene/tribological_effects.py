@@ -26,6 +26,8 @@ _SPEED = "operation.pinion_speed_rpm"
 class Friction(EffectTable):
     """Table ``[effects.friction]``: sliding friction between the flanks.
 
+    Where sliding all but vanishes the flanks stick in part, and the friction force passes through zero continuously.
+
     Attributes
     ----------
     law : str
@@ -46,6 +48,7 @@ class Friction(EffectTable):
     validity: ClassVar[str] = "iso_14179: mineral oil, 1 to 50 m/s at the pitch line, line loads above 150 N/mm"
     references: ClassVar[tuple[str, ...]] = (
         "Coulomb 1785 (constant coefficient)",
+        "Carter 1926; Johnson 1985, section 8.3 (friction force where sliding vanishes)",
         "Schlenk 1994, and ISO/TR 14179-2:2001 (mean coefficient of friction of a mesh)",
     )
 

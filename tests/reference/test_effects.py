@@ -16,6 +16,7 @@ PINION_TEETH, GEAR_TEETH, MODULE = 25, 160, 6.35
 PRESSURE_ANGLE = radians(25.0)
 BASE_RADIUS = 0.5 * MODULE * PINION_TEETH * cos(PRESSURE_ANGLE)
 AXIS_OFFSET = 0.5 * MODULE * (28 - 25)
+CURVATURE = 3.041e-2  # 1/mm, relative, across the line at the pitch point
 ARCSEC_PER_MM = PINION_TEETH / GEAR_TEETH / BASE_RADIUS * np.degrees(1.0) * 3600.0
 TORQUE = 1e3 * SMALL.operation.pinion_torque_Nm  # N mm
 GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K)
@@ -157,7 +158,11 @@ def velocities(position):
 
 @pytest.fixture(scope="module")
 def rubbing():
-    """Loaded contact with friction, and for a unit force of each slice: sliding speed, moment of its friction."""
+    """Loaded contact with friction, and for a unit force of each slice: sliding speed, moment of its friction.
+
+    The friction of a slice that slides hardly faster than its surfaces stretch is less by Carter's share; relative
+    curvature and rolling speed are taken as they are at the pitch point.
+    """
     scene = SMALL.replace({"effects.friction.coefficient": 0.1, "numerics.face_slices": 41})
     tree = sw.loaded_contact(scene)
     met = contact_places(scene, tree)
@@ -168,7 +173,16 @@ def rubbing():
     face = tree["engagement"].face.values
     along = np.linalg.norm(np.gradient(met.position, face, axis=1), axis=-1)
     force = tree["engagement"].line_load.values[0] * along * (face[1] - face[0])
-    lever = np.sum(slip * pinion, axis=-1) / speed
+    rolling = pinion - np.sum(pinion * met.normal, axis=-1, keepdims=True) * met.normal
+    line_load = tree["engagement"].line_load.values[0]
+    stretch = np.sqrt(4.0 * line_load * CURVATURE / (np.pi * plan(scene).modulus))  # b/R
+    full = np.maximum(0.1 * stretch * np.linalg.norm(rolling, axis=-1), 1e-12)
+    lever = np.zeros(speed.shape)
+    for part in (np.arange(20) + 0.5) / 20 - 0.5:  # of a slice, along which sliding changes
+        there = slip + part * np.gradient(slip, axis=1)
+        size = np.linalg.norm(there, axis=-1)
+        share = 1.0 - np.maximum(1.0 - size / full, 0.0) ** 2
+        lever += share * np.sum(there * pinion, axis=-1) / size / 20
     return tree, force, speed, lever
 
 
