@@ -95,6 +95,7 @@ def loaded_contact(
         "diagnostics": collect.residuals(state),
     }
     stacks = {name: collect.stacked([group]) for name, group in groups.items()}
+    stacks["engagement"] |= collect.slices(teeth)
     return build_tree(stacks, collect.coordinates(teeth), attributes(physics, "loaded_contact"))
 
 

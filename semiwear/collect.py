@@ -34,6 +34,7 @@ __all__ = [
     "mesh_cycle",
     "observed",
     "residuals",
+    "slices",
     "stacked",
     "subsurface",
     "wear_maps",
@@ -200,6 +201,11 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
     if "root_stress" in parts["engagement"]:
         arrays["root_stress_max"] = parts["engagement"]["root_stress"].max(axis=0)
     return {name: np.asarray(value) for name, value in arrays.items()}
+
+
+def slices(teeth: LoadedTeeth) -> Arrays:
+    """What turns line loads into forces and moments at every roll position, the same in all wear states."""
+    return {"line_length": teeth.lines.length, "lever_arm": teeth.lines.lever_arm}
 
 
 def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, poissons_ratio: float) -> Arrays:

@@ -231,6 +231,7 @@ def _result(
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
     groups["flank"] |= collect.contact_patterns(teeth, contacts)
+    groups["engagement"] |= collect.slices(teeth)
     if life:
         groups["life"] = life
     clock.lap("stress and results")

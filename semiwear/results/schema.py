@@ -210,8 +210,28 @@ _TABLE = (
         "line_load",
         (*_ON_ROLL, "face"),
         "N/mm",
-        "load per length of the contact line, in slices as wide as the stations of face are apart",
+        "load per length of the contact line; times line_length it is the normal force on the slice, "
+        "and times lever_arm the moment of that force about the pinion's axis",
         _CONRY,
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "line_length",
+        ("roll_position", "face"),
+        "mm",
+        "length of the contact line in the slice",
+        _CONRY,
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "lever_arm",
+        ("roll_position", "face"),
+        "mm",
+        "lever arm of the normal force about the pinion's axis; forces times levers of all pairs at a mesh position "
+        "are the pinion's torque, less what friction takes",
+        _LITVIN,
         optional=True,
     ),
     Variable(

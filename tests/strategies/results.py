@@ -80,6 +80,8 @@ def synthetic_engagement(roll: np.ndarray, faces: int, life: np.ndarray) -> dict
         "contact_pressure_max": pressure,
         "contact_pressure_max_edge": edge,
         "line_load": line_load,
+        "line_length": np.ones((roll.size, faces)),
+        "lever_arm": np.full((roll.size, faces), 70.0),
         "sliding_distance": sliding,
         "root_stress": stress,
         "friction_coefficient": 0.05 * hill * (1 + worn),

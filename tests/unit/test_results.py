@@ -51,7 +51,8 @@ def test_every_entry_has_units_long_name_and_source():
 def test_names_of_the_design_are_there():
     names = {
         "flank": "flank_height flank_radius zone active specific_sliding surface_error wear_depth contact_pattern",
-        "engagement": "load_share contact_pressure_max contact_pressure_max_edge line_load sliding_distance "
+        "engagement": "load_share contact_pressure_max contact_pressure_max_edge line_load "
+        "line_length lever_arm sliding_distance "
         "root_stress friction_coefficient friction_power_loss flash_temperature_max film_thickness_min",
         "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
         "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch "
