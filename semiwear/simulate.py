@@ -271,6 +271,7 @@ def attributes(physics: Plan, action: str) -> dict[str, str]:
         fidelity=scene.numerics.fidelity,
         references="\n".join(physics.references),
         action=action,
+        input_files=physics.input_files,
     )
 
 

@@ -18,6 +18,7 @@ from scipy.interpolate import make_interp_spline
 
 from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, LinePlaces, cubic_weights, loads_by_height
 from semiwear.errors import SceneError
+from semiwear.sources import MOST_VALUES, oversized
 
 __all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
 
@@ -80,6 +81,8 @@ def read_influence(path: str | Path) -> xr.Dataset:
     make = "make one with fem_reference.tooth_influence(scene).to_netcdf(file)"
     if not Path(path).is_file():
         raise SceneError.of(_FIELD, str(path), allowed, f"no such file; {make}")
+    if found := oversized(Path(path)):
+        raise SceneError.of(_FIELD, f"{path}: {found}", f"at most {MOST_VALUES:.0e} values", make)
     try:
         with xr.open_dataset(path) as opened:
             data = opened.load()

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from semiwear.errors import Problem
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
+from semiwear.sources import MOST_VALUES, oversized
 from semiwear.targets import file_target, naming
 
 __all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
@@ -199,6 +200,8 @@ def _read_netcdf(file: Path) -> PointGrid:
         start = opened.read(8)
     if not start.startswith(_MAGIC):
         raise _Unfit("no netCDF file", _FILE, "write it as netCDF, or call it .csv")
+    if found := oversized(file):
+        raise _Unfit(found, f"at most {MOST_VALUES:.0e} values", "write the points of one flank")
     try:
         with xr.open_dataset(file, engine="netcdf4") as opened_data:
             data = opened_data.load()
@@ -274,10 +277,10 @@ def _read_csv(file: Path) -> PointGrid:
     if foreign:
         fix = "convert the points to millimetres, and name the columns x_mm, y_mm, z_mm"
         raise _Unfit(f"a column {foreign[0]!r}", "points in mm", fix)
-    missing = [name for name in _COLUMNS if name not in head]
-    if missing:
+    absent = [name for name in _COLUMNS if name not in head]
+    if absent:
         fix = f"begin with the line {','.join(_COLUMNS)}"
-        raise _Unfit(f"no column {missing[0]}", "a header with the names of the columns", fix)
+        raise _Unfit(f"no column {absent[0]}", "a header with the names of the columns", fix)
     short = next((k for k, row in enumerate(rows) if len(row) != len(head)), None)
     if short is not None:
         raise _Unfit(f"line {short + 1} has {len(rows[short])} cells, the first {len(head)}", "one point a line", "")
@@ -290,13 +293,18 @@ def _read_csv(file: Path) -> PointGrid:
     if index.size == 0 or not np.array_equal(index, np.round(index)) or index.min() < 0.0:
         fix = "number rows (profile) and columns (face) from 0"
         raise _Unfit("profile and face that do not count rows and columns", "whole numbers from 0", fix)
+    if index.max() >= len(index):  # before any grid of that size is made
+        found = f"a profile or face of {index.max():g} in a file of {len(index)} points"
+        raise _Unfit(found, "each point of the grid once", "number rows (profile) and columns (face) from 0")
     at = index.astype(int)
-    shape = tuple(at.max(axis=0) + 1)
-    count = np.zeros(shape, dtype=int)
-    np.add.at(count, (at[:, 0], at[:, 1]), 1)
-    if np.any(count != 1):
-        i, j = np.argwhere(count != 1)[0]
-        what = "missing" if count[i, j] == 0 else f"there {count[i, j]} times"
+    shape = tuple(int(count) for count in at.max(axis=0) + 1)
+    places, counts = np.unique(at[:, 0] * shape[1] + at[:, 1], return_counts=True)
+    if len(places) != shape[0] * shape[1] or np.any(counts != 1):
+        missing = np.flatnonzero(places != np.arange(len(places)))
+        first = int(missing[0]) if missing.size else len(places)
+        twice = np.flatnonzero(counts[:first] != 1)
+        place, what = (int(twice[0]), f"there {counts[twice[0]]} times") if twice.size else (first, "missing")
+        i, j = divmod(place, shape[1])
         raise _Unfit(f"point (profile {i}, face {j}) is {what}", "each point of the grid once", "complete the grid")
 
     def vectors(names: tuple[str, ...]) -> FloatArray:

@@ -14,6 +14,7 @@ from semiwear.geometry.point_grid import PointGrid, read_point_grid
 from semiwear.measured.nearest import around_axis
 from semiwear.measured.nominal import NominalFlank
 from semiwear.meshing.deviation_grid import DeviationGrid, read_deviation_grid
+from semiwear.sources import oversized
 
 __all__ = ["Measurement", "check_points", "read_measured"]
 
@@ -74,6 +75,8 @@ def _holds_deviations(file: Path) -> bool:
             return False
         first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
         return first.lstrip().startswith(("um", "µm", "μm"))
+    if oversized(file):
+        return False
     try:
         with xr.open_dataset(file, engine="netcdf4") as data:
             return "deviation" in data

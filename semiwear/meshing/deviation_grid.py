@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from semiwear.errors import SceneError
+from semiwear.sources import MOST_VALUES, oversized
 from semiwear.targets import file_target, naming
 
 __all__ = ["DeviationGrid", "read_deviation_grid", "write_deviation_grid"]
@@ -220,6 +221,8 @@ def _read_netcdf(field: str, file: Path) -> DeviationGrid:
         start = opened.read(8)
     if not start.startswith(_MAGIC):
         raise SceneError.of(field, str(file), _ALLOWED, "it is no netCDF file")
+    if found := oversized(file):
+        raise SceneError.of(field, f"{file}: {found}", f"at most {MOST_VALUES:.0e} values", "give one flank's grid")
     try:
         with xr.open_dataset(file, engine="netcdf4") as data:
             data = data.load()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from semiwear.plan.choices import Choice, physics_choices, table
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.teeth import elastic, prisms, tooth_compliance
 from semiwear.scene import Placement, Scene
+from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
@@ -90,6 +91,11 @@ class Plan:
         material = self.scene.material
         return effective_modulus(*elastic(material.pinion), *elastic(material.gear))
 
+    @cached_property
+    def input_files(self) -> dict[str, str]:
+        """SHA-256 of the files that the scene names, by path."""
+        return file_digests(self.scene.to_dict())
+
     def flank_pair(self, placement: Placement | None = None) -> FlankPair:
         """The two flanks in mesh; a placement stands in place of the scene's `[effects.misalignment]`."""
         misaligned = self.scene.effects.misalignment
@@ -107,6 +113,7 @@ class Plan:
     ) -> LoadedTeeth:
         """The loaded contact of all tooth pairs, in even slices of one's own where their middles `face` are given."""
         scene, numerics, modulus = self.scene, self.scene.numerics, self.modulus
+        _ = self.input_files  # as they are when they are read
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
         low, high = pair.face_limits

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import platform
+import tomllib
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib import metadata
 
+from semiwear.scene.external import file_digests
+
 __all__ = ["provenance", "version"]
+
+_LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "xarray", "netCDF4")
 
 
 def provenance(
@@ -19,6 +26,7 @@ def provenance(
     accuracy: str = "not asked for",
     action: str = "simulate",
     source: str | None = None,
+    input_files: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """Attributes of the root of a result.
 
@@ -40,11 +48,14 @@ def provenance(
         The function that made the result, for `history`.
     source : str, optional
         The software; semiwear and its version unless given.
+    input_files : mapping, optional
+        SHA-256 of the files that the scene names, by path, from when they were read; from now unless given.
 
     Returns
     -------
     dict of str to str
     """
+    files = file_digests(tomllib.loads(scene_toml)) if input_files is None else input_files
     software = source or f"semiwear {version()}"
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return {
@@ -53,6 +64,9 @@ def provenance(
         "history": f"{now} {software}: {action}",
         "scene_toml": scene_toml,
         "scene_sha256": hashlib.sha256(scene_toml.encode()).hexdigest(),
+        "input_files": "\n".join(f"{path}: sha256 {digest}" for path, digest in files.items()) or "none",
+        "libraries": ", ".join(f"{name} {metadata.version(name)}" for name in _LIBRARIES),
+        "platform": f"Python {platform.python_version()}, {platform.platform()}",
         "physics": physics,
         "fidelity": fidelity,
         "accuracy": accuracy,

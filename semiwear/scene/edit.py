@@ -8,7 +8,7 @@ from typing import Any
 from semiwear.errors import Problem
 from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.model import Scene
-from semiwear.scene.reading import unknown_key
+from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 
 __all__ = ["replace_fields"]
@@ -26,14 +26,19 @@ def replace_fields(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     kind = changes.get("gear_pair.type")
     schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
     problems: list[Problem] = []
+    unknown: list[Any] = []
     for key, value in changes.items():
         if not isinstance(key, str) or (key not in schema.rules and key not in schema.tables) or not key:
-            problems.append(_unknown(str(key), value, schema))
+            unknown.append(key)
+            if len(unknown) <= MOST_UNKNOWN:
+                problems.append(_unknown(str(key), value, schema))
             continue
         _set(data, key, value)
         rival = _RIVALS.get(key)
         if rival is not None and value is not None and changes.get(rival) is None:
             _set(data, rival, None)
+    if len(unknown) > MOST_UNKNOWN:
+        problems.append(more_unknown(str(unknown[MOST_UNKNOWN]), len(unknown) - MOST_UNKNOWN))
     name = scene.title or "scene"
     return scene_from_dict(data, name=name, check=scene._check, problems=problems)
 

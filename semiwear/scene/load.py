@@ -15,6 +15,7 @@ from semiwear.scene.toml_io import read_toml
 __all__ = ["load_scene", "parse_scene", "shipped_scenes"]
 
 _SUFFIX = ".toml"
+_MOST_BYTES = 1_000_000
 _SHIPPED = resources.files("semiwear.scene") / "scenes"
 
 
@@ -76,7 +77,12 @@ def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -
 def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
     path = Path(name_or_path)
     try:
-        return path.read_bytes()
+        with path.open("rb") as opened:  # a device may have no end
+            content = opened.read(_MOST_BYTES + 1)
+        if len(content) <= _MOST_BYTES:
+            return content
+        found = f"{path}: more than {_MOST_BYTES:.0e} bytes"
+        problem = Problem("scene", found, "the text of a scene, a few thousand bytes", "is this the file of a scene?")
     except FileNotFoundError:
         shipped = shipped_scenes()
         meant = closest(path.stem, shipped)

@@ -12,13 +12,15 @@ from semiwear.scene.closest import closeness
 from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema, parent
 from semiwear.scene.values import shown
 
-__all__ = ["Reading", "read_fields", "unknown_key"]
+__all__ = ["MOST_UNKNOWN", "Reading", "more_unknown", "read_fields", "unknown_key"]
 
 # A name from the same table is a likelier meaning than an equally close one from elsewhere.
 _SAME_TABLE_BONUS = 0.1
 # Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
 _EFFECT_MALUS = 0.2
 _MOST_MEANINGS = 3
+# Of more unknown names, those that follow are counted: to find out what each may mean takes a millisecond and more.
+MOST_UNKNOWN = 20
 
 
 @dataclass
@@ -64,8 +66,12 @@ def read_fields(data: Mapping[str, Any], schema: Schema) -> Reading:
     reading = Reading(schema)
     unknown: deque[tuple[str, str, Any]] = deque()
     _read_table("", data, reading, unknown)
-    while unknown:
-        _read_unknown(*unknown.popleft(), reading, unknown)
+    for _ in range(MOST_UNKNOWN):
+        if unknown:
+            _read_unknown(*unknown.popleft(), reading, unknown)
+    if unknown:
+        table, name, _ = unknown[0]
+        reading.problems.append(more_unknown(f"{table}.{name}" if table else name, len(unknown)))
     for key in sorted(schema.required, key=list(schema.rules).index):
         if reading.lacks(key):
             table = parent(key)
@@ -136,6 +142,11 @@ def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: de
         elif meant in schema.rules:
             _read_value(meant, raw, reading)
     reading.problems.append(problem)
+
+
+def more_unknown(key: str, count: int) -> Problem:
+    """The problem of unknown names that follow many others, of which this is the first."""
+    return Problem(str(shown(key)), f"{count} more unknown names", "names of a scene", "is this the file of a scene?")
 
 
 def unknown_key(table: str, name: str, raw: Any, schema: Schema) -> Problem:

@@ -57,7 +57,7 @@ def _worn_bodies() -> Rule:
     def fix(bodies: tuple[str, ...]) -> str:
         if not bodies:
             return 'give ["gear"]; for loaded contact without wear remove [wear]'
-        meant = {body if body in BODIES else closest(body, BODIES) for body in bodies} - {None}
+        meant = {body if body in BODIES else closest(body, BODIES) for body in bodies[:10]} - {None}
         return f"give {_listed(body for body in BODIES if body in meant)}" if meant else 'give ["gear"]'
 
     return Rule(_bodies, '["gear"] or ["pinion"] or ["pinion", "gear"]', holds, fix)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, fields
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from semiwear.scene.closest import closest
@@ -49,6 +50,7 @@ __all__ = [
 ]
 
 OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in EFFECTS))
+_MOST_TABLES = 200  # looked through for the one that is misspelled
 # These only hold effects: written without any, they would do nothing and look as if they did.
 NEVER_EMPTY = ("effects.modification", "effects.wear_law")
 INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
@@ -185,7 +187,8 @@ def schema_of_data(data: Mapping[str, Any]) -> Schema:
     """The schema that nested mappings mean, right or wrong: by the type, else by the names that fit best."""
     pair = data.get("gear_pair")
     if not isinstance(pair, Mapping):
-        named = closest("gear_pair", (name for name, table in data.items() if isinstance(table, Mapping)))
+        tables = (name for name, table in data.items() if isinstance(table, Mapping))
+        named = closest("gear_pair", islice(tables, _MOST_TABLES))
         pair = {} if named is None else data[named]
     kind = pair.get("type")
     if isinstance(kind, str) and (meant := closest(kind, SCHEMAS)) is not None:

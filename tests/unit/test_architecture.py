@@ -19,7 +19,7 @@ ROOT = PACKAGE.parent
 # `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
 LAYERS = (
     ("errors", "references"),
-    ("targets", "kernel_cache"),
+    ("targets", "sources", "kernel_cache"),
     ("scene",),
     ("geometry",),
     ("meshing",),
@@ -48,7 +48,7 @@ LATE = {
     ("semiwear.scene.model", "semiwear.scene.schema"),
     ("semiwear.scene.model", "semiwear.scene.toml_io"),
 }
-EXTRAS = ("matplotlib", "mpl_toolkits", "threadpoolctl", "tqdm", "sksparse", "pypardiso")
+EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "sksparse", "pypardiso")
 
 
 def module_name(path: Path) -> str:

@@ -1,12 +1,15 @@
 import hashlib
+import platform
 import subprocess
 import sys
+from importlib import metadata
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
+import semiwear as sw
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results import (
     COORDINATES,
@@ -22,6 +25,7 @@ from semiwear.results import (
     save,
 )
 from semiwear.results.schema import coordinates_of, variables_of
+from semiwear.simulate import attributes
 from tests.strategies.results import synthetic_tree
 
 TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
@@ -343,6 +347,23 @@ def test_provenance():
     assert attrs["accuracy"] == "not asked for"
     assert attrs["scene_sha256"] == hashlib.sha256(b"a = 1").hexdigest()
     assert attrs["history"].endswith("simulate") and attrs["source"].startswith("semiwear")
+    assert attrs["input_files"] == "none"
+
+
+def test_provenance_names_libraries_platform_and_the_files_that_were_read(tmp_path):
+    path = tmp_path / "gear.csv"
+    path.write_text("um,0,0.3,0.6,1\n" + "".join(f"{k / 3},0,0,0,0\n" for k in range(4)), encoding="utf-8")
+    change = {"title": str(path), "effects.modification.gear.file": str(path), "numerics.face_slices": 11}
+    scene = sw.load_scene("face_gear_25x160").replace(change | {"numerics.tooth_compliance": "rigid"})
+    wanted = f"{path}: sha256 {hashlib.sha256(path.read_bytes()).hexdigest()}"
+    physics = sw.plan(scene)
+    physics.loaded_teeth()
+    path.unlink()  # what counts is what was read
+    attrs = attributes(physics, "simulate")
+    assert attrs["input_files"] == wanted
+    for name in ("numpy", "scipy", "numba"):
+        assert f"{name} {metadata.version(name)}" in attrs["libraries"]
+    assert platform.python_version() in attrs["platform"] and platform.system() in attrs["platform"]
 
 
 def test_results_import_neither_matplotlib_nor_tqdm():

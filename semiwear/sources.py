@@ -1,0 +1,28 @@
+"""Files that are read: sizes are looked at before anything is loaded."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import netCDF4
+
+__all__ = ["MOST_VALUES", "oversized"]
+
+MOST_VALUES = 10_000_000
+"""Of one variable: far beyond any flank, and loaded within a second."""
+
+
+def oversized(file: Path) -> str:
+    """Which variable of a netCDF file has more values than a flank can have, and how many; empty where none has.
+
+    What was declared and never written takes no room on a disk, and all of it in memory.
+    """
+    try:
+        with netCDF4.Dataset(file) as opened:
+            for name, variable in opened.variables.items():
+                if (size := math.prod(map(int, variable.shape))) > MOST_VALUES:
+                    return f"{name} has {' x '.join(map(str, variable.shape))} = {size:.3g} values"
+    except (OSError, RuntimeError):
+        return ""  # what is wrong with it is told by who reads it
+    return ""
