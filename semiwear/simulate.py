@@ -30,7 +30,7 @@ from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
 
-_DEPTH_A_STEP = 6e-3  # mm of greatest wear that an automatic wear step leaves, about
+_DEPTH_A_STEP = 3.3e-4  # of the base pitch: greatest wear that an automatic wear step leaves, about
 _AUTO_STEPS = (3, 40)
 _ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
 _WEARING = "contact and wear"  # the stage

@@ -20,7 +20,7 @@ __all__ = ["share_of_edge"]
 
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
-_LEAST = 1e-9  # of a load, what a contact that just lifts off bears; of a footprint
+_LEAST = 1e-9  # of a load, what a contact that just lifts off bears
 
 
 @njit(cache=True, error_model="numpy")
@@ -38,7 +38,7 @@ def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-d
         u_a, u_b, t_a, t_b = clipped(depth, least, u[c - 1], g[c - 1], u[c], g[c])
         area += segment(depth, u_b - u_a, t_a, t_b)[0]
         c -= 1
-    return 0.5 * (pi * depth / max(area * per_mm, _LEAST)) ** 2
+    return 0.5 * (pi * depth / max(area * per_mm, _LEAST * depth * sqrt(depth))) ** 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -109,11 +109,16 @@ def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-un
         curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
         other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
         below, above = 0.0, 1.0
+        short = higher - (_closed(0.0, curvature, closes, distance) - _closed(1.0, other, closes, distance))
+        over = _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
         for _ in range(_HALVINGS):
             share = 0.5 * (below + above)
-            if _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance) < higher:
-                below = share
+            differ = _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance)
+            if differ < higher:
+                below, short = share, higher - differ
             else:
-                above = share
-        return edge, ridge, 0.5 * (below + above), min(height / closes, 1.0)
+                above, over = share, differ - higher
+        # straight in between: a share in steps would make a jump of a rounding error
+        inside = short / (short + over) if short > 0.0 and over > 0.0 else 0.5
+        return edge, ridge, below + inside * (above - below), min(height / closes, 1.0)
     return 0, 0, 0.0, 0.0

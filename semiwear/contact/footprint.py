@@ -27,7 +27,6 @@ from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
 
 __all__ = [
-    "LEAST_BEND",
     "Footprints",
     "clipped",
     "depth_of",
@@ -39,13 +38,14 @@ __all__ = [
     "most_places",
     "outline",
     "reached",
+    "rises_within",
     "segment",
 ]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-LEAST_BEND = 1e-6  # 1/mm; keeps the footprint of a flat gap finite
+_LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 _BETWEEN = 1000  # places of a footprint between nodes and on edges, at most
@@ -196,7 +196,13 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
 @njit(cache=True, error_model="numpy")
 def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of a fresh gap of this bend over the reference half-width."""
-    return 0.5 * max(bend, LEAST_BEND) * half_width * half_width
+    return 0.5 * max(bend * half_width, _LEAST_BEND) * half_width
+
+
+@njit(cache=True, error_model="numpy")
+def rises_within(height, bend):  # type: ignore[no-untyped-def]
+    """Distance within which a fresh gap of this bend rises by a height: without end where it is flat."""
+    return sqrt(2.0 * height / bend) if bend > 0.0 else np.inf
 
 
 @njit(cache=True, error_model="numpy")
@@ -271,7 +277,7 @@ def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, 
     width = half_width / per_mm
     room = depth_of(terms[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + sqrt(2.0 * (gone.max() - gone.min() + room) / max(terms[2], LEAST_BEND))
+    reach = width + rises_within(gone.max() - gone.min() + room, terms[2])
     count = outline(
         at - reach, at + reach, at, low, high, terms, per_mm, low_radius, high_radius, room, gone, nodes, split,
         work[0], work[1],
@@ -322,7 +328,7 @@ def _find(  # type: ignore[no-untyped-def]
             width = half_width / per_mm
             out_profile[k, i] = at
             out_gap[k, i] = _gap_at(at, at, terms, gone, nodes[i], split[i])
-            out_curvature[k, i] = max(terms[2], 1e-9) / per_mm**2
+            out_curvature[k, i] = 2.0 * depth_of(terms[2], width) / half_width**2
             out_width[k, i] = half_width
             out_least[k, i] = out_gap[k, i]
             out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width

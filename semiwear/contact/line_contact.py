@@ -45,6 +45,7 @@ _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _MARGIN = 1.15  # of the expected approach
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
+_FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
 _FIRST_CAP = 3.5  # candidates reach to this multiple of a typical approach; more when that is too little
 
 
@@ -86,6 +87,8 @@ class LineContact:
         Order of the line load.
     usual_half_width : float [mm]
         Half-width under it.
+    base_pitch : float [mm]
+        Of the pair.
     max_iterations : int
     more : tuple of SliceCompliance
         Further compliance between slices.
@@ -99,6 +102,7 @@ class LineContact:
     modulus: float
     usual_load: float
     usual_half_width: float
+    base_pitch: float
     max_iterations: int = 60
     more: tuple[SliceCompliance, ...] = ()
     _systems: dict[int, MeshPosition] = field(default_factory=dict, repr=False)
@@ -244,6 +248,7 @@ class LineContact:
             lever=lines.lever_arm[at],
             length=length,
             arc=arc,
+            farthest_move=_FARTHEST_MOVE * self.base_pitch,
         )
         self._systems[position] = system
         return system

@@ -24,7 +24,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
-_USUAL_DEPTH = 0.1  # mm of wear and modification for which the solver's reach always has room
+_USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the solver's reach always has room
 _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
@@ -113,7 +113,7 @@ class LoadedTeeth:
     def _near_lines(self, removed: Removed) -> BoolArray:
         """Slices that can carry load, on the fine roll grid."""
         deepest = float(removed.depth.max())
-        return self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH else 0.0)
+        return self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH * self.pair.base_pitch else 0.0)
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, partner_wear: FloatArray | None = None

@@ -14,8 +14,6 @@ __all__ = ["MeshPosition"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_FARTHEST_MOVE = 1.5  # mm of a worn line, up to which tooth compliance follows it linearly
-
 
 @dataclass(frozen=True)
 class MeshPosition:
@@ -38,6 +36,8 @@ class MeshPosition:
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
     profile, lever, length, arc : (n,) arrays [mm]
+    farthest_move : float [mm]
+        Of a worn line, up to which tooth compliance follows it linearly.
     """
 
     cap: float
@@ -51,6 +51,7 @@ class MeshPosition:
     lever: FloatArray
     length: FloatArray
     arc: FloatArray
+    farthest_move: float
 
     def compliance(
         self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
@@ -58,7 +59,7 @@ class MeshPosition:
         """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
         index, pick = self.index[chosen], np.ix_(chosen, chosen)
         picked = matrix[pick]
-        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -_FARTHEST_MOVE, _FARTHEST_MOVE)
+        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
         if moved.any():
             change = self.slope[pick] * moved[:, None]
             picked += change

@@ -33,7 +33,7 @@ _FIRST_DROP = 0.03  # of the residual, before the contact set is looked at again
 _FREE_SETS = 25  # contact sets that change on both sides; then cells are only taken out, and put back one at a time
 _SETTLED = 0.1  # of the tolerance: residual of the cells that touch
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
-_LEAST = 1e-12  # mm: an approach that is none
+_LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
 _DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
 
 
@@ -318,7 +318,7 @@ def solve_patches(
         Convolutions.
     """
     gap, lever = system.gap, system.lever
-    least = gap.min(axis=1)
+    least, none = gap.min(axis=1), _no_approach(system, torque)
     open_gap = np.where(np.isfinite(gap), gap, 0.0)
     active = (start > 0.0) & np.isfinite(gap)
     force = np.where(active, start, 0.0)
@@ -340,7 +340,7 @@ def solve_patches(
         residual = np.where(active, -(open_gap + displacement), 0.0)
         z = step(residual)
         rotation = -float(lever @ z.sum(axis=1)) / moment
-        reference = max(float((rotation * lever - least).max()), _LEAST)
+        reference = max(float((rotation * lever - least).max()), none)
         left, product = _turn(active, residual, z, answer, lever, rotation)
         fine = _SETTLED * tolerance * reference
         # a contact that still changes is not worth solving to the end
@@ -374,6 +374,11 @@ def solve_patches(
     return _solution(status, system, torque, active, force, displacement, rotation, used)
 
 
+def _no_approach(system: PatchSystem, torque: float) -> float:
+    """An approach that is as good as none, and above 0 [mm]."""
+    return _LEAST * float(system.coefficients.max()) * torque / float(system.lever.max())
+
+
 def _solution(
     status: PatchStatus,
     system: PatchSystem,
@@ -387,7 +392,7 @@ def _solution(
     shift = rotation * system.lever[:, None]
     slack = system.gap + displacement - shift
     worst = max(float(np.abs(slack[active]).max(initial=0.0)), float(-slack.min(initial=0.0)))
-    approach = max(float((shift - system.gap).max()), _LEAST)
+    approach = max(float((shift - system.gap).max()), _no_approach(system, torque))
     return PatchSolution(
         status=status,
         force=force,

@@ -17,13 +17,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import (
-    LEAST_BEND,
     Footprints,
     edge_tangent,
     fresh_beyond,
     fresh_gap,
     most_places,
     outline,
+    rises_within,
 )
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError
@@ -257,7 +257,7 @@ def _solve(  # type: ignore[no-untyped-def]
             closes = unit * q
             room = _ROOM * closes
             for _ in range(_ATTEMPTS):
-                reach = sqrt(2.0 * (spread + room) / max(terms[2], LEAST_BEND))
+                reach = rises_within(spread + room, terms[2])
                 count = outline(
                     at - reach, at + reach, at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i],
                     high_radius[k, i], room, gone, nodes[i], split[i], u, g,

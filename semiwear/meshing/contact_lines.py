@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
-_SHARP = 1e-6  # mm
+_SHARP = 5e-8  # of the base pitch: a nanometre at a module of some mm
 _STEP = 0.02  # of the flank's height, for the five-point differences
 
 
@@ -96,9 +96,9 @@ class ContactLines:
         return ContactLines(face=self.face, separation=np.ascontiguousarray(self.separation[:, ::step]), **by_roll)
 
 
-def _rounded(radius: float) -> float:
-    """Radius of an edge; what is sharper than a nanometre is sharp [mm]."""
-    return radius if radius > _SHARP else 0.0
+def _rounded(radius: float, base_pitch: float) -> float:
+    """Radius of an edge, 0 of one that is as good as sharp [mm]."""
+    return radius if radius > _SHARP * base_pitch else 0.0
 
 
 def face_stations(pair: FlankPair, slices: int) -> FloatArray:
@@ -275,6 +275,6 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         partner_profile=met.partner_profile[2] + partner_slope * moved,
         partner_slope=partner_slope,
         partner_face=partner_face,
-        low_edge_radius=np.where(low > borders.root, _rounded(borders.partner_tip_edge_radius), 0.0),
-        high_edge_radius=np.full(low.shape, _rounded(borders.tip_edge_radius)),
+        low_edge_radius=np.where(low > borders.root, _rounded(borders.partner_tip_edge_radius, pair.base_pitch), 0.0),
+        high_edge_radius=np.full(low.shape, _rounded(borders.tip_edge_radius, pair.base_pitch)),
     )

@@ -50,7 +50,7 @@ FloatArray = NDArray[np.float64]
 
 _FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
-_WEAR_TO_COME = 0.15  # mm
+_WEAR_TO_COME = 8.3e-3  # of the base pitch
 _FLATTEST = 1e-8  # ratio of principal curvatures: less makes no ellipse that a face could hold
 
 
@@ -121,7 +121,8 @@ class Plan:
         lever = float(pair.lever_arm(middle.position)[0])
         across = float(middle.curvature[0, 1])
         usual = torque / lever / (0.5 * (high - low))
-        reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME + effects.tallest_modification(scene)
+        reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME * pair.base_pitch
+        reach += effects.tallest_modification(scene)
         rolls = _roll_grid(scene, pair, reach, roll_positions)
         if face is None:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
@@ -139,6 +140,7 @@ class Plan:
             modulus=modulus,
             usual_load=usual,
             usual_half_width=half_width,
+            base_pitch=pair.base_pitch,
             max_iterations=numerics.max_iterations,
             more=self._further_compliance(pair, lines, bodies, half_width),
         )

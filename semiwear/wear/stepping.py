@@ -33,6 +33,7 @@ CoefficientFactor = Callable[[LoadedTeeth, Any, Footprints], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _CYCLES = (4, 64)  # within an implicit step
+_DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
@@ -64,8 +65,8 @@ class WearStepper:
         On the wear coefficients, where they depend on the contact.
     depth_factor : callable or None
         On the wear coefficient of the driven flank at its present depth, (face, profile).
-    depth_a_cycle : float [mm]
-        Within an implicit step the contact's shape follows the wear that often.
+    depth_a_cycle : float
+        Within an implicit step the contact's shape follows the wear that often; over the base pitch.
     """
 
     teeth: LoadedTeeth
@@ -75,7 +76,7 @@ class WearStepper:
     cases: tuple[LoadCase, ...] = ()
     factor: CoefficientFactor | None = None
     depth_factor: Callable[[FloatArray], FloatArray] | None = None
-    depth_a_cycle: float = 1.25e-3
+    depth_a_cycle: float = _DEPTH_A_CYCLE
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:
@@ -83,7 +84,7 @@ class WearStepper:
         return self.cases or (LoadCase(1.0, self.teeth),)
 
     def following(self, depth: float) -> WearStepper:
-        """The same, with the contact's shape following every so much wear within a step [mm]."""
+        """The same, with the contact's shape following every so much wear within a step, over the base pitch."""
         return replace(self, depth_a_cycle=depth)
 
     def start(self) -> WearState:
@@ -278,7 +279,8 @@ class _Step:
             growth = max(case.prepare(meshes) for case in self.cases) if self.stepper.implicit else 0.0
             self.cycles = 1
             if self.stepper.implicit:
-                self.cycles = int(np.clip(np.ceil(growth / self.stepper.depth_a_cycle), *_CYCLES))
+                depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
+                self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
                 self._rehearse(meshes)
         starts = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]

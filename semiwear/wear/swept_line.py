@@ -40,8 +40,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_FARTHEST = 1.0  # mm from contact beyond which no step brings a slice to it
-_STANDSTILL = 1e-6  # mm per roll; far from any contact a line may stand still at a border
+_FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
+_STANDSTILL = 7.5e-8  # of the flank's height, in a roll: far from any contact a line may stand still at a border
 
 
 def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
@@ -100,18 +100,23 @@ class Sweep:
         return np.hypot(self.sliding[..., 0], self.sliding[..., 1]) / np.maximum(own, 1e-3 * self.speed)
 
 
-def _node_speed(place: FloatArray, roll: FloatArray) -> FloatArray:
+def _flank_height(lines: ContactLines) -> float:
+    """Height of the driven flank that can touch, in its profile coordinate [mm]."""
+    return float((lines.high - lines.low).max())
+
+
+def _node_speed(place: FloatArray, lines: ContactLines) -> FloatArray:
     """Mean of the speeds before and after each roll position [mm per roll]."""
-    between = np.abs(np.diff(place, axis=0)) / np.diff(roll)[:, None]
+    between = np.abs(np.diff(place, axis=0)) / np.diff(lines.roll)[:, None]
     padded = np.concatenate([between[:1], between, between[-1:]])
-    return np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL)
+    return np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL * _flank_height(lines))
 
 
 def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
     """Motion of worn contact lines; `roll_per_time` is roll positions per unit time."""
     return Sweep(
         place=worn.profile,
-        speed=_node_speed(worn.profile, lines.roll) * lines.spacing * roll_per_time,
+        speed=_node_speed(worn.profile, lines) * lines.spacing * roll_per_time,
         direction=np.sign(np.gradient(worn.profile, axis=0)),
         sliding=lines.sliding + lines.sliding_slope * (worn.profile - lines.profile)[..., None],
         sliding_slope=lines.sliding_slope,
@@ -124,7 +129,7 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
     speed, direction = line_speed(pair, lines)
     return Sweep(
         place=lines.profile,
-        speed=np.maximum(speed, _STANDSTILL * lines.spacing) * pair.roll_per_time,
+        speed=np.maximum(speed, _STANDSTILL * _flank_height(lines) * lines.spacing) * pair.roll_per_time,
         direction=direction,
         sliding=lines.sliding,
         sliding_slope=lines.sliding_slope,
@@ -191,11 +196,11 @@ def partner_wear_of_mesh(
 
 
 @njit(cache=True, error_model="numpy")
-def _own_wear(place, distance, growth, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
+def _own_wear(place, distance, growth, farthest, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
     rolls, faces = place.shape
     for i in range(faces):
         for k in range(rolls):
-            if distance[k, i] > _FARTHEST:
+            if distance[k, i] > farthest:
                 continue
             # between roll positions the line moves on: a footprint narrower than that is felt no more often
             step = 0.5 * abs(place[min(k + 1, rolls - 1), i] - place[max(k - 1, 0), i])
@@ -245,6 +250,7 @@ def own_wear(
         place = lines.partner_profile + lines.partner_slope * (place - lines.profile)
         spacing = spacing / np.abs(lines.partner_slope)
     _own_wear(
-        place, distance, growth, 1.0 / (spacing * lines.length), sliding, motion.time, worn.half_width / spacing, out
-    )
+        place, distance, growth, _FARTHEST * _flank_height(lines), 1.0 / (spacing * lines.length), sliding,
+        motion.time, worn.half_width / spacing, out,
+    )  # fmt: skip
     return out

@@ -33,7 +33,8 @@ SECOND_ORDER = 1.0 - 0.5**0.5
 EVENEST = 0.39419
 
 _HALVINGS = 10  # of a step to a depth
-_DEPTH_A_CYCLE = 6e-4  # mm: with the usual one, two or three steps dig 1 % too deep under the pinion's tip
+# Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
+_DEPTH_A_CYCLE = 3.3e-5
 
 ToTheEnd = Callable[[WearState, Sequence[Any] | None], Trial]
 """A plain implicit step from a state to the end of the step, with loads near those to come."""
