@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.geometry.point_grid import PlacedSection
-from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, Borders, Meeting, PrismBody
 from semiwear.meshing.point_flank_body import FlankBody, Touch
 from semiwear.meshing.point_flank_kernels import meet
-from semiwear.meshing.point_flank_sections import drawn_sections, placed_sections
+from semiwear.meshing.point_flank_sections import drawn_sections, normal_module, placed_sections
 from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FlankPointsPair, Placement
+from semiwear.scene.defaults import EDGE_RADIUS
 
 __all__ = ["PointFlankMesh", "PointFlanks"]
 
@@ -92,6 +93,19 @@ class PointFlanks:
         """Angular velocities of both bodies in the fixed frame, the driving one turning by 1 in a unit of time."""
         driving, driven = self.bodies
         return driving.sense * driving.frame[:, 2], driven.sense * self.ratio * driven.frame[:, 2]
+
+    @cached_property
+    def edge_radii(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Roundings of both bodies at tip and ends [mm]."""
+        return self._radii_of(DRIVING), self._radii_of(DRIVEN)
+
+    def _radii_of(self, body: int) -> tuple[float, float]:
+        given = tuple(getattr(self.table, f"{BODIES[body]}_{edge}_edge_radius_mm") for edge in ("tip", "end"))
+        usual = 0.0
+        if "auto" in given:
+            usual = EDGE_RADIUS * normal_module(self.bodies[body], self.pitch_surfaces[body])
+        tip, end = (usual if one == "auto" else float(one) for one in given)
+        return tip, end
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +243,8 @@ class PointFlankMesh:
 
     def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
         """Limits of both flanks: the outermost rows and columns of their points."""
-        table, (driving, driven) = self.flanks.table, self.flanks.bodies
+        driving, driven = self.flanks.bodies
+        (partner_tip_radius, partner_end_radius), (tip_radius, end_radius) = self.flanks.edge_radii
         face = np.asarray(face, float)
         keep = 0.0 if sharp else 1.0
         v = driven.v_at(face)
@@ -237,18 +252,17 @@ class PointFlankMesh:
         partner_turn = self._partner_tip_turn
         return Borders(
             root=np.zeros(face.shape),
-            tip=driven.profile_length(v) - keep * table.gear_tip_edge_radius_mm * np.tan(0.5 * tip_turn),
+            tip=driven.profile_length(v) - keep * tip_radius * np.tan(0.5 * tip_turn),
             partner_root=0.0,
-            partner_tip=driving.mean_length
-            - keep * table.pinion_tip_edge_radius_mm * float(np.tan(0.5 * partner_turn)),
+            partner_tip=driving.mean_length - keep * partner_tip_radius * float(np.tan(0.5 * partner_turn)),
             face=driven.face_limits,
             partner_face=driving.face_limits,
             tip_turn=tip_turn,
             partner_tip_turn=partner_turn,
-            tip_edge_radius=table.gear_tip_edge_radius_mm,
-            end_edge_radius=table.gear_end_edge_radius_mm,
-            partner_tip_edge_radius=table.pinion_tip_edge_radius_mm,
-            partner_end_edge_radius=table.pinion_end_edge_radius_mm,
+            tip_edge_radius=tip_radius,
+            end_edge_radius=end_radius,
+            partner_tip_edge_radius=partner_tip_radius,
+            partner_end_edge_radius=partner_end_radius,
         )
 
     @cached_property

@@ -25,7 +25,7 @@ from semiwear.meshing.point_flank_body import FlankBody
 from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.scene import FlankPointsPair
 
-__all__ = ["drawn_sections", "placed_sections", "section_problems"]
+__all__ = ["drawn_sections", "normal_module", "placed_sections", "section_problems"]
 
 FloatArray = NDArray[np.float64]
 
@@ -99,6 +99,11 @@ def drawn_sections(table: FlankPointsPair, body: int, own: FlankBody, pitch: Pit
     if apart < _ALIKE * own.mean_length and all(section.rim == middle.rim for section in sections):
         return _body(own, [(float(own.face_at(np.array(0.5))), middle)])
     return _body(own, [(float(own.face_at(v)), section) for v, section in zip(_STATIONS, sections, strict=True)])
+
+
+def normal_module(own: FlankBody, pitch: PitchSurface) -> float:
+    """Normal module of a body in the middle of its teeth, where its flank crosses the pitch surface [mm]."""
+    return _Plane.of(own, pitch, 0.5).pitch / pi
 
 
 def section_problems(table: FlankPointsPair, body: int, own: FlankBody, pitch: PitchSurface) -> list[Problem]:

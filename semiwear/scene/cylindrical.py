@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
 from typing import ClassVar, cast
 
-from semiwear.scene.defaults import DerivedDefault, filled_in, full_round_radius
+from semiwear.scene.defaults import EDGE_RADIUS_FIELDS, DerivedDefault, edge_radius, filled_in, full_round_radius
 
 __all__ = ["CYLINDRICAL_DEFAULTS", "CylindricalControlPoint", "CylindricalPair"]
 
@@ -81,7 +81,8 @@ def _gear_tip(
     depth = rack_addendum - x1 * module - rack_tip_radius * (1.0 - sin(radians(alpha_deg)))
     form = max(base_1 * tan(alpha) - depth / sin(alpha), 0.0)
     along = form + (base_2 - base_1) * tan(acos(cosine))
-    return max(tip, ceil(2000.0 * hypot(base_2, along)) / 1000.0)
+    # to a ten-thousandth of a module, outwards
+    return max(tip, _digits(1e-4 * module * ceil(2e4 * hypot(base_2, along) / module)))
 
 
 def _rack_addendum(module: float) -> float:
@@ -97,15 +98,14 @@ def _rack_tip_radius(module: float, alpha_deg: float, rack_addendum: float, z2: 
 
 
 def _bore_radius(module: float, beta_deg: float, z1: int) -> float:
-    # Two digits: a bore is a drawing dimension, and the ratio 0.63 is itself a convention.
-    return float(f"{0.63 * 0.5 * module * z1 / cos(radians(beta_deg)):.2g}")
+    return _digits(0.63 * 0.5 * module * z1 / cos(radians(beta_deg)))
 
 
 def _rim_thickness(module: float, beta_deg: float, z2: int, x2: float, rack_addendum: float) -> float:
     if z2 < 0:
         return _digits(2.5 * module)
     reference = 0.5 * module * z2 / cos(radians(beta_deg))
-    return float(f"{0.37 * reference - rack_addendum + x2 * module:.2g}")
+    return _digits(0.37 * reference - rack_addendum + x2 * module)
 
 
 def _same(width: float) -> float:
@@ -140,6 +140,7 @@ CYLINDRICAL_DEFAULTS: dict[str, DerivedDefault] = {
         "pinion_rack_addendum_mm",
         "pinion_rack_tip_radius_mm",
     ),
+    **{name: _default(edge_radius, "normal_module_mm") for name in EDGE_RADIUS_FIELDS},
     "pinion_bore_radius_mm": _default(_bore_radius, "normal_module_mm", "helix_angle_deg", "pinion_teeth"),
     "gear_rim_thickness_mm": _default(
         _rim_thickness,
@@ -190,11 +191,11 @@ class CylindricalPair:
         Tip rounding of the generating rack; of an internal gear the arc that is its fillet. Default 0.38 m_n, or
         what the rack's crest has room for; 0.3 m_n for that arc.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 0.2.
+        Edge rounding between flank and tip. Default 2/45 m_n.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 0.2.
+        Edge rounding between flank and end faces. Default 2/45 m_n.
     pinion_bore_radius_mm : float
-        Radius of the pinion's bore, where it is held. Default 0.63 reference radii, to two digits.
+        Radius of the pinion's bore, where it is held. Default 0.63 reference radii.
     gear_rim_thickness_mm : float
         Material between the gear's root and where it is held: its bore, or outside an internal gear. Default: down
         to 0.63 reference radii, or 2.5 m_n for an internal gear.
@@ -221,10 +222,10 @@ class CylindricalPair:
     gear_rack_addendum_mm: float = _DERIVED
     pinion_rack_tip_radius_mm: float = _DERIVED
     gear_rack_tip_radius_mm: float = _DERIVED
-    pinion_tip_edge_radius_mm: float = 0.2
-    gear_tip_edge_radius_mm: float = 0.2
-    pinion_end_edge_radius_mm: float = 0.2
-    gear_end_edge_radius_mm: float = 0.2
+    pinion_tip_edge_radius_mm: float = _DERIVED
+    gear_tip_edge_radius_mm: float = _DERIVED
+    pinion_end_edge_radius_mm: float = _DERIVED
+    gear_end_edge_radius_mm: float = _DERIVED
     pinion_bore_radius_mm: float = _DERIVED
     gear_rim_thickness_mm: float = _DERIVED
     # Which fields were left to their derived default.

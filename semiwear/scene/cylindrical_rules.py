@@ -17,7 +17,7 @@ CYLINDRICAL_CROSS_RULES: RuleBook = []
 _across = partial(across, CYLINDRICAL_CROSS_RULES)
 
 _LENGTH = "a length, or leave the field out for its default"
-_EDGE = "give 0 for a sharp edge, 0.2 for a deburred one"
+_EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
 _CUTTER_TIP = "leave the field out for its default, 0.38 modules"
 _TEETH = (12, 300)
 
@@ -121,7 +121,7 @@ for _body in ("pinion", "gear"):
     def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
         if radius >= width / 2.0:
             allowed = f"less than half the face width ({_mm(width / 2.0)} mm)"
-            fix = "an edge radius is small, usually 0.2 mm"
+            fix = "an edge radius is small, usually 0.04 modules"
             yield Problem(f"gear_pair.{body}_end_edge_radius_mm", radius, allowed, fix)
 
 

@@ -10,7 +10,20 @@ from dataclasses import dataclass
 from math import atan, cos, pi, radians, sin, sqrt, tan
 from typing import Any
 
-__all__ = ["DERIVED_DEFAULTS", "DerivedDefault", "filled_in", "full_round_radius"]
+__all__ = [
+    "DERIVED_DEFAULTS",
+    "EDGE_RADIUS",
+    "EDGE_RADIUS_FIELDS",
+    "DerivedDefault",
+    "edge_radius",
+    "filled_in",
+    "full_round_radius",
+]
+
+EDGE_RADIUS = 2.0 / 45.0
+"""Default rounding of deburred edges, in (normal) modules: 0.2 mm at a module of 4.5 mm."""
+
+EDGE_RADIUS_FIELDS = tuple(f"{body}_{edge}_edge_radius_mm" for body in ("pinion", "gear") for edge in ("tip", "end"))
 
 
 @dataclass(frozen=True)
@@ -47,9 +60,13 @@ def _face_centre(inner_mm: float, outer_mm: float) -> float:
     return 0.5 * (inner_mm + outer_mm)
 
 
+def edge_radius(module_mm: float) -> float:
+    """Default radius of an edge [mm]."""
+    return float(f"{EDGE_RADIUS * module_mm:.12g}")
+
+
 def _bore_radius(module_mm: float, pinion_teeth: int) -> float:
-    # Two digits: a bore is a drawing dimension, and the ratio 0.63 is itself a convention.
-    return float(f"{0.63 * 0.5 * module_mm * pinion_teeth:.2g}")
+    return float(f"{0.63 * 0.5 * module_mm * pinion_teeth:.12g}")
 
 
 def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
@@ -95,6 +112,7 @@ DERIVED_DEFAULTS: dict[str, DerivedDefault] = {
         ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), _shaper_tip_radius
     ),
     "rack_tip_radius_mm": DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), _rack_tip_radius),
+    **{name: DerivedDefault(("module_mm",), edge_radius) for name in EDGE_RADIUS_FIELDS},
     "pinion_bore_radius_mm": DerivedDefault(("module_mm", "pinion_teeth"), _bore_radius),
     "gear_rim_thickness_mm": _modules(2.5),
 }

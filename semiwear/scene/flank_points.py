@@ -65,10 +65,10 @@ class FlankPointsPair:
         From the lower end of the flank to the root. Default: what the arc takes.
     pinion_rim_thickness_mm, gear_rim_thickness_mm : float or "auto"
         Material between the root and where the body is held. Default 2.5 normal modules.
-    pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 0.2.
-    pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 0.2.
+    pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float or "auto"
+        Edge rounding between flank and tip. Default 2/45 normal modules.
+    pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float or "auto"
+        Edge rounding between flank and end faces. Default 2/45 normal modules.
     """
 
     references: ClassVar[tuple[str, ...]] = (
@@ -96,10 +96,10 @@ class FlankPointsPair:
     gear_root_depth_mm: float | str = "auto"
     pinion_rim_thickness_mm: float | str = "auto"
     gear_rim_thickness_mm: float | str = "auto"
-    pinion_tip_edge_radius_mm: float = 0.2
-    gear_tip_edge_radius_mm: float = 0.2
-    pinion_end_edge_radius_mm: float = 0.2
-    gear_end_edge_radius_mm: float = 0.2
+    pinion_tip_edge_radius_mm: float | str = "auto"
+    gear_tip_edge_radius_mm: float | str = "auto"
+    pinion_end_edge_radius_mm: float | str = "auto"
+    gear_end_edge_radius_mm: float | str = "auto"
     # No default follows from another field.
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
     # What the files held when the table was made: what is kept for a table must not outlive a change of its files.

@@ -9,7 +9,7 @@ from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice
+from semiwear.scene.rule import Rule, advice, between, choice
 from semiwear.scene.values import Unreadable, number, numbers, text, whole
 
 __all__ = ["FLANK_POINTS_CROSS_RULES", "FLANK_POINTS_RULES"]
@@ -18,7 +18,7 @@ FLANK_POINTS_CROSS_RULES: RuleBook = []
 _across = partial(across, FLANK_POINTS_CROSS_RULES)
 
 _SUFFIXES = (".nc", ".csv")
-_EDGE = "give 0 for a sharp edge, 0.2 for a deburred one"
+_EDGE = '0 for a sharp edge; "auto" is 0.044 normal modules'
 _PARALLEL = 1e-9
 
 
@@ -34,6 +34,13 @@ def _length_or_auto(fix: str) -> Rule:
     return Rule(
         _number_or_auto, '"auto" or greater than 0 mm', lambda value: value == "auto" or value > 0.0, advice(fix)
     )
+
+
+def _radius_or_auto() -> Rule:
+    def holds(value: float | str) -> bool:
+        return value == "auto" or float(value) >= 0.0
+
+    return Rule(_number_or_auto, '"auto", 0 mm or greater', holds, advice(_EDGE))
 
 
 def _file() -> Rule:
@@ -90,10 +97,10 @@ FLANK_POINTS_RULES: dict[str, Rule] = {
         "gear_root_depth_mm": _length_or_auto(_DEPTH),
         "pinion_rim_thickness_mm": _length_or_auto(_RIM),
         "gear_rim_thickness_mm": _length_or_auto(_RIM),
-        "pinion_tip_edge_radius_mm": at_least_zero(_EDGE),
-        "gear_tip_edge_radius_mm": at_least_zero(_EDGE),
-        "pinion_end_edge_radius_mm": at_least_zero(_EDGE),
-        "gear_end_edge_radius_mm": at_least_zero(_EDGE),
+        "pinion_tip_edge_radius_mm": _radius_or_auto(),
+        "gear_tip_edge_radius_mm": _radius_or_auto(),
+        "pinion_end_edge_radius_mm": _radius_or_auto(),
+        "gear_end_edge_radius_mm": _radius_or_auto(),
     }.items()
 } | {
     "wear.control_point.face_mm": Rule(

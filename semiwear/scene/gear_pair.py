@@ -49,11 +49,11 @@ class FaceGearPair:
         Tip roundings of the cutters, which leave the fillets. Defaults 0.2 m and 0.3 m, or what the crests have
         room for.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 0.2.
+        Edge rounding between flank and tip. Default 2/45 m.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 0.2.
+        Edge rounding between flank and end faces. Default 2/45 m.
     pinion_bore_radius_mm : float
-        Radius of the pinion's bore, where it is held. Default 0.63 pitch radii, to two digits.
+        Radius of the pinion's bore, where it is held. Default 0.63 pitch radii.
     gear_rim_thickness_mm : float
         Thickness of the gear under its root. Default 2.5 m.
     """
@@ -77,10 +77,10 @@ class FaceGearPair:
     rack_addendum_mm: float = _DERIVED
     shaper_tip_radius_mm: float = _DERIVED
     rack_tip_radius_mm: float = _DERIVED
-    pinion_tip_edge_radius_mm: float = 0.2
-    gear_tip_edge_radius_mm: float = 0.2
-    pinion_end_edge_radius_mm: float = 0.2
-    gear_end_edge_radius_mm: float = 0.2
+    pinion_tip_edge_radius_mm: float = _DERIVED
+    gear_tip_edge_radius_mm: float = _DERIVED
+    pinion_end_edge_radius_mm: float = _DERIVED
+    gear_end_edge_radius_mm: float = _DERIVED
     pinion_bore_radius_mm: float = _DERIVED
     gear_rim_thickness_mm: float = _DERIVED
     # Which fields were left to their derived default.

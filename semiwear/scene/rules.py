@@ -18,7 +18,7 @@ _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
 
 
 def _edge_radius() -> Rule:
-    return at_least_zero("give 0 for a sharp edge, 0.2 for a deburred one")
+    return at_least_zero("give 0 for a sharp edge, or leave the field out for a deburred one")
 
 
 def _youngs_modulus() -> Rule:
