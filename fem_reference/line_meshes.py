@@ -187,7 +187,7 @@ def _face_ends(flank: RigidFlank, line: RigidLine, settings: MeshSettings) -> tu
         by = order[other]
         known, here = places[other][by], places[name][by]
         met[name] = [float(np.interp(end, known, here)) for end in ends[other] if known[0] < end < known[-1]]
-    radius = max(table.gear_end_edge_radius_mm, table.pinion_end_edge_radius_mm)
+    radius = max(float(table.gear_end_edge_radius_mm), float(table.pinion_end_edge_radius_mm))
     size = min(max(radius, _AT_END * settings.element_length), settings.element_length)
     return {name: ends[name] + met[name] for name in BODIES}, size
 

@@ -111,7 +111,7 @@ class RigidFlank:
     def _grid(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Face stations (S, 1), profile (S, H) and wear (S, H) [mm]; the roundings of the ends are left out."""
         low, high = self.pair.gear_face
-        inset = 2.0 * self.pair.scene.gear_pair.gear_end_edge_radius_mm
+        inset = 2.0 * float(self.pair.scene.gear_pair.gear_end_edge_radius_mm)
         face = np.linspace(low + inset, high - inset, self.stations)[:, None]
         tip = self.pair.gear.tip_profile(face)
         profile = self.pair.gear.root_profile + (tip - self.pair.gear.root_profile) * np.linspace(0, 1, self.heights)

@@ -55,12 +55,12 @@ def _edges_fit(flanks: PointFlanks, mesh: PointFlankMesh) -> Iterator[Problem]:
         ),
     ):
         if inset >= flank:
-            fix = "an edge radius is small, usually 0.04 modules"
+            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
             yield Problem(
                 f"gear_pair.{body}_tip_edge_radius_mm", radius, f"below {down(radius * flank / inset)} mm", fix
             )
         if end_radius >= 0.5 * width:
-            fix = "an edge radius is small, usually 0.04 modules"
+            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
             allowed = f"less than half the face width ({down(0.5 * width)} mm)"
             yield Problem(f"gear_pair.{body}_end_edge_radius_mm", end_radius, allowed, fix)
 

@@ -29,7 +29,7 @@ from semiwear.meshing.point_flank_sections import drawn_sections, normal_module,
 from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.scene import FlankPointsPair, Placement
-from semiwear.scene.defaults import EDGE_RADIUS
+from semiwear.scene.cylindrical import edge_radius
 
 __all__ = ["PointFlankMesh", "PointFlanks"]
 
@@ -103,7 +103,7 @@ class PointFlanks:
         given = tuple(getattr(self.table, f"{BODIES[body]}_{edge}_edge_radius_mm") for edge in ("tip", "end"))
         usual = 0.0
         if "auto" in given:
-            usual = EDGE_RADIUS * normal_module(self.bodies[body], self.pitch_surfaces[body])
+            usual = edge_radius(normal_module(self.bodies[body], self.pitch_surfaces[body]))
         tip, end = (usual if one == "auto" else float(one) for one in given)
         return tip, end
 

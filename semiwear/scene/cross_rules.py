@@ -170,7 +170,9 @@ def _gear_end_edges_fit(inner: float, outer: float, radius: float) -> Iterator[P
 def _edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
     if radius >= limit:
         allowed = f"less than {what} ({_mm(limit)} mm)"
-        yield Problem(f"gear_pair.{name}", radius, allowed, "an edge radius is small, usually 0.04 modules")
+        yield Problem(
+            f"gear_pair.{name}", radius, allowed, "an edge radius is small, usually 0.2 mm at a module of 5"
+        )
 
 
 @_across("wear.until", "meshes", "control_depths_um")

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
 from typing import ClassVar, cast
 
-from semiwear.scene.defaults import EDGE_RADIUS_FIELDS, DerivedDefault, edge_radius, filled_in, full_round_radius
+from semiwear.scene.defaults import EDGE_RADIUS_FIELDS, DerivedDefault, edge_radius_of, filled_in, full_round_radius
 
-__all__ = ["CYLINDRICAL_DEFAULTS", "CylindricalControlPoint", "CylindricalPair"]
+__all__ = ["CYLINDRICAL_DEFAULTS", "CylindricalControlPoint", "CylindricalPair", "edge_radius"]
+
+edge_radius = edge_radius_of(4.5)
 
 # Replaced by a number in `CylindricalPair.__post_init__`: no reader of a pair ever meets None.
 _DERIVED = cast(float, None)
@@ -191,9 +193,9 @@ class CylindricalPair:
         Tip rounding of the generating rack; of an internal gear the arc that is its fillet. Default 0.38 m_n, or
         what the rack's crest has room for; 0.3 m_n for that arc.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 2/45 m_n.
+        Edge rounding between flank and tip. Default 0.0444 m_n: 0.2 at a module of 4.5.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 2/45 m_n.
+        Edge rounding between flank and end faces. Default 0.0444 m_n: 0.2 at a module of 4.5.
     pinion_bore_radius_mm : float
         Radius of the pinion's bore, where it is held. Default 0.63 reference radii.
     gear_rim_thickness_mm : float

@@ -121,7 +121,7 @@ for _body in ("pinion", "gear"):
     def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
         if radius >= width / 2.0:
             allowed = f"less than half the face width ({_mm(width / 2.0)} mm)"
-            fix = "an edge radius is small, usually 0.04 modules"
+            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
             yield Problem(f"gear_pair.{body}_end_edge_radius_mm", radius, allowed, fix)
 
 

@@ -12,16 +12,12 @@ from typing import Any
 
 __all__ = [
     "DERIVED_DEFAULTS",
-    "EDGE_RADIUS",
     "EDGE_RADIUS_FIELDS",
     "DerivedDefault",
-    "edge_radius",
+    "edge_radius_of",
     "filled_in",
     "full_round_radius",
 ]
-
-EDGE_RADIUS = 2.0 / 45.0
-"""Default rounding of deburred edges, in (normal) modules: 0.2 mm at a module of 4.5 mm."""
 
 EDGE_RADIUS_FIELDS = tuple(f"{body}_{edge}_edge_radius_mm" for body in ("pinion", "gear") for edge in ("tip", "end"))
 
@@ -60,13 +56,16 @@ def _face_centre(inner_mm: float, outer_mm: float) -> float:
     return 0.5 * (inner_mm + outer_mm)
 
 
-def edge_radius(module_mm: float) -> float:
-    """Default radius of an edge [mm]."""
-    return float(f"{EDGE_RADIUS * module_mm:.12g}")
+def edge_radius_of(usual_module: float) -> Callable[[float], float]:
+    """Default radius of an edge [mm] by module: in proportion, and 0.2 mm, a deburred edge, at a usual one."""
+    return lambda module_mm: float(f"{0.2 / usual_module * module_mm:.12g}")
+
+
+_USUAL_MODULE = 6.35  # mm; with 25 teeth that of the pair for which defaults are round numbers
 
 
 def _bore_radius(module_mm: float, pinion_teeth: int) -> float:
-    return float(f"{0.63 * 0.5 * module_mm * pinion_teeth:.12g}")
+    return float(f"{50.0 / (_USUAL_MODULE * 25) * module_mm * pinion_teeth:.12g}")
 
 
 def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
@@ -112,7 +111,7 @@ DERIVED_DEFAULTS: dict[str, DerivedDefault] = {
         ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), _shaper_tip_radius
     ),
     "rack_tip_radius_mm": DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), _rack_tip_radius),
-    **{name: DerivedDefault(("module_mm",), edge_radius) for name in EDGE_RADIUS_FIELDS},
+    **{name: DerivedDefault(("module_mm",), edge_radius_of(_USUAL_MODULE)) for name in EDGE_RADIUS_FIELDS},
     "pinion_bore_radius_mm": DerivedDefault(("module_mm", "pinion_teeth"), _bore_radius),
     "gear_rim_thickness_mm": _modules(2.5),
 }

@@ -66,9 +66,11 @@ class FlankPointsPair:
     pinion_rim_thickness_mm, gear_rim_thickness_mm : float or "auto"
         Material between the root and where the body is held. Default 2.5 normal modules.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float or "auto"
-        Edge rounding between flank and tip. Default 2/45 normal modules.
+        Edge rounding between flank and tip. Default 0.0444 normal modules, as of a
+        cylindrical pair.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float or "auto"
-        Edge rounding between flank and end faces. Default 2/45 normal modules.
+        Edge rounding between flank and end faces. Default 0.0444 normal modules, as of a
+        cylindrical pair.
     """
 
     references: ClassVar[tuple[str, ...]] = (

@@ -49,11 +49,11 @@ class FaceGearPair:
         Tip roundings of the cutters, which leave the fillets. Defaults 0.2 m and 0.3 m, or what the crests have
         room for.
     pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 2/45 m.
+        Edge rounding between flank and tip. Default 0.0315 m: 0.2 at a module of 6.35.
     pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 2/45 m.
+        Edge rounding between flank and end faces. Default 0.0315 m: 0.2 at a module of 6.35.
     pinion_bore_radius_mm : float
-        Radius of the pinion's bore, where it is held. Default 0.63 pitch radii.
+        Radius of the pinion's bore, where it is held. Default 0.63 pitch radii: 50 for 25 teeth at that module.
     gear_rim_thickness_mm : float
         Thickness of the gear under its root. Default 2.5 m.
     """

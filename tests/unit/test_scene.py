@@ -808,7 +808,7 @@ class TestReplace:
         assert bigger.pinion_addendum_mm == 7.0
         assert bigger.rack_tip_radius_mm == 2.1
         assert bigger.pinion_centre_mm == 573.0
-        assert bigger.pinion_bore_radius_mm == 55.0
+        assert bigger.pinion_bore_radius_mm == pytest.approx(50.0 * 7.0 / 6.35)  # in proportion, not to two digits
 
     def test_values_spelled_out_in_a_file_stay(self, shipped: Scene) -> None:
         changed = shipped.replace({"gear_pair.pressure_angle_deg": 20, "gear_pair.module_mm": 6.4})
