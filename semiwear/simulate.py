@@ -24,14 +24,13 @@ from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
+from semiwear.wear.step_count import steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
 
-_DEPTH_A_STEP = 3.3e-4  # of the base pitch: greatest wear that an automatic wear step leaves, about
-_AUTO_STEPS = (3, 40)
 _ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
 _WEARING = "contact and wear"  # the stage
 
@@ -187,16 +186,27 @@ def _wear_steps(
     count = int(steps) if steps != "auto" else kept.steps[-1].total if done else 0
     if not count:
         adaptive = isinstance(stepper, AdaptiveStepper)
-        count = _ADAPTIVE_STATES if adaptive else _steps_for(stepper, state, wear.until.meshes)
+        count = _ADAPTIVE_STATES if adaptive else _steps_for(stepper, state, wear.until.meshes, teeth.pair.base_pitch)
     for k in range(done + 1, count + 1):
         state = stepper.step(state, wear.until.meshes / count)
-        yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {1e3 * state.wear.max():.3g} um at most")
+        yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {_depths_told(state)} at most")
 
 
-def _steps_for(stepper: WearStepper | TwoStageStepper | AdaptiveStepper, start: WearState, meshes: float) -> int:
-    """Wear steps for a run: its greatest depth, estimated with a single step, over a usual depth a step."""
-    depth = float(stepper.step(start, meshes).wear.max())
-    return int(np.clip(np.ceil(depth / _DEPTH_A_STEP), *_AUTO_STEPS))
+def _steps_for(
+    stepper: WearStepper | TwoStageStepper | AdaptiveStepper, start: WearState, meshes: float, base_pitch: float
+) -> int:
+    """Wear steps for a run, after its greatest depth on either body as a single step estimates it."""
+    depths = stepper.step(start, meshes).deepest
+    return steps_for_depth(max(depths.values(), default=0.0), base_pitch)
+
+
+def _depths_told(state: WearState) -> str:
+    """The greatest wear depth of every body that wears."""
+    depths = state.deepest
+    told = [f"{1e3 * depth:.3g} um" for depth in depths.values()]
+    if len(told) > 1:
+        told = [f"{body} {depth}" for body, depth in zip(depths, told, strict=True)]
+    return ", ".join(told) or "0 um"
 
 
 def _result(

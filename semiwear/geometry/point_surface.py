@@ -32,11 +32,12 @@ FloatArray = NDArray[np.float64]
 LEAST_POINTS = 9
 """Points each way of a grid: every second of them still makes a cubic."""
 NOISY = 5e-5
-"""Noise [mm] from which the surface is smoothed unless a scene says otherwise: contact does not feel less."""
+"""Noise [mm] from which a surface 10 mm high is smoothed, unless a scene says otherwise: contact feels no less."""
 
 _ORDERS = (4, 5, 6, 7, 8)
 _ORDER = 4  # of a cubic spline
 _WITHIN = 0.95
+_USUAL_HEIGHT = 10.0  # mm, of the flank that `NOISY` is for
 _BASE_DEGREE = 9
 _TARGET = 1.05  # of the noise, whose estimate scatters: a little less would be met by following the noise itself
 
@@ -134,14 +135,19 @@ class PointSurface:
             Root mean square distance that the surface keeps from the points along its normal. Default: none, or their
             noise where they are noisy.
         """
-        u, _ = _chords(points, 0)
+        u, heights = _chords(points, 0)
         v = _chords(points, 1)[0] if face is None else (face - face[0]) / (face[-1] - face[0])
-        noise = noise_of(points)
-        wanted = (noise if noise > NOISY else 0.0) if smoothing is None else smoothing
+        noise, felt = noise_of(points), _noisy(float(heights.mean()))
+        wanted = (noise if noise > felt else 0.0) if smoothing is None else smoothing
         if wanted > 0.0:
             smooth = _smoothed(u, v, points, wanted)
             return cls(u, v, smooth, noise, wanted, _split_half_error(u, v, points, smooth, wanted))
-        return cls(u, v, points, noise, 0.0, _left_out_error(u, v, points, noise))
+        return cls(u, v, points, noise, 0.0, _left_out_error(u, v, points, noise if noise > 1e-3 * felt else 0.0))
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the points are so noisy that the surface is smoothed unless a scene says otherwise."""
+        return self.noise > _noisy(float(self.profile_lengths.mean()))
 
     @cached_property
     def cells(self) -> FloatArray:
@@ -158,6 +164,11 @@ class PointSurface:
         """Length of the tooth along the middle of its flank [mm]."""
         lengths = _arc_lengths(self.v, self.points, 1)
         return float(lengths[lengths.size // 2])
+
+
+def _noisy(height: float) -> float:
+    """Noise that contact feels on a flank of some height [mm]."""
+    return NOISY * height / _USUAL_HEIGHT
 
 
 def _arc_lengths(parameter: FloatArray, points: FloatArray, axis: int) -> FloatArray:
@@ -220,7 +231,7 @@ def _left_out_error(u: FloatArray, v: FloatArray, points: FloatArray, noise: flo
     left_out[np.ix_(rows, columns)] = False
     typical = float(np.quantile(missed[left_out], _WITHIN))
     smooth = sqrt(max(typical**2 - (2.0 * sqrt(2.0) * noise) ** 2, 0.0)) / 2.0**_ORDER
-    return float(np.hypot(smooth, 2.0 * noise if noise > 1e-3 * NOISY else 0.0))
+    return float(np.hypot(smooth, 2.0 * noise))
 
 
 def _split_half_error(u: FloatArray, v: FloatArray, points: FloatArray, smooth: FloatArray, target: float) -> float:

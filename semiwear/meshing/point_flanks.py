@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PointGrid, read_point_grid
 from semiwear.geometry.point_problems import grid_problems
-from semiwear.geometry.point_surface import NOISY, PointSurface
+from semiwear.geometry.point_surface import PointSurface
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.point_flank_body import FlankBody, frame_about
 from semiwear.meshing.point_flank_kernels import meet
@@ -111,7 +111,7 @@ def surfaces_told(table: FlankPointsPair) -> str:
         text = f"{name} {rows} x {columns} points"
         if surface.smoothing > 0.0:
             text += f" with a noise of {1e3 * surface.noise:.2g} um, smoothed by {1e3 * surface.smoothing:.2g} um"
-        elif surface.noise > NOISY:
+        elif surface.noisy:
             text += f" with a noise of {1e3 * surface.noise:.2g} um, not smoothed"
         told.append(f"{text}, surface error {1e3 * surface.error:.2g} um")
     return "; ".join(told)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.wear.mapping import Worn
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
@@ -70,6 +71,12 @@ class WearState:
     def worn(self) -> Worn:
         """Wear depths of both flanks [mm]."""
         return Worn(self.contact.wear, self.contact.partner_wear)
+
+    @property
+    def deepest(self) -> dict[str, float]:
+        """Greatest wear depth of each body that wears [mm]."""
+        depths = {BODIES[DRIVING]: self.worn.driving, BODIES[DRIVEN]: self.worn.driven}
+        return {body: float(depth.max()) for body, depth in depths.items() if depth is not None and depth.any()}
 
     @property
     def loaded(self) -> tuple[LoadedState, ...]:
