@@ -4,6 +4,9 @@ The flanks are worn anew, from unworn, in implicit steps of about equal depth, e
 comes out 8 % too long in three plain ones, 1 % in three of two stages. The last one ends where the greatest wear
 depth of a body's flank is the limit. Where the run itself ends does not matter.
 
+Other torques take the same steps once more; the depth at their end, which is near the limit, and the wear rate there
+tell their lives. The wear coefficient takes none: a life is exactly inverse to it.
+
 Names and units of what is told here are written in `semiwear.results.schema`.
 """
 
@@ -11,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, log
+from math import log
 
 import numpy as np
 
@@ -20,16 +23,19 @@ from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
+from semiwear.wear.step_count import SEARCH_STEPS, steps_of_life, two_stage_steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["Life", "find_life", "life_group", "step_lengths_to"]
 
-_DEPTH_A_STEP = 6e-3  # mm, as an automatic wear step
-_STEPS = (3, 40)
+Heard = Callable[[int, int, str], None]
+"""Hears how many steps are done, of how many, and what they are."""
+
 _TORQUE_CHANGE = 0.05  # to either side: from one node to the next the greatest depth leaves 0.2 % of the life open
 _TOLERANCE = 1e-5  # of the limit
 _ITERATIONS = 40
+_NEAR = 0.03  # of the limit: a depth missed by less is made good by the wear rate there, to the square of that
 
 
 @dataclass(frozen=True)
@@ -58,8 +64,18 @@ class Life:
     sensitivity_to_torque: float
 
 
-def life_group(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper) -> dict[str, np.ndarray]:
+def life_group(
+    physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: Heard | None = None
+) -> dict[str, np.ndarray]:
     """Arrays of the group `/life`; none where the scene has no `[effects.run_life]`.
+
+    Parameters
+    ----------
+    physics : Plan
+    teeth : LoadedTeeth
+    stepper : WearStepper
+    heard : callable, optional
+        Hears of every step of the search: how many are done, how many there are, and what it is.
 
     Raises
     ------
@@ -69,7 +85,7 @@ def life_group(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper) -> dict[
     if physics.scene.effects.run_life is None:
         return {}
     with physics.clock.measure("run_life"):
-        life = find_life(physics, teeth, stepper)
+        life = find_life(physics, teeth, stepper, heard)
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
         "meshes_to_limit": np.asarray(life.meshes),
@@ -79,8 +95,8 @@ def life_group(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper) -> dict[
     return arrays | ({} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)})
 
 
-def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper) -> Life:
-    """The life that `[effects.run_life]` asks for.
+def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: Heard | None = None) -> Life:
+    """The life that `[effects.run_life]` asks for; `heard` as in `life_group`.
 
     Raises
     ------
@@ -91,20 +107,26 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper) -> Life:
     table = scene.effects.run_life
     assert table is not None
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
+    count = two_stage_steps_for_depth(limit, teeth.pair.base_pitch)
+    told = _Told(heard, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
     try:
-        lengths = step_lengths_to(replace(stepper, implicit=True), body, limit)
+        told.part("", count + SEARCH_STEPS)
+        way = _way_to(replace(stepper, implicit=True), body, limit, None, told)
+        told.finish_part()
         factors = (1.0 - _TORQUE_CHANGE, 1.0 + _TORQUE_CHANGE)
         # the same steps at other torques, so that what they leave out cancels in the difference
-        low, high = (
-            sum(step_lengths_to(_under(scene, factor), body, limit, [length / factor for length in lengths]))
-            for factor in factors
-        )
+        lives = []
+        for factor in factors:
+            told.part(f" at {factor:g} of the torque", count)
+            lives.append(_life_along(_under(scene, factor), body, limit, way, factor, told))
+            told.finish_part()
+        low, high = lives
     except ConvergenceError as error:
         raise ConvergenceError(
             f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {error}; for "
             "the life, lower effects.run_life.depth_limit_um"
         ) from error
-    meshes = sum(lengths)
+    meshes = sum(way.lengths)
     speed = scene.operation.pinion_speed_rpm
     # a driven tooth meshes once a turn of its body, which takes as many turns of the pinion as the ratio says
     hours = None if speed is None else meshes * teeth.pair.driving_meshes / (60.0 * speed)
@@ -131,14 +153,60 @@ def step_lengths_to(
     ConvergenceError
         If the flank stops wearing before the limit.
     """
+    return _way_to(stepper, body, limit, lengths, _Told(None, 0, "")).lengths
+
+
+class _Told:
+    """Counts steps of a search that has several parts, whose lengths are known about, and tells of them."""
+
+    def __init__(self, heard: Heard | None, total: int, what: str) -> None:
+        self._heard, self._total, self._what = heard, total, what
+        self._done = self._end = 0
+        self._part = ""
+
+    def part(self, name: str, steps: int) -> None:
+        """A part of about so many steps begins."""
+        self._part, self._end = name, self._done + steps
+
+    def step(self) -> None:
+        """One step is taken; those beyond what was expected count no more."""
+        if self._done < self._end - 1:
+            self._done += 1
+            self._tell()
+
+    def finish_part(self) -> None:
+        """The part is done, whether or not it took as many steps."""
+        self._done = self._end
+        self._tell()
+
+    def _tell(self) -> None:
+        if self._heard is not None:
+            self._heard(self._done, self._total, f"{self._what}{self._part}")
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Steps to the limit [meshes], and the wear rate at their end [mm a mesh]."""
+
+    lengths: list[float]
+    rate: float
+
+
+def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[float] | None, told: _Told) -> _Way:
     scheme, now, taken = TwoStageStepper(stepper), 0.0, list[float]()
     state = scheme.start()
-    steps = len(lengths) if lengths is not None else int(np.clip(ceil(limit / _DEPTH_A_STEP), *_STEPS))
-    rate = limit / sum(lengths) if lengths is not None else _greatest(scheme.step(state, 1.0), body)
+
+    def worn(begin: WearState, length: float) -> WearState:
+        end = scheme.step(begin, length)
+        told.step()
+        return end
+
+    steps = len(lengths) if lengths is not None else two_stage_steps_for_depth(limit, stepper.teeth.pair.base_pitch)
+    rate = limit / sum(lengths) if lengths is not None else _greatest(worn(state, 1.0), body)
     for k in range(1, steps):
         _must_wear(rate, body, now, limit)
         length = lengths[k - 1] if lengths is not None else (limit * k / steps - now) / rate
-        ahead = scheme.step(state, length)
+        ahead = worn(state, length)
         depth = _greatest(ahead, body)
         if depth >= limit:
             break
@@ -146,11 +214,33 @@ def step_lengths_to(
         state, now = ahead, depth
         taken.append(length)
     _must_wear(rate, body, now, limit)
+    depths = [(0.0, now)]
 
     def beyond(length: float) -> float:
-        return _greatest(scheme.step(state, length), body) - limit
+        depths.append((length, _greatest(worn(state, length), body)))
+        return depths[-1][1] - limit
 
-    return [*taken, _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)]
+    last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
+    # of the last step's end: from the two of its lengths that the search tried last
+    (length_0, depth_0), (length_1, depth_1) = depths[-2:]
+    slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
+    return _Way([*taken, last], slope if slope > 0.0 else rate)
+
+
+def _life_along(stepper: WearStepper, body: int, limit: float, way: _Way, factor: float, told: _Told) -> float:
+    """Life in the steps of another torque's way, `factor` times as great: each that much shorter.
+
+    What a step wears is about in proportion to both, so that the depth at the end is near the limit.
+    """
+    scheme, lengths = TwoStageStepper(stepper), [length / factor for length in way.lengths]
+    state = scheme.start()
+    for length in lengths:
+        state = scheme.step(state, length)
+        told.step()
+    missed = limit - _greatest(state, body)
+    if abs(missed) > _NEAR * limit:
+        return sum(_way_to(stepper, body, limit, lengths, told).lengths)
+    return sum(lengths) + missed / (factor * way.rate)
 
 
 def _greatest(state: WearState, body: int) -> float:

@@ -125,7 +125,7 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
             kept.add(KeptStep(step.total, seconds, state_arrays(stepper, step.state)))
             if step.done:
                 progress.step(step.done, step.total, step.text)
-        life = life_group(physics, teeth, stepper)
+        life = life_group(physics, teeth, stepper, progress.step)
     except ConvergenceError as error:
         if not states:
             raise

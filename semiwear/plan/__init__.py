@@ -36,6 +36,7 @@ from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
+from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
@@ -76,7 +77,15 @@ class Plan:
     def __str__(self) -> str:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
         physics = table(("physics", "runs", "chosen", "why"), rows)
-        return f"{physics}\n\n{effects_table(self.scene, self.last)}"
+        return f"{physics}\n\n{effects_table(self.scene, self.last, self._costs())}"
+
+    def _costs(self) -> dict[str, str]:
+        """What effects cost that take wear steps of their own."""
+        life = self.scene.effects.run_life
+        if life is None:
+            return {}
+        steps = steps_of_life(1e-3 * life.depth_limit_um, self.flank_pair().base_pitch)
+        return {"run_life": f"costs about {steps} wear steps in two stages after the run's own"}
 
     @property
     def references(self) -> tuple[str, ...]:

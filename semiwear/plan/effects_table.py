@@ -25,7 +25,7 @@ def seconds_of_effects(last: DataTree) -> dict[str, float]:
     return found
 
 
-def effects_table(scene: Scene, last: Mapping[str, float]) -> str:
+def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, str] | None = None) -> str:
     """Every effect, on or off.
 
     Parameters
@@ -33,6 +33,8 @@ def effects_table(scene: Scene, last: Mapping[str, float]) -> str:
     scene : Scene
     last : mapping
         As `seconds_of_effects` gives it; empty without an earlier run.
+    costs : mapping, optional
+        What effects that run cost, by name, where that is worth saying beforehand.
     """
     head = ("effect", "on", "acts in", "needs", "what and why")
     rows = []
@@ -42,7 +44,15 @@ def effects_table(scene: Scene, last: Mapping[str, float]) -> str:
         if own is None:
             rows.append((name, "no", kind.acts_in, needs, f"{kind.title}: no table"))
             continue
-        rows.append((name, "yes", kind.acts_in, needs, f"{kind.title}: {_values(own)}{_share(name, last)}"))
+        rows.append(
+            (
+                name,
+                "yes",
+                kind.acts_in,
+                needs,
+                f"{kind.title}: {_values(own)}{_cost(name, costs)}{_share(name, last)}",
+            )
+        )
     return table(head, rows)
 
 
@@ -58,6 +68,10 @@ def _values(own: EffectTable) -> str:
         shown = f"{value:g}" if isinstance(value, float) else str(value)
         told.append(f"{field.name} = {shown}{' (default)' if value == field.default else ''}")
     return ", ".join(told)
+
+
+def _cost(name: str, costs: Mapping[str, str] | None) -> str:
+    return f"; {costs[name]}" if costs and name in costs else ""
 
 
 def _needs(kind: type[EffectTable], own: EffectTable | None) -> list[str]:

@@ -8,12 +8,31 @@ from __future__ import annotations
 
 from math import ceil
 
-__all__ = ["LEAST_STEPS", "MOST_STEPS", "steps_for_depth"]
+__all__ = [
+    "LEAST_STEPS",
+    "MOST_STEPS",
+    "SEARCH_STEPS",
+    "steps_for_depth",
+    "steps_of_life",
+    "two_stage_steps_for_depth",
+]
 
 _DEPTH_A_STEP = 4.5e-4  # of the base pitch: 6 um at a module of 4.5 mm
 LEAST_STEPS, MOST_STEPS = 3, 40
+SEARCH_STEPS = 3  # that a search for the end of a life takes, about, besides those to it
+_PLAIN_STEPS = 2.0  # that one in two stages is worth to a life: four leave 0.3 % of one until 50 um
 
 
 def steps_for_depth(depth: float, base_pitch: float) -> int:
     """Steps until the greatest wear depth of either body [mm] is `depth`, on teeth of a base pitch [mm]."""
     return min(max(ceil(depth / (_DEPTH_A_STEP * base_pitch)), LEAST_STEPS), MOST_STEPS)
+
+
+def two_stage_steps_for_depth(depth: float, base_pitch: float) -> int:
+    """Steps in two stages until the greatest wear depth [mm] is `depth`, on teeth of a base pitch [mm]."""
+    return steps_for_depth(depth / _PLAIN_STEPS, base_pitch)
+
+
+def steps_of_life(depth_limit: float, base_pitch: float) -> int:
+    """Steps in two stages, about, for a life until a depth [mm] and for what torque does to it: two more lives."""
+    return 3 * two_stage_steps_for_depth(depth_limit, base_pitch) + SEARCH_STEPS

@@ -8,6 +8,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.life import _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
+from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.two_stage import TwoStageStepper
 
 TINY = {
@@ -145,3 +146,39 @@ def test_the_search_finds_the_zero(function, trial):
 def test_a_search_without_a_zero_gives_up():
     with pytest.raises(ConvergenceError, match="loses its load"):
         _zero_of(lambda x: -1.0 - 1.0 / (1.0 + x), -2.0, 1.0, 1e-6)
+
+
+class Heard:
+    def __init__(self):
+        self.steps = []
+
+    def step(self, done, total, text):
+        self.steps.append((done, total, text))
+
+
+def test_it_takes_the_steps_that_the_plan_says_and_tells_of_them(tiny, life, monkeypatch):
+    """Three lives to the limit: one is searched for, those of other torques follow from where its steps lead."""
+    taken, heard = [], Heard()
+    step = TwoStageStepper.step
+
+    def counted(self, state, meshes):
+        taken.append(meshes)
+        return step(self, state, meshes)
+
+    monkeypatch.setattr(TwoStageStepper, "step", counted)
+    tree = sw.simulate(tiny, progress=heard)
+    assert float(tree["life"]["meshes_to_limit"]) == pytest.approx(life.meshes)
+    told = steps_of_life(10e-3, plan(tiny).flank_pair().base_pitch)
+    assert len(taken) <= told + 2
+    assert f"costs about {told} wear steps" in str(plan(tiny))
+    steps = [(done, total) for done, total, text in heard.steps if text.startswith("life until 10 um")]
+    assert steps[-1] == (told, told) and sorted(steps) == steps and len(steps) >= 9
+    assert "at 0.95 of the torque" in heard.steps[-4][2] + heard.steps[-5][2]
+
+
+def test_the_shorter_search_finds_what_torque_does_as_whole_searches_do(tiny, life):
+    """Lives under both torques, each searched for to its end."""
+    physics = [plan(tiny.replace({"operation.pinion_torque_Nm": factor * 1600.0})) for factor in (0.95, 1.05)]
+    lives = [sum(step_lengths_to(one.wear_stepper(one.loaded_teeth()), DRIVEN, 10e-3)) for one in physics]
+    expected = np.log(lives[1] / lives[0]) / np.log(1.05 / 0.95)
+    assert life.sensitivity_to_torque == pytest.approx(expected, abs=0.02)
