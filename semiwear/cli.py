@@ -21,22 +21,21 @@ from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.console import tolerant_streams
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.results.checkpoint import peek
+from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
 __all__ = ["main"]
 
 _COLUMNS = (
-    ("meshes", "meshes", "{:.3e}", 1),
-    ("control [um]", "wear_depth_control_point", "{:.1f}", 1),
-    ("root [um]", "wear_depth_max_root", "{:.1f}", 1),
-    ("addendum [um]", "wear_depth_max_addendum", "{:.1f}", 1),
-    ("load share", "load_share_max", "{:.3f}", 1),
-    ("p root [MPa]", "contact_pressure_root", "{:.0f}", 1),
-    ("p pitch [MPa]", "contact_pressure_pitch", "{:.0f}", 1),
-    ("root stress p/g [MPa]", "root_stress_max", "{:.1f}", 2),
-    ("TE mean [arcsec]", "transmission_error_mean", "{:.2f}", 1),
-    ("TE ampl. [arcsec]", "transmission_error_amplitude", "{:.2f}", 1),
+    ("meshes", "meshes", "{:.3e}"),
+    ("control {} [um]", "wear_depth_control_point", "{:.1f}"),
+    ("load share", "load_share_max", "{:.3f}"),
+    ("p root [MPa]", "contact_pressure_root", "{:.0f}"),
+    ("p pitch [MPa]", "contact_pressure_pitch", "{:.0f}"),
+    ("root stress p/g [MPa]", "root_stress_max", "{:.1f}"),
+    ("TE mean [arcsec]", "transmission_error_mean", "{:.2f}"),
+    ("TE ampl. [arcsec]", "transmission_error_amplitude", "{:.2f}"),
 )
 
 _SET_HELP = "change a field of the scene, remove it (KEY=none), or add an effect (effects.friction={})"
@@ -299,16 +298,30 @@ def _report(options: argparse.Namespace) -> None:
 def _table(tree: xr.DataTree) -> str:
     """One row a wear step."""
     history = tree["history"].to_dataset()
-    shown = [column for column in _COLUMNS if column[1] in history.variables]
-    rows = [[name for name, *_ in shown]]
-    for step in range(history.sizes["wear_step"]):
-        row = []
-        for _, variable, form, _count in shown:
-            values = np.atleast_1d(history[variable].values[step])
-            row.append("/".join(form.format(value) for value in values))
-        rows.append(row)
-    wide = [max(len(row[k]) for row in rows) for k in range(len(shown))]
+    columns = [(heading, form, history[name].values) for heading, name, form in _COLUMNS if name in history.variables]
+    columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
+    point = control_place(tree)
+    rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
+    rows += [
+        ["/".join(map(form.format, np.atleast_1d(values[step]))) for _, form, values in columns]
+        for step in range(history.sizes["wear_step"])
+    ]
+    wide = [max(len(row[k]) for row in rows) for k in range(len(columns))]
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows)
+
+
+def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
+    """Greatest wear of every body that wears: of its whole flank, its root and its addendum."""
+    bodies = worn_bodies(tree) or (main_body(tree),)
+    of = "{} p/g [um]" if len(bodies) > 1 else f"{bodies[0]} {{}} [um]"
+    stems = ["wear_depth_max_pinion" if body == "pinion" else "wear_depth_max" for body in bodies]
+    whole = tree["flank"].to_dataset()["wear_depth"].max(("profile", "face")).sel(body=list(bodies)).values
+    columns = [(of.format("wear"), "{:.1f}", whole)]
+    for zone in ("root", "addendum"):
+        if all(f"{stem}_{zone}" in history for stem in stems):
+            values = np.stack([history[f"{stem}_{zone}"].values for stem in stems], axis=-1)
+            columns.append((of.format(zone), "{:.1f}", values))
+    return columns
 
 
 def _life(tree: xr.DataTree) -> str:

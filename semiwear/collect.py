@@ -79,7 +79,7 @@ def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) ->
 
 @dataclass(frozen=True)
 class _Zones:
-    """Pitch band of the driven flank: profile coordinates of its two borders in each slice [mm]."""
+    """Pitch band of a flank: profile coordinates of its two borders in each slice [mm]."""
 
     low: FloatArray
     high: FloatArray
@@ -89,6 +89,30 @@ class _Zones:
         pitch = teeth.pair.pitch_profile(teeth.grid.face)
         half = teeth.half_width / np.mean(teeth.lines.spacing, axis=0)
         return cls(pitch - half, pitch + half)
+
+    @classmethod
+    def of_driving(cls, teeth: LoadedTeeth) -> _Zones:
+        """Of the driving flank: the part that meets the driven flank's band.
+
+        Where a slice's path of contact does not cross the band, all of it is on one side.
+        """
+        own, lines = cls.of(teeth), teeth.lines
+        inside = _on_path(teeth)
+        borders = np.empty((2, lines.profile.shape[1]))
+        for i in range(borders.shape[1]):
+            on = np.flatnonzero(inside[:, i])
+            if on.size == 0:  # out of contact: as its neighbours
+                borders[:, i] = np.nan
+                continue
+            order = on[np.argsort(lines.profile[on, i])]
+            # the higher on one flank, the lower on the other
+            at = (own.high[i], own.low[i])
+            borders[:, i] = np.interp(at, lines.profile[order, i], lines.partner_profile[order, i])
+        known = np.isfinite(borders[0])
+        if not known.all():
+            slices = np.arange(known.size)
+            borders = np.stack([np.interp(slices, slices[known], border[known]) for border in borders])
+        return cls(*borders)
 
     def of_profile(self, profile: FloatArray) -> NDArray[np.int64]:
         """Zone of places in slices; `profile` has the slices along its last axis."""
@@ -127,6 +151,16 @@ class _Zones:
             for z in zones:
                 best[z] = max(best[z], at_border)
         return best
+
+
+def _on_path(teeth: LoadedTeeth) -> BoolArray:
+    """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
+    lines = teeth.lines
+    inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
+    inside &= lines.separation[0] < teeth.solver.reach
+    # where a line stops or turns at a border its speed is none of the flank's
+    inside[1:-1] &= inside[2:] & inside[:-2]
+    return inside
 
 
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
@@ -196,8 +230,14 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
         "transmission_error_mean": error.mean(),
         "transmission_error_amplitude": np.ptp(error),
     }
-    if state.partner_wear is not None:
-        arrays["wear_depth_max_pinion"] = _UM * state.partner_wear.max()
+    greatest = {DRIVING: 0.0, DRIVEN: _UM * float(state.wear.max())}
+    if state.partner_wear is not None and teeth.partner is not None:
+        greatest[DRIVING] = arrays["wear_depth_max_pinion"] = _UM * float(state.partner_wear.max())
+        nodes = teeth.partner.grid.profile.T
+        counts = np.ones(nodes.shape, dtype=bool)
+        worn = _Zones.of_driving(teeth).greatest(_UM * state.partner_wear.T, nodes, counts)
+        arrays |= {f"wear_depth_max_pinion_{zone.name.lower()}": worn[zone] for zone in Zone}
+    arrays["wear_depth_max"] = np.array([greatest[body] for body in range(len(BODIES))])
     if "root_stress" in parts["engagement"]:
         arrays["root_stress_max"] = parts["engagement"]["root_stress"].max(axis=0)
     return {name: np.asarray(value) for name, value in arrays.items()}
@@ -261,11 +301,8 @@ def residuals(state: LoadedState) -> Arrays:
 def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
     pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
-    zones = _Zones.of(teeth)
-    inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
-    inside &= lines.separation[0] < teeth.solver.reach
-    # where a line stops or turns at a border its speed is none of the flank's
-    inside[1:-1] &= inside[2:] & inside[:-2]
+    zones = {DRIVING: _Zones.of_driving(teeth), DRIVEN: _Zones.of(teeth)}
+    inside = _on_path(teeth)
     driving = _driving_profile(teeth)
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
@@ -287,9 +324,7 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
             order = on[np.argsort(places[on, i])]
             specific[i] = np.interp(nodes[i], places[order, i], sliding[order, i])
             active[i] = (nodes[i] >= places[order[0], i]) & (nodes[i] <= places[order[-1], i])
-        zone = zones.of_profile(nodes.T).T
-        if body == DRIVING:
-            zone = np.where(height < -teeth.half_width, Zone.ROOT, np.where(height > teeth.half_width, 2, Zone.PITCH))
+        zone = zones[body].of_profile(nodes.T).T
         for name, values in zip(arrays, (height, radius, zone, active, specific), strict=True):
             arrays[name].append(values.T)
     found = {name: np.stack(values) for name, values in arrays.items()}

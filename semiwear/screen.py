@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import textwrap
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -19,13 +19,14 @@ from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
-from semiwear.meshing.flank_pair import BODIES, DRIVEN
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.plan import plan
 from semiwear.plan.choices import table
 from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.simulate import NoProgress, Progress
+from semiwear.wear.mapping import Worn
 
 __all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
 
@@ -165,13 +166,13 @@ class Screening:
 
 @dataclass(frozen=True)
 class _Cycle:
-    """One mesh cycle: `QUANTITIES`, what observers tell, processor time [s], and the teeth with one mesh's wear."""
+    """One mesh cycle: `QUANTITIES`, what observers tell, processor time [s], the teeth, one mesh's wear by body."""
 
     values: dict[str, float]
     told: dict[str, str]
     seconds: float
     teeth: LoadedTeeth
-    wear: np.ndarray | None
+    wear: dict[str, np.ndarray]
 
 
 class _NotRun(Exception):
@@ -244,7 +245,7 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
         return ScreenedEffect(name, present, {}, None, f"not run: {error}")
     change = {key: _relative(value, base.values[key]) for key, value in cycle.values.items() if key in base.values}
     if name == _HARDNESS:
-        factor, note = _hardness_at_the_end(*((scene, base) if present else (other, cycle)), base.values["wear rate"])
+        factor, note = _hardness_at_the_end(*((scene, base) if present else (other, cycle)))
         later = (1.0 / factor if present else factor) - 1.0
         change["wear rate"] = max(change["wear rate"], later, key=abs)
         notes.append(note)
@@ -310,23 +311,49 @@ def _without(scene: Scene, name: str) -> tuple[dict[str, Any], list[str]]:
     return {f"effects.{one}": None for one in gone}, [f"together with {one}, which needs it" for one in gone[1:]]
 
 
-def _hardness_at_the_end(scene: Scene, cycle: _Cycle, rate: float) -> tuple[float, str]:
+def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:
     """Factor of the hardness law on the wear rate at the depth where the run ends, and that in words.
 
-    `rate` is the greatest unworn wear rate [um a mesh], of a scene that ends after a number of meshes.
+    It is that of the body on which the law acts most.
     """
     law, wear = scene.effects.wear_law.hardness, scene.wear
     assert law is not None and wear is not None
-    until = wear.until
-    depth = until.control_depths_um[-1] if until.control_depths_um is not None else rate * float(until.meshes or 0.0)
     found = hardness_laws(scene, cycle.teeth)
-    assert found is not None and cycle.wear is not None
-    factors = np.broadcast_to(found[DRIVEN].factor(np.asarray(1e-3 * depth)), cycle.wear.shape)
-    factor = float(factors.flat[int(np.argmax(cycle.wear))])
+    assert found is not None
     begins = law.case_depth_um - 0.5 * law.transition_um
-    if depth <= begins:
-        return factor, f"acts only beyond {begins:g} um, the run ends at {depth:.3g} um"
-    return factor, f"wear rate at {depth:.3g} um, where the run ends; nothing before {begins:g} um"
+    told: list[tuple[float, str]] = []
+    for body, depth in _depths_at_the_end(scene, cycle.teeth).items():
+        rates = cycle.wear[body]
+        factors = np.broadcast_to(found[BODIES.index(body)].factor(np.asarray(1e-3 * depth)), rates.shape)
+        factor = float(factors.flat[int(np.argmax(rates))])
+        if depth <= begins:
+            note = f"acts only beyond {begins:g} um, the {body} ends at {depth:.3g} um"
+        else:
+            note = f"wear rate at {depth:.3g} um, where the {body} ends; nothing before {begins:g} um"
+        told.append((factor, note))
+    return max(told, key=lambda body: abs(body[0] - 1.0))
+
+
+def _depths_at_the_end(scene: Scene, teeth: LoadedTeeth) -> dict[str, float]:
+    """Greatest depth of each worn body at the end of the run [um]: the one asked for, else by one implicit step."""
+    wear = scene.wear
+    assert wear is not None
+    physics, depths = plan(scene), wear.until.control_depths_um
+    if depths is not None and wear.worn_bodies == (wear.watched_body,):
+        return {wear.watched_body: depths[-1]}
+    stepper = replace(physics.wear_stepper(teeth), implicit=True)
+    start, point = stepper.start(), physics.control_point(teeth)
+    if depths is not None and point is not None:
+        worn = stepper.step_to_depth(start, point, 1e-3 * depths[-1]).worn
+    else:
+        worn = stepper.step(start, float(wear.until.meshes or 0.0)).worn
+    return {body: 1e3 * depth for body, depth in _by_body(worn, lambda wear: float(wear.max())).items()}
+
+
+def _by_body(worn: Worn, value: Callable[[np.ndarray], Any]) -> dict[str, Any]:
+    """A value of the wear of every body that wears."""
+    both = dict(zip(BODIES, (worn.driving, worn.driven), strict=True))
+    return {body: value(depth) for body, depth in both.items() if depth is not None and np.any(depth)}
 
 
 def _mesh_cycle(scene: Scene) -> _Cycle:
@@ -334,14 +361,14 @@ def _mesh_cycle(scene: Scene) -> _Cycle:
     physics = plan(scene)
     teeth = physics.loaded_teeth()
     values: dict[str, float] = {}
-    wear = None
+    wear: dict[str, np.ndarray] = {}
     if scene.wear is None:
         contact = teeth.load(np.zeros(teeth.grid.profile.shape))
     else:
         stepper = replace(physics.wear_stepper(teeth), implicit=False)
         start = stepper.start()
         contact, worn = start.contact, stepper.step(start, 1.0).worn
-        wear = worn.driven
+        wear = _by_body(worn, lambda depth: depth)
         values["wear rate"] = 1e3 * max(float(depth.max()) for depth in worn if depth is not None)
     pressure = teeth.pressures(contact)
     values["pressure"] = float(pressure.inner.max())

@@ -24,6 +24,7 @@ from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
+from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import fresh_sweep
@@ -235,7 +236,8 @@ def _result(
         part["engagement"] |= engagement
         part["history"] |= once
         if point is not None:
-            part["history"]["wear_depth_control_point"] = np.asarray(1e3 * stepper.depth_at(point, contact.wear))
+            watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.partner_wear)))
+            part["history"]["wear_depth_control_point"] = np.asarray(1e3 * watched)
         part["diagnostics"] = collect.residuals(contact)
         parts.append(part)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}

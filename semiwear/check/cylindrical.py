@@ -19,6 +19,7 @@ from semiwear.errors import Problem
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
 from semiwear.scene.cylindrical import zero_backlash_distance
 
@@ -264,18 +265,22 @@ def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
-    """The control point lies between fillet and tip edge, where the pinion reaches the flank."""
+    """The control point lies between fillet and tip edge, where the other body reaches the flank."""
     point = None if scene.wear is None else scene.wear.control_point
     if not isinstance(point, CylindricalControlPoint):
         return
-    gear, (_, working) = mesh.gear, mesh.working_radii
-    last = mesh.path_limits[1]
-    roll = gear.roll_at(working) + gear.side * last / gear.base_radius
-    reached = gear.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
-    low, high = gear.side * (reached - working), gear.side * (gear.tip_radius - working)
+    assert scene.wear is not None
+    body = scene.wear.watched_body
+    index = BODIES.index(body)
+    tooth, working = (mesh.pinion, mesh.gear)[index], mesh.working_radii[index]
+    # the path of contact ends on the root side of a flank where the other body's tip is
+    along = mesh.path_limits[1] if index == DRIVEN else -mesh.path_limits[0]
+    roll = tooth.roll_at(working) + tooth.side * along / tooth.base_radius
+    reached = tooth.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
+    low, high = tooth.side * (reached - working), tooth.side * (tooth.tip_radius - working)
     if not low <= point.height_mm <= high:
-        allowed = f"{up(low)} to {down(high)} mm, the active flank"
-        fix = "the height above the working pitch cylinder, where the pinion meets the flank"
+        allowed = f"{up(low)} to {down(high)} mm, the active flank of the {body}"
+        fix = f"the height above the working pitch cylinder, where the {BODIES[1 - index]} meets the flank"
         yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)
 
 

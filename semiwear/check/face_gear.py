@@ -22,6 +22,7 @@ from semiwear.check.limits import Limit, crossing, down, find_problems, problem_
 from semiwear.errors import Problem
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.scene import ControlPoint, FaceGearPair, Placement, Scene
 
 __all__ = ["face_gear_problems"]
@@ -248,13 +249,17 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator
     point = None if scene.wear is None else scene.wear.control_point
     if not isinstance(point, ControlPoint):
         return
-    low, high = _reach(mesh, point.radius_mm)
+    assert scene.wear is not None
+    body = scene.wear.watched_body
+    low, high = _reach(mesh, point.radius_mm, BODIES.index(body))
     if low <= point.height_mm <= high:
         return
     name = "wear.control_point.height_mm"
     if low < high:
         allowed = f"{up(low)} to {down(high)} mm, the active flank at radius {point.radius_mm:g} mm"
         fix = "the height above the pitch plane, between fillet and tip edge where the pinion meets the flank"
+        if body == "pinion":
+            fix = "the height above the pinion's pitch cylinder, between fillet and tip edge where the gear meets it"
         yield Problem(name, point.height_mm, allowed, fix)
     else:
         allowed = f"a radius at which the pinion meets the flank, as at {mesh.gear.pitch_radius:.6g} mm"
@@ -262,8 +267,8 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator
         yield Problem("wear.control_point.radius_mm", point.radius_mm, allowed, fix)
 
 
-def _reach(mesh: FaceGearMesh, radius: float) -> tuple[float, float]:
-    """Heights between which the gear's flank meets the pinion's at a gear radius [mm].
+def _reach(mesh: FaceGearMesh, radius: float, body: int) -> tuple[float, float]:
+    """Heights on a body's flank between which it meets the other's at a gear radius [mm].
 
     Each flank point is followed past the roll position at which the shaper generates it, near which it comes
     closest to the pinion; what it meets there must lie on the pinion's involute.
@@ -280,6 +285,10 @@ def _reach(mesh: FaceGearMesh, radius: float) -> tuple[float, float]:
         meeting = mesh.meeting(np.array(radius), profile, roll)
         best = np.argmin(meeting.separation, axis=0), np.arange(profile.size)
         closest, met = roll[best], meeting.partner_profile[best]
+    if body == DRIVING:
+        on_flank = np.clip(np.sort(met)[[0, -1]], borders.partner_root, borders.partner_tip)
+        low, high = mesh.flank_place(DRIVING, np.full(2, radius), on_flank)[0]
+        return float(low), float(high)
     # the higher on the gear, the deeper on the pinion
     ends = np.interp([borders.partner_root, borders.partner_tip], met[::-1], profile[::-1])
     high, low = tooth.height(np.full(2, radius), ends)

@@ -10,7 +10,7 @@ import numpy as np
 
 from semiwear.check.limits import down, up
 from semiwear.errors import Problem, SceneError
-from semiwear.meshing.flank_pair import BODIES
+from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.point_flank_pair import PointFlankMesh, PointFlanks
 from semiwear.meshing.point_flank_sections import section_problems
 from semiwear.meshing.point_flanks import point_flanks, point_flanks_or_problems
@@ -92,7 +92,7 @@ def _sections(scene: Scene, flanks: PointFlanks) -> Iterator[Problem]:
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterator[Problem]:
-    """The control point lies on the gear's flank, between root end and tip edge."""
+    """The control point lies on its body's flank, between root end and tip edge."""
     point = None if scene.wear is None else scene.wear.control_point
     if not isinstance(point, FlankPointsControlPoint):
         return
@@ -103,8 +103,12 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterat
         return
     station = np.array([point.face_mm])
     borders = mesh.borders(station)
+    assert scene.wear is not None
+    body = BODIES.index(scene.wear.watched_body)
     ends = np.array([float(borders.root[0]), float(borders.tip[0])])
-    heights = mesh.flank_place(1, np.full(2, point.face_mm), ends)[0]
+    if body == DRIVING:
+        ends = np.array([borders.partner_root, borders.partner_tip])
+    heights = mesh.flank_place(body, np.full(2, point.face_mm), ends)[0]
     if not heights[0] <= point.height_mm <= heights[1]:
         allowed = f"{up(float(heights[0]))} to {down(float(heights[1]))} mm, root end to tip edge there"
         fix = "the height above the pitch surface, normal to it"

@@ -201,13 +201,20 @@ class Plan:
         return AdaptiveStepper.for_accuracy(stepper, numerics.accuracy, end)
 
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
-        """The control point on the driven flank, if the scene names one."""
-        point = self.scene.wear.control_point if self.scene.wear else None
-        if point is None:
+        """The control point on its body's flank, if the scene names one."""
+        wear = self.scene.wear
+        if wear is None or wear.control_point is None:
             return None
+        point, body = wear.control_point, BODIES.index(wear.watched_body)
         face = teeth.grid.face
-        profile = teeth.pair.profile_at(face, np.full(face.size, point.height_mm))
-        return ControlPoint(point.station_mm, profile)
+        if body == DRIVEN:
+            profile = teeth.pair.profile_at(face, np.full(face.size, point.height_mm))
+            return ControlPoint(point.station_mm, profile)
+        assert teeth.partner is not None
+        nodes = teeth.partner.grid.profile
+        heights, _ = teeth.pair.flank_place(DRIVING, face[:, None], nodes)
+        read = [np.interp(point.height_mm, height, own) for height, own in zip(heights, nodes, strict=True)]
+        return ControlPoint(point.station_mm, np.array(read), DRIVING)
 
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
         """What effects tell of a loaded state."""

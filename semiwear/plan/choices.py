@@ -131,9 +131,17 @@ def _wear_choice(scene: Scene) -> Choice:
         + ", ".join(f"{scene.wear.coefficient(body):g}" for body in scene.wear.worn_bodies)
         + " mm^2/N",
         True,
-        f"[wear], worn_bodies = {bodies}{_unusual(scene.wear)}",
+        f"[wear], worn_bodies = {bodies}{_by_default(scene)}{_unusual(scene.wear)}",
         ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),
     )
+
+
+def _by_default(scene: Scene) -> str:
+    """A word on bodies that were left to their default."""
+    assert scene.wear is not None
+    if not scene.wear._derived:
+        return ""
+    return f' (a default, as gear_pair.type = "{scene.gear_pair.type}")'
 
 
 def _unusual(wear: Wear) -> str:
@@ -182,7 +190,7 @@ def _end_choice(scene: Scene) -> Choice:
             "end of the run",
             f"{len(depths)} control depths to {depths[-1]:g} um",
             True,
-            "wear.until.control_depths_um: meshes found for each",
+            f"wear.until.control_depths_um on the {scene.wear.watched_body}: meshes found for each",
         )
     return Choice(
         "end of the run",

@@ -13,14 +13,16 @@ from semiwear.plot.engagement import (
     sliding_along_path,
     transmission_error_curves,
 )
-from semiwear.plot.flank import contact_pattern, wear_map, wear_profiles, wear_surface
+from semiwear.plot.flank import contact_pattern, wear_map, wear_profiles
 from semiwear.plot.history import (
     contact_stress_history,
     meshes_against_depth,
     root_stress_history,
     transmission_error_history,
+    wear_history,
 )
 from semiwear.plot.measured import measured_wear as measured_wear
+from semiwear.plot.worn_surface import wear_surface
 
 __all__ = [
     "contact_pattern",
@@ -32,6 +34,7 @@ __all__ = [
     "sliding_along_path",
     "transmission_error_curves",
     "transmission_error_history",
+    "wear_history",
     "wear_map",
     "wear_profiles",
     "wear_surface",

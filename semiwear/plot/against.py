@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.plot.flank import along_tooth, flank_axes, mark_pitch_cone
+from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch_band
 from semiwear.plot.flank_places import flank_places
 from semiwear.plot.style import axes_for, label, legend_above, need, step_name, styled
 from semiwear.plot.two_results import TwoResults
@@ -18,12 +18,15 @@ if TYPE_CHECKING:
 
 __all__ = ["pressure_of_both", "wear_difference"]
 
+_BODIES = ("pinion", "gear")
 _LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
 _LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
 
 
-def wear_difference(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Difference of the gear's wear over radius and height at the last wear step that both results have.
+def wear_difference(
+    tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None, *, body: str | None = None
+) -> Axes:
+    """Difference of a body's wear along the tooth and over its height, at the last wear step that both results have.
 
     Parameters
     ----------
@@ -31,6 +34,8 @@ def wear_difference(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = N
         Results with `/flank` on the same grid; drawn is `tree` minus `against`.
     ax : Axes, optional
         Where to draw; a new figure unless given.
+    body : str, optional
+        ``"pinion"`` or ``"gear"``. Default: the gear, unless the pinion alone wears.
 
     Returns
     -------
@@ -46,13 +51,15 @@ def wear_difference(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = N
         if not results.worn:
             raise SemiwearError("the two results have no worn flank in common")
         first, second = results.values("flank", "wear_depth", results.steps[-1])
-        difference = first[1] - second[1]
+        body = chosen_body(tree, body)
+        difference = first[_BODIES.index(body)] - second[_BODIES.index(body)]
         scale = max(float(np.abs(difference).max()), _LEAST_SCALE)
         (ax,) = axes_for(ax)
         wear = need(tree, "flank", "wear_depth")
-        mesh = flank_axes(ax, tree, difference, "RdBu_r", -scale, scale)
-        mark_pitch_cone(ax, tree, "#333333")
-        _mark_strips(ax, results, tree)
+        mesh = flank_axes(ax, tree, difference, "RdBu_r", -scale, scale, body)
+        mark_pitch_band(ax, tree, "#333333", body=body)
+        if body == "gear":
+            _mark_strips(ax, results, tree)
         ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
         bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
         bar.set_label(label(wear, "Difference in wear depth"))

@@ -1,4 +1,4 @@
-"""Pictures of the worn flank of the gear."""
+"""Pictures of the worn flanks."""
 
 from __future__ import annotations
 
@@ -8,20 +8,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from semiwear.plot.style import SIZE_PAIR, axes_for, label, need, step_name, styled
+from semiwear.errors import SemiwearError
+from semiwear.plot.style import SIZE_PAIR, axes_for, label, legend_above, need, step_name, styled
 from semiwear.results.schema import Zone
+from semiwear.results.wearing import control_place, main_body, pitch_name, pitch_surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
 
-__all__ = ["contact_pattern", "flank_axes", "mark_pitch_cone", "wear_map", "wear_profiles", "wear_surface"]
+__all__ = [
+    "along_tooth",
+    "chosen_body",
+    "contact_pattern",
+    "flank_axes",
+    "height_label",
+    "label_along",
+    "mark_pitch_band",
+    "on_flank",
+    "wear_map",
+    "wear_profiles",
+]
 
-_WEAR_COLOURS = "magma_r"
+WEAR_COLOURS = "magma_r"
+_BODIES = ("pinion", "gear")
 
 
-def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Wear of the gear along the tooth and over its height, with the band of the pitch cone.
+def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
+    """Wear of a flank along the tooth and over its height, with the band of the pitch surface.
+
+    Marked are the place of the greatest wear and, where it lies on this body, the control point.
 
     Parameters
     ----------
@@ -31,26 +47,33 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> 
         Index of the wear step; the last unless given.
     ax : Axes, optional
         Where to draw; a new figure unless given.
+    body : str, optional
+        ``"pinion"`` or ``"gear"``. Default: the gear, unless the pinion alone wears.
 
     Returns
     -------
     Axes
     """
     with styled():
-        along, height, wear = _gear(tree, wear_step)
+        body = chosen_body(tree, body)
+        along, height, wear = on_flank(tree, body, wear_step)
         (ax,) = axes_for(ax)
         greatest = float(wear.max())
-        mesh = flank_axes(ax, tree, wear, _WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0)
-        mark_pitch_cone(ax, tree)
+        mesh = flank_axes(ax, tree, wear, WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0, body)
+        mark_pitch_band(ax, tree, body=body)
+        marker: Any = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
         if greatest > 0:
             place = np.unravel_index(int(wear.argmax()), wear.shape)
-            ax.plot(along[place], height[place], "o", mfc="none", mec="white", mew=1.5, ms=7, clip_on=False)
+            ax.plot(along[place], height[place], "o", ms=7, label="greatest wear", **marker)
+        point = control_place(tree)
+        if point is not None and point.body == body:
+            ax.plot(_along_at(tree, body, point.along), point.height, "D", ms=6, label="control point", **marker)
         name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-        ax.set_title(f"{name}: greatest {greatest:.3g} µm")
         bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
-        bar.set_label(label(need(tree, "flank", "wear_depth"), "Wear depth"))
+        bar.set_label(label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
         bar.ax.spines["outline"].set_visible(False)
-        ax.legend(loc="upper right")
+        legend_above(ax, 3)
+        ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm", pad=22.0)
     return ax
 
 
@@ -67,7 +90,7 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
         values = pattern.isel(wear_step=wear_step).values
         scale = float(inside.values.max()) or 1.0
         mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
-        mark_pitch_cone(ax, tree, "white")
+        mark_pitch_band(ax, tree, "white")
         ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
         bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02, extend="max" if pattern.values.max() > scale else "neither")
         bar.set_label(label(pattern, "Greatest pressure in a mesh"))
@@ -76,40 +99,15 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
     return ax
 
 
-def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Wear of the gear as a surface along the tooth and over its height; parameters as `wear_map`, `ax` a 3-D one."""
-    with styled():
-        along, height, wear = _gear(tree, wear_step)
-        (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
-        surface: Any = drawn
-        scale = float(wear.max()) or 1.0
-        surface.plot_surface(
-            along,
-            height,
-            wear,
-            cmap=_WEAR_COLOURS,
-            vmin=0.0,
-            vmax=scale,
-            rcount=120,
-            ccount=120,
-            linewidth=0,
-        )
-        surface.set(
-            xlabel=_label_along(tree),
-            ylabel=label(need(tree, "flank", "flank_height"), "Height"),
-            zlabel=label(need(tree, "flank", "wear_depth"), "Wear depth"),
-            title=step_name(need(tree, "flank", "wear_depth"), wear_step),
-        )
-        surface.set_zlim(0.0, scale)
-        surface.view_init(elev=28, azim=-58)
-        surface.set_box_aspect((1.5, 1.0, 0.75), zoom=1.08)
-    return drawn
-
-
 def wear_profiles(
-    tree: xr.DataTree, wear_step: int = -1, count: int = 4, ax: Sequence[Axes] | None = None
+    tree: xr.DataTree,
+    wear_step: int = -1,
+    count: int = 4,
+    ax: Sequence[Axes] | None = None,
+    *,
+    body: str | None = None,
 ) -> tuple[Axes, Axes]:
-    """Wear of the gear along the height at a few places, and along the width at a few heights.
+    """Wear of a flank along the height at a few places, and along the width at a few heights.
 
     Parameters
     ----------
@@ -121,6 +119,8 @@ def wear_profiles(
         Curves a panel.
     ax : two Axes, optional
         Where to draw; a new figure unless given.
+    body : str, optional
+        As in `wear_map`.
 
     Returns
     -------
@@ -128,7 +128,8 @@ def wear_profiles(
         The panel along the height and the panel along the width.
     """
     with styled():
-        along, height, wear = _gear(tree, wear_step)
+        body = chosen_body(tree, body)
+        along, height, wear = on_flank(tree, body, wear_step)
         along_height, along_width = axes_for(ax, 2, SIZE_PAIR)
         colours = _line_colours(count)
         faces = wear.shape[1]
@@ -139,7 +140,7 @@ def wear_profiles(
                 height[order, station],
                 wear[order, station],
                 color=colour,
-                label=f"{along_tooth(tree)[1]} {along[:, station].mean():.0f} mm",
+                label=f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−"),
             )
         low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
         margin = 0.06 * (high - low)
@@ -151,19 +152,22 @@ def wear_profiles(
             )
         depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
         along_height.set(
-            xlabel=label(need(tree, "flank", "flank_height"), "Height above the pitch plane"),
-            ylabel=depth,
-            title="Along the tooth height",
+            xlabel=height_label(tree, body), ylabel=depth, title=f"{body.capitalize()}: along the tooth height"
         )
-        along_width.set(
-            xlabel=_label_along(tree),
-            ylabel=depth,
-            title="Along the face width",
-        )
+        along_width.set(xlabel=label_along(tree, body), ylabel=depth, title="Along the face width")
         for panel in (along_height, along_width):
             panel.set_ylim(bottom=0.0)
             panel.legend()
     return along_height, along_width
+
+
+def chosen_body(tree: xr.DataTree, body: str | None) -> str:
+    """The body to draw: the one named, else the gear unless the pinion alone wears."""
+    if body is None:
+        return main_body(tree)
+    if body not in _BODIES:
+        raise SemiwearError(f'body: {body!r}; it is "pinion" or "gear"')
+    return body
 
 
 def _along_width(
@@ -178,38 +182,52 @@ def _along_width(
     return at_place, at_level
 
 
-def along_tooth(tree: xr.DataTree) -> tuple[xr.DataArray, str]:
-    """What tells places along the gear's tooth, over (profile, face), and its name.
+def along_tooth(tree: xr.DataTree, body: str = "gear") -> tuple[xr.DataArray, str]:
+    """What tells places along a tooth, over (profile, face), and its name.
 
     The radius where it grows along the tooth, as on a face gear; the face coordinate where the radius grows with the
     height.
     """
-    radius = need(tree, "flank", "flank_radius").sel(body="gear")
+    radius = need(tree, "flank", "flank_radius").sel(body=body)
     if np.ptp(radius.mean("profile").values) > np.ptp(radius.mean("face").values):
         return radius, "radius"
     return radius["face"].broadcast_like(radius).transpose(*radius.dims), "face"
 
 
-def _label_along(tree: xr.DataTree) -> str:
-    along, name = along_tooth(tree)
-    return label(along, "Gear radius" if name == "radius" else "Along the face")
+def _along_at(tree: xr.DataTree, body: str, face: float) -> float:
+    """Place along the tooth of a face coordinate."""
+    along, _ = along_tooth(tree, body)
+    return float(np.interp(face, along["face"].values, along.values.mean(axis=0)))
 
 
-def _gear(tree: xr.DataTree, wear_step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Place along the tooth, height and wear of the gear at one wear step, over (profile, face)."""
-    wear = need(tree, "flank", "wear_depth").sel(body="gear")
-    along, _ = along_tooth(tree)
-    height = need(tree, "flank", "flank_height").sel(body="gear").values
+def label_along(tree: xr.DataTree, body: str) -> str:
+    """Label of the axis along the tooth."""
+    along, name = along_tooth(tree, body)
+    return label(along, f"{body.capitalize()} radius" if name == "radius" else "Along the face")
+
+
+def height_label(tree: xr.DataTree, body: str) -> str:
+    """Label of the axis over the tooth height."""
+    return label(need(tree, "flank", "flank_height"), f"Height above the {pitch_surface(tree, body)}")
+
+
+def on_flank(tree: xr.DataTree, body: str, wear_step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Place along the tooth, height and wear of a body at one wear step, over (profile, face)."""
+    wear = need(tree, "flank", "wear_depth").sel(body=body)
+    along, _ = along_tooth(tree, body)
+    height = need(tree, "flank", "flank_height").sel(body=body).values
     return along.values, height, wear.isel(wear_step=wear_step).values
 
 
-def flank_axes(ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float) -> QuadMesh:
-    """Draw values over (profile, face) as colours along the tooth and over the height of the gear's flank."""
-    along, height, _ = _gear(tree, 0)
+def flank_axes(
+    ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float, body: str = "gear"
+) -> QuadMesh:
+    """Draw values over (profile, face) as colours along the tooth and over the height of a flank."""
+    along, height, _ = on_flank(tree, body, 0)
     mesh = ax.pcolormesh(along, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True)
     ax.set(
-        xlabel=_label_along(tree),
-        ylabel=label(need(tree, "flank", "flank_height"), "Height above the pitch plane"),
+        xlabel=label_along(tree, body),
+        ylabel=height_label(tree, body),
         xlim=(along.min(), along.max()),
         ylim=(height.min(), height.max()),
     )
@@ -217,10 +235,10 @@ def flank_axes(ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, lo
     return mesh
 
 
-def mark_pitch_cone(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2") -> None:
+def mark_pitch_band(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2", *, body: str = "gear") -> None:
     """Mark the borders of the pitch band: half-way between a point of the band and its neighbour outside."""
-    along, height, _ = _gear(tree, 0)
-    zone = need(tree, "flank", "zone").sel(body="gear").values
+    along, height, _ = on_flank(tree, body, 0)
+    zone = need(tree, "flank", "zone").sel(body=body).values
     stations, borders = [], []
     for station in range(zone.shape[1]):
         order = np.argsort(height[:, station])
@@ -238,7 +256,7 @@ def mark_pitch_cone(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2") -> Non
     if not stations:
         return
     below, above = np.array(borders).T
-    ax.plot(stations, below, color=colour, lw=1.0, ls="--", label="pitch cone's band")
+    ax.plot(stations, below, color=colour, lw=1.0, ls="--", label=f"{pitch_name(tree)}'s band")
     ax.plot(stations, above, color=colour, lw=1.0, ls="--")
 
 

@@ -18,6 +18,7 @@ from semiwear.plot.style import (
     need,
     styled,
 )
+from semiwear.results.wearing import main_body, pitch_name, worn_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,31 @@ __all__ = [
     "meshes_against_depth",
     "root_stress_history",
     "transmission_error_history",
+    "wear_history",
 ]
+
+
+def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Greatest wear of every body that wears, over the meshes, and that of the zones of its flank.
+
+    Parameters and return value as in `root_stress_history`.
+    """
+    with styled():
+        wear = need(tree, "flank", "wear_depth")
+        (ax,) = axes_for(ax)
+        meshes, meshes_label = meshes_axis(wear)
+        history = tree["history"].to_dataset() if "history" in tree.children else xr.Dataset()
+        for body in worn_bodies(tree) or (main_body(tree),):
+            colour = BODY_COLOUR[body]
+            ax.plot(meshes, wear.sel(body=body).max(("profile", "face")).values, "o-", color=colour, label=body)
+            stem = "wear_depth_max_pinion" if body == "pinion" else "wear_depth_max"
+            for zone, dashes in _ZONE_DASHES.items():
+                if (name := f"{stem}_{zone}") in history:
+                    ax.plot(meshes, history[name].values, dashes, color=colour, lw=1.0, label=f"{body}, {zone}")
+        ax.set(xlabel=meshes_label, ylabel=label(wear, "Greatest wear depth"))
+        ax.set_ylim(bottom=0.0)
+        ax.legend()
+    return ax
 
 
 def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
@@ -57,16 +82,17 @@ def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
 
 
 def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Greatest contact pressure at root, addendum and pitch cone of the gear over the meshes.
+    """Greatest contact pressure at root, addendum and pitch surface of the gear over the meshes.
 
     Parameters and return value as in `root_stress_history`.
     """
     with styled():
         (ax,) = axes_for(ax)
+        names = {"pitch": pitch_name(tree)}
         for zone, colour in ZONE_COLOUR.items():
             pressure = need(tree, "history", f"contact_pressure_{zone}")
             meshes, meshes_label = meshes_axis(pressure)
-            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=_ZONE_NAME[zone])
+            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=names.get(zone, zone))
         ax.set(xlabel=meshes_label, ylabel=label(pressure, "Greatest contact pressure"))
         ax.legend()
     return ax
@@ -148,4 +174,4 @@ def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
     return ax
 
 
-_ZONE_NAME = {"root": "root", "pitch": "pitch cone", "addendum": "addendum"}
+_ZONE_DASHES = {"root": "--", "addendum": "-.", "pitch": ":"}

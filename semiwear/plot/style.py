@@ -133,7 +133,7 @@ def step_name(array: xr.DataArray, step: int) -> str:
     meshes = float(array["meshes"].values[step])
     if meshes == 0:
         return "unworn"
-    exponent = int(np.floor(np.log10(meshes)))
+    exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
     return f"{meshes / 10.0**exponent:.2f}·10{str(exponent).translate(_SUPERSCRIPT)} meshes"
 
 

@@ -186,6 +186,11 @@ def _wear(results: TwoResults) -> Iterator[Difference]:
             yield _relative(Kind.WEAR, quantity, where, when, (this, other), units)
         elif name != "wear_depth_control_point":
             yield Difference(Kind.WEAR, quantity, where, when, missing=results.lack("history", name))
+    if results.have("history", "wear_depth_max_pinion"):
+        for name, where in {"": "anywhere", "_root": "root", "_addendum": "addendum"}.items():
+            if results.have("history", variable := f"wear_depth_max_pinion{name}"):
+                values = (float(value) for value in results.values("history", variable, last))
+                yield _relative(Kind.WEAR, "greatest wear depth, pinion", where, when, values, "um")
     yield from _wear_by_place(results, last, when)
 
 

@@ -19,9 +19,8 @@ _TITLES = {
     "friction_power_loss_mean": "Friction loss",
     "contact_temperature_max": "Contact temperature",
     "lambda_ratio_min": "Film over roughness",
-    "wear_depth_max_pinion": "Greatest wear of the pinion",
 }
-"""Histories that a result has only where an effect or a worn pinion asks for them."""
+"""Histories that a result has only where an effect asks for them."""
 
 _SIZE = (4.4, 2.8)
 

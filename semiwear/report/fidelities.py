@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -17,6 +18,7 @@ from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, 
 from semiwear.report.markup import code_marked, element, figure_text, table
 from semiwear.report.pictures import figure_uri
 from semiwear.report.reasons import reason
+from semiwear.results.wearing import pitch_name, worn_bodies
 
 __all__ = ["against_section", "heading"]
 
@@ -169,13 +171,19 @@ def _table(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: b
 def _pictures(results: TwoResults) -> str:
     """The two pictures; what cannot be drawn says why."""
     names = f"{results.names[0]} minus {results.names[1]}"
+    worn = (set(worn_bodies(results.this)) | set(worn_bodies(results.other))) or {"gear"}
     drawn = (
-        _card(
-            "Difference in wear",
-            f"Wear of the gear at the last common wear state, {names}; dashed, the band of the pitch cone; dotted, "
-            "the strips along the borders of the active flank.",
-            wear_difference,
-            results,
+        *(
+            _card(
+                f"Difference in wear, {body}",
+                f"Wear of the {body} at the last common wear state, {names}; dashed, the band of the "
+                f"{pitch_name(results.this)}"
+                + ("; dotted, the strips along the borders of the active flank." if body == "gear" else "."),
+                partial(wear_difference, body=body),
+                results,
+            )
+            for body in ("pinion", "gear")
+            if body in worn
         ),
         _card(
             "Greatest pressure of both",

@@ -6,8 +6,6 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-import numpy as np
-
 __all__ = ["code_marked", "element", "figure_text", "table", "unit_text"]
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -26,7 +24,9 @@ def figure_text(value: float, digits: int = 4) -> str:
         return "0"
     if float(number).is_integer() and abs(number) < 1e6:
         return f"{number:.0f}".replace("-", "−")
-    exponent = int(np.floor(np.log10(abs(number))))
+    # of the number as it is shown: 9.999 may be written as 10
+    shown_digits = digits if 1e-3 <= abs(number) < 1e6 else digits - 1
+    exponent = int(f"{number:.{max(shown_digits - 1, 0)}e}".partition("e")[2])
     if -4 < exponent < 6:
         text = f"{number:#.{digits}g}".rstrip(".") if exponent < digits else f"{number:.0f}"
     else:

@@ -21,7 +21,7 @@ from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import element
 from semiwear.report.paper import SEED_PAPER, TITLE, numbers
-from semiwear.report.pictures import PICTURES, Drawn, draw
+from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
 from semiwear.targets import PAGES, file_target, naming
 
@@ -86,7 +86,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
         scenes = scene, _scene(str(against.attrs.get("scene_toml", "")))
         other = _section(heading(against), against_section(tree, against, scenes))
     compared = _compared(tree, scene)
-    drawn = [draw(picture, tree) for picture in PICTURES]
+    drawn = draw_all(tree)
     title = escape(attrs.get("title", "Gear tooth wear"))
     parts = [
         f"<header><h1>{title}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
@@ -153,14 +153,18 @@ def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
     """Cards of the pictures; without a paper they stand side by side, those of one height together."""
     if not compared:
         drawn = sorted(drawn, key=lambda one: (not one.picture.both_ends, one.picture.panels))
-    cards = "".join(
-        _card(one, [entry for entry in compared if entry.picture == one.picture.name]) for one in drawn if one.uri
-    )
+    cards = "".join(_card(one, _beside(one, compared)) for one in drawn if one.uri)
     left_out = "".join(
         f"<li>{escape(one.picture.title)}: {escape(one.left_out)}.</li>" for one in drawn if one.left_out
     )
     note = f"<p>Left out:</p><ul>{left_out}</ul>" if left_out else ""
     return f'<div class="cards">{cards}</div>{note}'
+
+
+def _beside(drawn: Drawn, compared: tuple[Compared, ...]) -> list[Compared]:
+    """What a paper says of a picture; of one flank it is the gear's."""
+    of_gear = drawn.picture.body in ("", "gear")
+    return [entry for entry in compared if of_gear and entry.picture == drawn.picture.name]
 
 
 def _card(drawn: Drawn, compared: list[Compared]) -> str:

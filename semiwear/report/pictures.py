@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from semiwear import plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
+from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_bodies
 
-__all__ = ["PICTURES", "Drawn", "Picture", "draw", "figure_uri"]
+__all__ = ["PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
 
 _PIXELS_PER_INCH = 170
 
@@ -39,6 +41,10 @@ class Picture:
         Whether only some results can have it, so that one without needs no word.
     both_ends : bool
         Whether the first and the last wear step stand side by side.
+    of_body : bool
+        Whether it shows one flank: then there is one for each body that wears.
+    body : str
+        Which; empty for a picture of both or of neither.
     size : tuple of float
         Width and height [inch].
     describe : callable
@@ -48,12 +54,21 @@ class Picture:
     name: str
     title: str
     caption: str
-    describe: Callable[[xr.DataTree], str]
+    describe: Callable[..., str]
     panels: int = 1
     needs_wear: bool = False
     of_some: bool = False
     both_ends: bool = False
+    of_body: bool = False
+    body: str = ""
     size: tuple[float, float] = SIZE
+
+    def of(self, tree: xr.DataTree, body: str) -> Picture:
+        """The picture in the words of a result's pair and, where it shows one flank, of a body."""
+        words = {"body": body, "pitch": pitch_name(tree)}
+        describe = partial(self.describe, body=body) if self.of_body else self.describe
+        title, caption = self.title.format(**words), self.caption.format(**words)
+        return replace(self, body=body, title=title, caption=caption, describe=describe)
 
 
 @dataclass(frozen=True)
@@ -64,6 +79,14 @@ class Drawn:
     uri: str
     alt: str
     left_out: str = ""
+
+
+def draw_all(tree: xr.DataTree) -> list[Drawn]:
+    """Every picture of a result; those of one flank for each body that wears."""
+    bodies = worn_bodies(tree) or (main_body(tree),)
+    return [
+        draw(picture.of(tree, body), tree) for picture in PICTURES for body in (bodies if picture.of_body else ("",))
+    ]
 
 
 def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
@@ -94,8 +117,10 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
         return figure_uri(picture.size, len(steps), ends, side_by_side=True)
     solid = {"projection": "3d"} if picture.name == "wear_surface" else None
 
+    of = {"body": picture.body} if picture.body else {}
+
     def alone(axes: list[Any]) -> None:
-        function(tree, ax=axes[0] if picture.panels == 1 else axes)
+        function(tree, ax=axes[0] if picture.panels == 1 else axes, **of)
 
     return figure_uri(picture.size, picture.panels, alone, subplot=solid)
 
@@ -151,15 +176,23 @@ def _engagement_text(name: str) -> Callable[[xr.DataTree], str]:
     return describe
 
 
-def _flank_text(tree: xr.DataTree) -> str:
-    gear = tree["flank"].to_dataset().sel(body="gear").isel(wear_step=-1)
-    wear = gear["wear_depth"].values
+def _flank_text(tree: xr.DataTree, body: str = "gear") -> str:
+    flank = tree["flank"].to_dataset().sel(body=body).isel(wear_step=-1)
+    wear = flank["wear_depth"].values
     place = np.unravel_index(int(wear.argmax()), wear.shape)
     return (
-        f"Greatest wear of the gear {wear[place]:.3g} µm at radius "
-        f"{gear['flank_radius'].values[place]:.1f} mm "
-        f"and height {gear['flank_height'].values[place]:+.2f} mm."
+        f"Greatest wear of the {body} {wear[place]:.3g} µm at radius "
+        f"{flank['flank_radius'].values[place]:.1f} mm "
+        f"and height {flank['flank_height'].values[place]:+.2f} mm above the {pitch_surface(tree, body)}."
     )
+
+
+def _worn_text(tree: xr.DataTree) -> str:
+    wear = tree["flank"].to_dataset()["wear_depth"].isel(wear_step=-1)
+    greatest = (
+        f"{body} {float(wear.sel(body=body).max()):.3g} µm" for body in worn_bodies(tree) or (main_body(tree),)
+    )
+    return f"Greatest wear at the last wear step: {', '.join(greatest)}."
 
 
 def _pattern_text(tree: xr.DataTree) -> str:
@@ -184,9 +217,19 @@ def _curves_text(tree: xr.DataTree) -> str:
 PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_map",
-        "Wear of the gear's flank",
-        "Wear depth along the tooth and over its height at the last wear step; dashed, the band of the pitch cone.",
+        "Wear of the {body}'s flank",
+        "Wear depth along the tooth and over its height at the last wear step; dashed, the band of the {pitch}; "
+        "round, the place of the greatest wear; a diamond, the control point where it lies on this flank.",
         _flank_text,
+        needs_wear=True,
+        of_body=True,
+    ),
+    Picture(
+        "wear_history",
+        "Wear over the life",
+        "Greatest wear of every body that wears, and in the zones of its flank: root, addendum and the band of the "
+        "{pitch}.",
+        _worn_text,
         needs_wear=True,
     ),
     Picture(
@@ -201,11 +244,12 @@ PICTURES: tuple[Picture, ...] = (
     ),
     Picture(
         "wear_profiles",
-        "Sections through the wear",
+        "Sections through the wear of the {body}",
         "Wear depth along the tooth height at a few places, and along the face width at a few heights.",
         _flank_text,
         panels=2,
         needs_wear=True,
+        of_body=True,
         size=SIZE_PAIR,
     ),
     Picture(
@@ -240,7 +284,8 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "contact_stress_history",
         "Contact pressure by zone",
-        "Greatest contact pressure at root, pitch cone and addendum of the gear over the life.",
+        "Greatest contact pressure at root, {pitch} and addendum of the gear over the life; its root meets the "
+        "pinion's addendum.",
         _history_text("contact_pressure_root", "contact_pressure_pitch", "contact_pressure_addendum"),
         needs_wear=True,
     ),
@@ -267,10 +312,12 @@ PICTURES: tuple[Picture, ...] = (
     ),
     Picture(
         "wear_surface",
-        "Wear as a surface",
-        "The wear of the first picture as a surface.",
+        "Worn flank of the {body}",
+        "A piece of the tooth under the flank, drawn as a plane (dashed, the unworn flank): what is gone lies below "
+        "it, in colours and drawn as many times deeper than it is as the title says.",
         _flank_text,
         needs_wear=True,
+        of_body=True,
         size=(5.8, 4.0),
     ),
 )

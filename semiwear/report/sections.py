@@ -11,6 +11,7 @@ import xarray as xr
 
 from semiwear.report.markup import element, figure_text, table, unit_text
 from semiwear.results.schema import VARIABLES
+from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
 
 __all__ = [
     "diagnostics",
@@ -34,11 +35,14 @@ def key_numbers(tree: xr.DataTree) -> str:
 
 def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
     if "flank" in tree.children:
-        wear = tree["flank"].to_dataset()["wear_depth"].isel(wear_step=-1)
-        for body in wear["body"].values:
-            values = wear.sel(body=body).values
-            if body == "gear" or values.any():
-                yield f"Greatest wear, {body}", f"{values.max():.3g} µm", "at the last wear step"
+        flank = tree["flank"].to_dataset().isel(wear_step=-1)
+        for body in worn_bodies(tree) or (main_body(tree),):
+            own = flank.sel(body=body)
+            values = own["wear_depth"].values
+            place = np.unravel_index(int(values.argmax()), values.shape)
+            where = f"{float(own['flank_height'].values[place]):+.2f} mm above the {pitch_surface(tree, body)}"
+            note = where.replace("-", "−") if values.any() else "at the last wear step"
+            yield f"Greatest wear, {body}", f"{values.max():.3g} µm", note
     if "history" not in tree.children:
         return
     history = tree["history"].to_dataset()
@@ -52,7 +56,8 @@ def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
     }
     for name, title in shown.items():
         if name in history:
-            yield _first_and_last(title, history[name])
+            point = control_place(tree) if name == "wear_depth_control_point" else None
+            yield _first_and_last(f"{title}, {point.body}" if point else title, history[name])
     if "subsurface_stress_max" in history:
         title, value, note = _first_and_last("Stress below the surface", history["subsurface_stress_max"])
         if "subsurface_stress_depth" in history:

@@ -28,7 +28,7 @@ SCHEMA_VERSION = "1"
 
 
 class Zone(IntEnum):
-    """Part of a flank that a point belongs to: the pitch cone's band and its two sides (`/flank zone`)."""
+    """Part of a flank that a point belongs to: the pitch surface's band and its two sides (`/flank zone`)."""
 
     ROOT = 0
     PITCH = 1
@@ -105,6 +105,13 @@ _ON_STEP = ("wear_step",)
 _ON_STEP_BODY = ("wear_step", "body")
 
 
+_PINION_ZONE = {
+    Zone.ROOT: "root, which meets the gear's addendum",
+    Zone.PITCH: "pitch band, which meets the gear's",
+    Zone.ADDENDUM: "addendum, which meets the gear's root",
+}
+
+
 def _axis(
     name: str,
     units: str,
@@ -151,7 +158,7 @@ _TABLE = (
         "zone",
         _ON_FLANK,
         "1",
-        "side of the pitch cone",
+        "side of the pitch surface",
         _LITVIN,
         "int8",
         flags=tuple(zone.name.lower() for zone in Zone),
@@ -301,13 +308,34 @@ _TABLE = (
     # ------------------------------------------------------------------ one value a wear step
     Variable("history", "wear_depth_max_root", _ON_STEP, "um", "greatest wear at the gear's root", _ARCHARD),
     Variable("history", "wear_depth_max_addendum", _ON_STEP, "um", "greatest wear at the gear's addendum", _ARCHARD),
-    Variable("history", "wear_depth_max_pitch", _ON_STEP, "um", "greatest wear at the gear's pitch cone", _ARCHARD),
+    Variable("history", "wear_depth_max_pitch", _ON_STEP, "um", "greatest wear in the gear's pitch band", _ARCHARD),
+    Variable(
+        "history",
+        "wear_depth_max",
+        _ON_STEP_BODY,
+        "um",
+        "greatest wear of each body's flank; 0 where it does not wear",
+        _ARCHARD,
+        optional=True,
+    ),
+    *(
+        Variable(
+            "history",
+            f"wear_depth_max_pinion_{zone.name.lower()}",
+            _ON_STEP,
+            "um",
+            f"greatest wear at the pinion's {_PINION_ZONE[zone]}",
+            _ARCHARD,
+            optional=True,
+        )
+        for zone in Zone
+    ),
     Variable(
         "history",
         "wear_depth_control_point",
         _ON_STEP,
         "um",
-        "wear of the gear at the control point",
+        "wear at the control point, on the body that the scene names",
         _ARCHARD,
         optional=True,
     ),
@@ -351,7 +379,7 @@ _TABLE = (
         "contact_pressure_pitch",
         _ON_STEP,
         "MPa",
-        "greatest pressure at the gear's pitch cone",
+        "greatest pressure in the gear's pitch band",
         _JOHNSON,
     ),
     Variable(

@@ -15,6 +15,7 @@ from semiwear.scene.flank_points_rules import FLANK_POINTS_CROSS_RULES
 from semiwear.scene.model import Check, Scene
 from semiwear.scene.reading import Reading, read_fields
 from semiwear.scene.schema import Schema, build, schema_of_data
+from semiwear.scene.tables import default_worn_bodies
 
 __all__ = ["scene_from_dict"]
 
@@ -73,6 +74,10 @@ def _with_defaults(reading: Reading, schema: Schema) -> dict[str, Any]:
         needs = [f"gear_pair.{need}" for need in derived.needs]
         if reading.lacks(f"gear_pair.{name}") and all(need in values for need in needs):
             values[f"gear_pair.{name}"] = derived.formula(*(values[need] for need in needs))
+    if reading.lacks("wear.worn_bodies"):
+        # where no coefficient is known, that is the problem
+        coefficient, mapping = values.get("wear.coefficient_mm2_per_N"), values.get("numerics.wear_mapping")
+        values["wear.worn_bodies"] = default_worn_bodies(schema.kind, coefficient, mapping)
     if reading.lacks("wear.control_point"):
         values |= dict.fromkeys(schema.fields_of("wear.control_point"))
     return values

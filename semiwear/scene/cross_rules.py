@@ -8,7 +8,7 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.tables import BODIES, BodyCoefficients
+from semiwear.scene.tables import BODIES, BodyCoefficients, default_watched_body
 from semiwear.scene.values import shown
 
 __all__ = ["CROSS_RULES"]
@@ -193,15 +193,13 @@ def _control_point_is_there(depths: tuple[float, ...] | None, radius: float | No
         yield Problem("wear.control_point", None, allowed, fix)
 
 
-@_across("wear", "worn_bodies", "wear.until.control_depths_um", "wear.control_point.radius_mm")
-def _watched_flank_wears(
-    bodies: tuple[str, ...], depths: tuple[float, ...] | None, radius: float | None
-) -> Iterator[Problem]:
-    if "gear" in bodies or (depths is None and radius is None):
-        return
-    watching = "wear.until.control_depths_um" if depths is not None else "wear.control_point"
-    fix = f'{watching} is of the gear: add "gear", or give wear.until.meshes and remove [wear.control_point]'
-    yield Problem("wear.worn_bodies", list(bodies), f'with "gear", as needed by {watching}', fix)
+@_across("wear.control_point", "body", "wear.worn_bodies")
+def _watched_flank_wears(body: str | None, bodies: tuple[str, ...]) -> Iterator[Problem]:
+    if body is not None and body not in bodies:
+        worn = ", ".join(f'"{name}"' for name in bodies)
+        allowed = f"one of wear.worn_bodies: {worn}"
+        fix = f'add "{body}" to wear.worn_bodies, or give "{bodies[0]}" and a point on its flank'
+        yield Problem("wear.control_point.body", body, allowed, fix)
 
 
 @_across("wear", "worn_bodies", "coefficient_mm2_per_N")
@@ -242,11 +240,32 @@ def _control_point_is_in_the_face(
         yield Problem("wear.control_point.radius_mm", radius, allowed, "a gear radius, not a diameter")
 
 
-@_across("gear_pair", "shaper_addendum_mm", "gear_addendum_mm", "wear.control_point.height_mm")
-def _control_point_is_on_the_tooth(dedendum: float, addendum: float, height: float | None) -> Iterator[Problem]:
-    if height is not None and not -dedendum <= height <= addendum:
-        allowed = f"{_mm(-dedendum)} to {_mm(addendum)} mm, root to tip of the gear tooth"
-        fix = "the height above the pitch plane, negative on the dedendum"
+@_across(
+    "gear_pair",
+    "shaper_addendum_mm",
+    "gear_addendum_mm",
+    "rack_addendum_mm",
+    "pinion_addendum_mm",
+    "wear.worn_bodies",
+    "wear.control_point.body",
+    "wear.control_point.height_mm",
+)
+def _control_point_is_on_the_tooth(
+    gear_dedendum: float,
+    gear_addendum: float,
+    pinion_dedendum: float,
+    pinion_addendum: float,
+    bodies: tuple[str, ...],
+    named: str | None,
+    height: float | None,
+) -> Iterator[Problem]:
+    body = named or default_watched_body(bodies)
+    low, high, pitch = -gear_dedendum, gear_addendum, "pitch plane"
+    if body == "pinion":
+        low, high, pitch = -pinion_dedendum, pinion_addendum, "pitch cylinder"
+    if height is not None and not low <= height <= high:
+        allowed = f"{_mm(low)} to {_mm(high)} mm, root to tip of the {body} tooth"
+        fix = f"the height above the {pitch}, negative on the dedendum"
         yield Problem("wear.control_point.height_mm", height, allowed, fix)
 
 

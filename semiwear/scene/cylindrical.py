@@ -266,7 +266,7 @@ class CylindricalPair:
 
 @dataclass(frozen=True, kw_only=True)
 class CylindricalControlPoint:
-    """Table ``[wear.control_point]`` of a cylindrical gear: the point of its flank whose wear depth is watched.
+    """Table ``[wear.control_point]`` of cylindrical gears: the point of a flank whose wear depth is watched.
 
     Attributes
     ----------
@@ -274,12 +274,15 @@ class CylindricalControlPoint:
         Distance from the middle of the gear's face width, along the axis.
     height_mm : float
         Height above the working pitch cylinder, towards the tip; negative on the dedendum.
+    body : str or None
+        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
     """
 
     face_mm: float
     height_mm: float
+    body: str | None = None
 
     @property
     def station_mm(self) -> float:
-        """Face coordinate of the driven flank [mm]."""
+        """Face coordinate of the flanks [mm]."""
         return self.face_mm

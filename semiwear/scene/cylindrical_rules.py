@@ -71,6 +71,7 @@ CYLINDRICAL_RULES: dict[str, Rule] = {
 } | {
     "wear.control_point.face_mm": _any_number("from the middle of the gear's face width"),
     "wear.control_point.height_mm": _any_number("above the working pitch cylinder"),
+    "wear.control_point.body": choice("pinion", "gear"),
 }
 
 
@@ -131,17 +132,6 @@ def _control_point_is_there(depths: tuple[float, ...] | None, face: float | None
         allowed = "a table with face_mm and height_mm"
         fix = "needed by [wear.until] control_depths_um: add it, or give meshes instead"
         yield Problem("wear.control_point", None, allowed, fix)
-
-
-@_across("wear", "worn_bodies", "wear.until.control_depths_um", "wear.control_point.face_mm")
-def _watched_flank_wears(
-    bodies: tuple[str, ...], depths: tuple[float, ...] | None, face: float | None
-) -> Iterator[Problem]:
-    if "gear" in bodies or (depths is None and face is None):
-        return
-    watching = "wear.until.control_depths_um" if depths is not None else "wear.control_point"
-    fix = f'{watching} is of the gear: add "gear", or give wear.until.meshes and remove [wear.control_point]'
-    yield Problem("wear.worn_bodies", list(bodies), f'with "gear", as needed by {watching}', fix)
 
 
 @_across("gear_pair", "gear_face_width_mm", "pinion_face_width_mm", "face_offset_mm", "wear.control_point.face_mm")

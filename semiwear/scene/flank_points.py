@@ -121,7 +121,7 @@ class FlankPointsPair:
 
 @dataclass(frozen=True, kw_only=True)
 class FlankPointsControlPoint:
-    """Table ``[wear.control_point]`` of a flank given as points: the point of the gear's flank that is watched.
+    """Table ``[wear.control_point]`` of flanks given as points: the point of a flank that is watched.
 
     Attributes
     ----------
@@ -129,12 +129,15 @@ class FlankPointsControlPoint:
         Face coordinate of the file, or, where it gives none, the length along the tooth from its middle.
     height_mm : float
         Height above the pitch surface, normal to it, towards the tip; negative on the dedendum.
+    body : str or None
+        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
     """
 
     face_mm: float
     height_mm: float
+    body: str | None = None
 
     @property
     def station_mm(self) -> float:
-        """Face coordinate of the driven flank [mm]."""
+        """Face coordinate of the flanks [mm]."""
         return self.face_mm

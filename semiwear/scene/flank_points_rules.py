@@ -109,6 +109,7 @@ FLANK_POINTS_RULES: dict[str, Rule] = {
     "wear.control_point.height_mm": Rule(
         number, "a number of mm", lambda value: True, advice("above the pitch surface, negative on the dedendum")
     ),
+    "wear.control_point.body": choice("pinion", "gear"),
 }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from semiwear.errors import Problem
@@ -25,6 +25,7 @@ from semiwear.scene.tables import (
     Operation,
     Wear,
     WearUntil,
+    default_worn_bodies,
 )
 
 __all__ = [
@@ -73,6 +74,13 @@ class Scene:
     effects: Effects = field(default_factory=Effects)
     # Kept so that `replace` applies the limits under which the scene was loaded.
     _check: Check | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        wear = self.wear
+        if wear is not None and not wear.worn_bodies:
+            pair, mapping = self.gear_pair.type, self.numerics.wear_mapping
+            bodies = default_worn_bodies(pair, wear.coefficient_mm2_per_N, mapping)
+            object.__setattr__(self, "wear", replace(wear, worn_bodies=bodies, _derived=True))
 
     def replace(self, changes: Mapping[str, Any]) -> Scene:
         """A copy with some fields changed, checked like a loaded scene.

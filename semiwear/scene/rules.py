@@ -198,6 +198,7 @@ RULES: dict[str, Rule] = {
     "wear.until.control_depths_um": _increasing_depths(),
     "wear.control_point.radius_mm": positive("gear radius of the control point"),
     "wear.control_point.height_mm": Rule(number, "a number of mm", lambda value: True, advice("")),
+    "wear.control_point.body": choice(*BODIES),
     **_numerics(
         accuracy=between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
         fidelity=choice("line", "patch"),

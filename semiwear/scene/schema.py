@@ -272,6 +272,8 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
     hidden = {f"gear_pair.{name}" for name in scene.gear_pair._derived} if without_derived else set()
     if without_derived or scene.numerics.accuracy is not None:
         hidden |= {f"numerics.{name}" for name in scene.numerics.left_out}
+    if without_derived and scene.wear is not None and scene.wear._derived:
+        hidden.add("wear.worn_bodies")
     rules = schema_of_scene(scene).rules
     for key, value in _flat(scene, rules):
         if value is None or key in hidden:

@@ -19,6 +19,8 @@ __all__ = [
     "Operation",
     "Wear",
     "WearUntil",
+    "default_watched_body",
+    "default_worn_bodies",
 ]
 
 BODIES = ("pinion", "gear")
@@ -79,22 +81,26 @@ class WearUntil:
 
 @dataclass(frozen=True, kw_only=True)
 class ControlPoint:
-    """Table ``[wear.control_point]``: the point of the gear flank whose wear depth is watched.
+    """Table ``[wear.control_point]``: the point of a flank whose wear depth is watched.
 
     Attributes
     ----------
     radius_mm : float
-        Gear radius.
+        Gear radius; of a point on the pinion, the distance from the gear's axis along the pinion's.
     height_mm : float
-        Height above the pitch plane, negative on the dedendum.
+        Height above the gear's pitch plane, of a point on the pinion above its pitch cylinder; negative on the
+        dedendum.
+    body : str or None
+        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
     """
 
     radius_mm: float
     height_mm: float
+    body: str | None = None
 
     @property
     def station_mm(self) -> float:
-        """Face coordinate of the driven flank [mm]."""
+        """Face coordinate of the flanks [mm]."""
         return self.radius_mm
 
 
@@ -124,15 +130,24 @@ class Wear:
     until : WearUntil
         Where the run ends; required.
     worn_bodies : tuple of str
-        Bodies that wear, the pinion first. Default ``("gear",)``.
+        Bodies that wear, the pinion first. Left out, or ``()``: of cylindrical gears both, else the gear, as far as
+        coefficients are given for them; `Scene` fills it in (`default_worn_bodies`).
     control_point : ControlPoint or None
         Needed by ``control_depths_um``. Default None.
     """
 
     coefficient_mm2_per_N: float | BodyCoefficients
     until: WearUntil
-    worn_bodies: tuple[str, ...] = ("gear",)
+    worn_bodies: tuple[str, ...] = ()
     control_point: ControlPoint | CylindricalControlPoint | FlankPointsControlPoint | None = None
+    # Whether the bodies were left to their default.
+    _derived: bool = field(repr=False, compare=False, default=False)
+
+    @property
+    def watched_body(self) -> str:
+        """Body on whose flank the control point lies: the one that it names, else the gear if it wears."""
+        named = None if self.control_point is None else self.control_point.body
+        return named or default_watched_body(self.worn_bodies)
 
     def coefficient(self, body: str) -> float:
         """Wear coefficient of a body, ``"pinion"`` or ``"gear"`` [mm2/N].
@@ -152,6 +167,32 @@ class Wear:
             key, fix = f"wear.coefficient_mm2_per_N.{body}", "give it, or one number for both bodies"
             raise SceneError.of(key, None, "greater than 0 mm2/N", fix)
         return value
+
+
+def default_worn_bodies(kind: str, coefficient: object, wear_mapping: object) -> tuple[str, ...]:
+    """Bodies that wear where a scene does not say: both of a cylindrical pair, else the gear.
+
+    Of those, the ones that have a wear coefficient; and the gear alone where the mapping ``"marched"`` asks for it.
+
+    Parameters
+    ----------
+    kind : str
+        ``gear_pair.type``.
+    coefficient : float or BodyCoefficients
+        ``wear.coefficient_mm2_per_N``.
+    wear_mapping : str
+        ``numerics.wear_mapping``.
+    """
+    usual = BODIES if kind == "cylindrical" and wear_mapping != "marched" else ("gear",)
+    if not isinstance(coefficient, BodyCoefficients):
+        return usual
+    given = tuple(body for body in BODIES if getattr(coefficient, body) is not None)
+    return tuple(body for body in usual if body in given) or given
+
+
+def default_watched_body(worn: tuple[str, ...]) -> str:
+    """Body of a control point that names none."""
+    return "pinion" if worn == ("pinion",) else "gear"
 
 
 RESOLUTION = (

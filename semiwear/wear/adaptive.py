@@ -82,7 +82,7 @@ class AdaptiveStepper:
             return stepper.trial_to_depth(now, point, end, near)
 
         def reading(now: WearState) -> float:
-            return stepper.depth_at(point, now.wear)
+            return stepper.depth_at(point, point.wear(now.worn))
 
         return self._until(state, reading(state), depth, advance, reading)
 

@@ -23,7 +23,16 @@ from semiwear.meshing.removed import Removed
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
 from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
 
-__all__ = ["Doses", "Growth", "InterpolatedWear", "MarchedWear", "Passage", "WearMapping", "Worn"]
+__all__ = [
+    "Doses",
+    "Growth",
+    "InterpolatedWear",
+    "MarchedWear",
+    "Passage",
+    "WearMapping",
+    "Worn",
+    "driving_wear_of_mesh",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -198,6 +207,16 @@ class MarchedWear:
         slid = np.maximum(_slid(passages, chosen), _swept(teeth, motion, removed, unit, slices))
         stiffness = 0.5 * dose * teeth.solver.modulus * slid
         return Worn(np.maximum(swept.driven + spread_by_contact(teeth.grid, rest, stiffness, chosen), worn.driven))
+
+
+def driving_wear_of_mesh(
+    teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+) -> FloatArray:
+    """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
+    assert teeth.partner is not None
+    slices = _with_neighbours(slices, worn.driven.shape[0])
+    what = (motion, _line_load(passages), teeth.half_width, teeth.solver.modulus, slices)
+    return partner_wear_of_mesh(teeth.fine, teeth.partner, teeth.removed(*worn, slices), *what)
 
 
 def _patch(passage: Passage) -> PatchContact:

@@ -110,14 +110,23 @@ class Trial:
 
 @dataclass(frozen=True)
 class ControlPoint:
-    """A point of the driven flank whose wear controls the steps.
+    """A point of a flank whose wear controls the steps.
 
     Attributes
     ----------
     face : float [mm]
     profile : (face,) array [mm]
-        Profile coordinate at which each slice is read: the point's height there.
+        Profile coordinate of its body at which each slice is read: the point's height there.
+    body : int
+        `DRIVING` or `DRIVEN`.
     """
 
     face: float
     profile: FloatArray
+    body: int = DRIVEN
+
+    def wear(self, worn: Worn) -> FloatArray:
+        """Wear depth of the flank on which it lies, (face, profile) [mm]."""
+        depth = worn.driven if self.body == DRIVEN else worn.driving
+        assert depth is not None  # the scene's rules see to it that the body wears
+        return depth

@@ -20,7 +20,7 @@ from semiwear.contact.footprint import Footprints, depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
-from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn
+from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn, driving_wear_of_mesh
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
 
@@ -43,6 +43,7 @@ _NO_STEP = 1e-12  # of the meshes of a step
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _FACTOR_ITERATIONS = 8
 _CORRECTION = (0.25, 2.0)  # of own wear, by a rehearsal: within it no step was unstable
+_LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
 _FELT = 1e-3  # of the greatest force on a slice: less tells nothing of the wear that it causes
 
 
@@ -130,15 +131,17 @@ class WearStepper:
         """What a step to a depth of the control point [mm] would wear; `near` as in `trial`."""
         step = _Step(self, state, near)
         trial = self._tried(step, step.meshes_to(point, depth, nearby=True))
-        missed = abs(self.depth_at(point, trial.worn.driven) - depth)
-        if missed > _DEPTH_MISSED * (depth - self.depth_at(point, state.wear)):
+        missed = abs(self.depth_at(point, point.wear(trial.worn)) - depth)
+        if missed > _DEPTH_MISSED * (depth - self.depth_at(point, point.wear(state.worn))):
             # a long step brings to the point what was far from it
             trial = self._tried(step, step.meshes_to(point, depth, nearby=False))
         return trial
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
-        """Wear depth at a control point [mm]."""
-        return self.teeth.grid.interpolate(wear, point.face, point.profile)
+        """Wear depth at a control point [mm], from the wear of its flank."""
+        partner = self.teeth.partner
+        grid = self.teeth.grid if point.body == DRIVEN or partner is None else partner.grid
+        return grid.interpolate(wear, point.face, point.profile)
 
     def doses(self, meshes: float) -> Doses:
         """Wear coefficients times the meshes of a step."""
@@ -332,7 +335,7 @@ class _Step:
         stepper, teeth = self.stepper, self.teeth
         low, weight = teeth.grid.bracket(point.face)
         slices = np.unique([low, min(low + 1, teeth.grid.face.size - 1)]) if weight > 0.0 else np.array([low])
-        now = stepper.depth_at(point, self.state.wear)
+        now = stepper.depth_at(point, point.wear(self.state.worn))
         wanted = depth - now
         if wanted <= 0.0:
             raise ConvergenceError(
@@ -341,8 +344,11 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[Any] = [loaded.loads for loaded in self.state.loaded]
-        mesh = stepper.mapping.of_mesh(teeth, self.motion, self.state.worn, self.passages(loads), slices)
-        rate = stepper.coefficients.driven * stepper.depth_at(point, mesh)
+        start = (teeth, self.motion, self.state.worn, self.passages(loads), slices)
+        if point.body == DRIVEN:
+            rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
+        else:
+            rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_of_mesh(*start))
         if rate <= 0.0:
             raise ConvergenceError(
                 f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
@@ -353,7 +359,7 @@ class _Step:
         trial = self.state.pace * promised
         for _ in range(_DEPTH_ITERATIONS):
             loads = self.loads(trial, positions, loads)
-            value = stepper.depth_at(point, self.worn(loads, trial, slices).driven) - depth
+            value = stepper.depth_at(point, point.wear(self.worn(loads, trial, slices))) - depth
             if abs(value) <= _DEPTH_TOLERANCE * wanted:
                 self.pace = trial / promised
                 return trial
@@ -374,9 +380,14 @@ class _Step:
     def _positions_at(self, point: ControlPoint, slices: IntArray) -> list[int]:
         """Mesh positions whose footprints, in these slices, can reach the control point."""
         teeth = self.teeth
-        place = self.state.contact.coarse.profile[:, slices]
+        place, spacing = self.state.contact.coarse.profile[:, slices], teeth.lines.spacing[:, slices]
+        if point.body == DRIVING:
+            lines = teeth.lines
+            moved = (place - lines.profile[:, slices]) * lines.partner_slope[:, slices]
+            place = lines.partner_profile[:, slices] + moved
+            spacing = spacing / np.maximum(np.abs(lines.partner_slope[:, slices]), _LEAST_SLOPE)
         loaded = np.any([one.loads.force[:, slices] > 0.0 for one in self.state.loaded], axis=0)
-        reach = 3.0 * teeth.half_width / float(teeth.lines.spacing[:, slices].min())
+        reach = 3.0 * teeth.half_width / float(spacing.min())
         near = loaded & (np.abs(place - point.profile[slices]) <= reach)
         rolls = np.flatnonzero(near.any(axis=1))
         # loads are interpolated between positions, so the next ones count as well

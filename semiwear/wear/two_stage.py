@@ -87,14 +87,14 @@ class TwoStageStepper:
         stepper = self._stepper
         plain = stepper.trial_to_depth(state, point, depth)
         first = _first_stage(stepper, state, plain.meshes, plain.loads, EVENEST)
-        if stepper.depth_at(point, first.worn.driven) >= depth:
+        if stepper.depth_at(point, point.wear(first.worn)) >= depth:
             # the point loses its load on the way: in two steps it does so gradually
             if halvings == _HALVINGS:
                 raise ConvergenceError(
                     f"no step of two stages wears the point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
                     'it loses its load on the way; choose another wear.control_point or wear_scheme = "implicit"'
                 )
-            middle = 0.5 * (stepper.depth_at(point, state.wear) + depth)
+            middle = 0.5 * (stepper.depth_at(point, point.wear(state.worn)) + depth)
             half = self.step_to_depth(state, point, middle, halvings=halvings + 1)
             return self.step_to_depth(half, point, depth, halvings=halvings + 1)
         last = stepper.trial_to_depth(stepper.commit(first), point, depth, plain.loads)

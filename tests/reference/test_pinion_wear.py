@@ -308,3 +308,32 @@ def test_an_even_depth_off_either_flank_only_delays(depth):
     np.testing.assert_allclose(
         off_pinion.fine.gap[teeth.partner.near], off_gear.fine.gap[teeth.partner.near], rtol=1e-12
     )
+
+
+@pytest.mark.parametrize(("worn", "height"), [(["pinion"], -1.0), (["pinion", "gear"], 2.0)])
+def test_a_control_point_on_the_pinion_is_worn_to_its_depths(worn, height):
+    """The depths asked for are those of the pinion's own map at the point's height."""
+    point = {"face_mm": 0.0, "height_mm": height, "body": "pinion"}
+    rigid = {"numerics.tooth_compliance": "rigid", "numerics.roll_positions": 12, "numerics.face_slices": 11}
+    end = {"wear.worn_bodies": worn, "wear.until.control_depths_um": [2.0, 5.0], "wear.control_point": point}
+    tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(rigid | end))
+    history = tree["history"].to_dataset()
+    np.testing.assert_allclose(history["wear_depth_control_point"], [0.0, 2.0, 5.0], rtol=1e-3)
+    flank = tree["flank"].to_dataset().sel(body="pinion").isel(face=5, wear_step=-1)
+    assert np.interp(height, flank["flank_height"], flank["wear_depth"]) == pytest.approx(5.0, rel=2e-3)
+
+
+def test_every_worn_body_is_in_the_history():
+    """Greatest wear of both bodies and of the pinion's zones, as its map has them."""
+    rigid = {"numerics.tooth_compliance": "rigid", "numerics.roll_positions": 12, "numerics.face_slices": 11}
+    tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(rigid | {"numerics.wear_steps": 2}))
+    history, flank = tree["history"].to_dataset(), tree["flank"].to_dataset().isel(wear_step=-1)
+    np.testing.assert_allclose(history["wear_depth_max"][-1], flank["wear_depth"].max(("profile", "face")))
+    pinion = flank.sel(body="pinion")
+    for value, zone in enumerate(("root", "pitch", "addendum")):
+        there = float(pinion["wear_depth"].where(pinion["zone"] == value).max())
+        # borders of zones are read as well as nodes
+        assert there <= float(history[f"wear_depth_max_pinion_{zone}"][-1]) <= 1.3 * there
+    # where the driven flank's band is met: a fresh half-width to either side of the pitch cylinder
+    band = pinion["flank_height"].where(pinion["zone"] == 1)
+    assert float(band.min()) < 0.0 < float(band.max()) < 1.0

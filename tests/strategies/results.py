@@ -117,7 +117,13 @@ def synthetic_tree(
         f"wear_depth_max_{name}": np.where(zone == value, gear_wear, 0.0).max(axis=(1, 2))
         for value, name in enumerate(("root", "pitch", "addendum"))
     }
+    pinion_wear, pinion_zone = flank["wear_depth"][:, 0], flank["zone"][0]
     history |= {
+        f"wear_depth_max_pinion_{name}": np.where(pinion_zone == value, pinion_wear, 0.0).max(axis=(1, 2))
+        for value, name in enumerate(("root", "pitch", "addendum"))
+    }
+    history |= {
+        "wear_depth_max": flank["wear_depth"].max(axis=(2, 3)),
         "wear_depth_control_point": 60.0 * life,
         "load_share_max": engagement["load_share"].max(axis=1),
         "root_stress_max": np.stack([121.59 + 10 * life, 120.12 + 10 * life], axis=1),

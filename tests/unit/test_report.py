@@ -157,7 +157,9 @@ def test_the_page_needs_nothing_but_itself(page):
 def test_every_picture_has_a_text(page):
     for alt in re.findall(r"<img [^>]*?alt=\"([^\"]*)\"", page):
         assert len(alt) > 40
-    assert page.partition("<h2>Pictures</h2>")[2].count("<figcaption>") == len(PICTURES)
+    assert page.partition("<h2>Pictures</h2>")[2].count("<figcaption>") == len(PICTURES) + sum(
+        picture.of_body for picture in PICTURES
+    )  # both bodies wear
 
 
 def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):

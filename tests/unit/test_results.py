@@ -59,7 +59,8 @@ def test_names_of_the_design_are_there():
         "line_length lever_arm sliding_distance "
         "root_stress friction_coefficient friction_power_loss flash_temperature_max film_thickness_min",
         "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
-        "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch "
+        "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch wear_depth_max "
+        "wear_depth_max_pinion_root wear_depth_max_pinion_pitch wear_depth_max_pinion_addendum "
         "wear_depth_control_point wear_depth_max_pinion load_share_max root_stress_max contact_pressure_root "
         "contact_pressure_addendum contact_pressure_pitch subsurface_stress_max subsurface_stress_depth "
         "transmission_error_mean transmission_error_amplitude mesh_efficiency friction_power_loss_mean "

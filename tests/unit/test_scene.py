@@ -320,7 +320,6 @@ class TestFieldRules:
             ("wear.worn_bodies", [], "remove [wear]"),
             ("wear.worn_bodies", ["gear", "pinoin"], 'give ["pinion", "gear"]'),
             ("wear.worn_bodies", ["gear", "gear"], 'give ["gear"]'),
-            ("wear.worn_bodies", ["pinion"], "is of the gear"),
             ("wear.worn_bodies", ["wheel"], 'give ["gear"]'),
             ("wear.coefficient_mm2_per_N", {}, "pinion = ..., gear = ..."),
             ("wear.coefficient_mm2_per_N", {"geer": 1e-13}, "not geer"),
@@ -580,10 +579,11 @@ class TestWornBodies:
         assert parse_scene(text) == shipped.replace({"wear.coefficient_mm2_per_N": {"gear": 1e-13}})
 
     @pytest.mark.parametrize("change", [{}, {"wear.until.control_depths_um": None, "wear.until.meshes": 1e9}])
-    def test_control_point_is_of_the_gear(self, change: dict[str, Any]) -> None:
-        problems = problems_of({"wear.worn_bodies": ["pinion"], **change})
-        assert list(problems) == ["wear.worn_bodies"]
-        assert "as needed by wear." in problems["wear.worn_bodies"].allowed
+    def test_control_point_is_of_a_worn_body(self, change: dict[str, Any]) -> None:
+        problems = problems_of({"wear.worn_bodies": ["pinion"], "wear.control_point.body": "gear", **change})
+        assert list(problems) == ["wear.control_point.body"]
+        assert problems["wear.control_point.body"].allowed == 'one of wear.worn_bodies: "pinion"'
+        assert 'add "gear"' in problems["wear.control_point.body"].fix
 
     def test_marched_wear_is_of_the_gear(self, shipped: Scene) -> None:
         marched = {"numerics.fidelity": "patch", "numerics.wear_mapping": "marched"}

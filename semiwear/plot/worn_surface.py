@@ -1,0 +1,105 @@
+"""The worn flank as a surface: material that is gone from the tooth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from semiwear.plot.flank import WEAR_COLOURS, chosen_body, height_label, label_along, on_flank
+from semiwear.plot.style import axes_for, label, need, step_name, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["wear_surface"]
+
+_BELOW = 0.35  # of the greatest wear: how far the drawn piece of the tooth reaches below its deepest place
+
+
+def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
+    """The worn flank as a surface below the unworn one by the wear depth, which is its colour too.
+
+    The unworn flank is drawn as a plane, whose outline stays. Depths are micrometres where lengths are millimetres:
+    what is gone is drawn some hundred to thousand times as deep as it is, and the title says how many.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result with `/flank`.
+    wear_step : int
+        Index of the wear step; the last unless given.
+    ax : Axes3D, optional
+        Where to draw; a new figure unless given.
+    body : str, optional
+        ``"pinion"`` or ``"gear"``. Default: the gear, unless the pinion alone wears.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        body = chosen_body(tree, body)
+        along, height, wear = on_flank(tree, body, wear_step)
+        (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
+        surface: Any = drawn
+        scale = float(wear.max()) or 1.0
+        bottom = -(1.0 + _BELOW) * scale
+        _body_of_tooth(surface, along, height, wear, bottom, scale)
+        box = (1.5, 1.0, 0.55)
+        surface.set(
+            xlabel=label_along(tree, body),
+            ylabel=height_label(tree, body).replace("above the ", "above the\n"),
+        )
+        surface.set_zlim(bottom, 0.0)
+        surface.set_zticks([])  # the colours tell the depth
+        surface.view_init(elev=34, azim=-62)
+        surface.set_box_aspect(box, zoom=0.98)
+        # millimetres per length of the box across the flank, over micrometres per length of it into the tooth
+        taller = (float(np.ptp(height)) / box[1]) / (1e-3 * (1.0 + _BELOW) * scale / box[2])
+        name = step_name(need(tree, "flank", "wear_depth"), wear_step)
+        drawn.set_title(f"{body.capitalize()}, {name}: depth drawn {float(f'{taller:.2g}'):g} times as great")
+        if wear.any():
+            import matplotlib
+
+            mapped = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0.0, scale), WEAR_COLOURS)
+            bar = drawn.figure.colorbar(mapped, ax=drawn, shrink=0.7, pad=0.02)
+            bar.set_label(label(need(tree, "flank", "wear_depth"), "Wear depth"))
+            bar.ax.spines["outline"].set_visible(False)
+            bar.ax.invert_yaxis()
+    return drawn
+
+
+def _body_of_tooth(
+    surface: Any, along: np.ndarray, height: np.ndarray, wear: np.ndarray, bottom: float, scale: float
+) -> None:
+    """The worn flank with the cut faces of the piece below it, and the outline of the unworn flank."""
+    import matplotlib
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    colours = matplotlib.colormaps[WEAR_COLOURS](matplotlib.colors.Normalize(0.0, scale)(wear))
+    # every node is drawn: with some left out, narrow crests come and go like the teeth of a comb
+    surface.plot_surface(
+        along,
+        height,
+        -wear,
+        facecolors=colours,
+        rstride=1,
+        cstride=1,
+        linewidth=0,
+        antialiased=False,
+        shade=False,
+        zorder=1,
+    )
+    # cut faces that the viewer sees: at the root's side and at one end
+    for edge in (np.s_[0, :], np.s_[:, -1]):
+        x, y, z = along[edge], height[edge], -wear[edge]
+        upper = list(zip(x, y, z, strict=True))
+        lower = [(x[-1], y[-1], bottom), (x[0], y[0], bottom)]
+        face = Poly3DCollection([upper + lower], facecolor="#C9D2DB", edgecolor="#77828E", linewidth=0.6, zorder=2)
+        surface.add_collection3d(face)
+    for edge in (np.s_[0, :], np.s_[:, -1], np.s_[-1, :], np.s_[:, 0]):
+        surface.plot(
+            along[edge], height[edge], np.zeros(along[edge].shape), color="#333333", lw=0.8, ls="--", zorder=3
+        )

@@ -1,0 +1,82 @@
+"""What a result says of the bodies that wear, of the control point and of the pitch surfaces."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["ControlPlace", "control_place", "main_body", "pitch_name", "pitch_surface", "scene_tables", "worn_bodies"]
+
+_PITCH = {"face_gear": "pitch cone", "cylindrical": "pitch cylinder"}
+
+
+class ControlPlace(NamedTuple):
+    """Where the control point of a result lies.
+
+    Attributes
+    ----------
+    body : str
+    along : float [mm]
+        Face coordinate: the radius for a face gear.
+    height : float [mm]
+    """
+
+    body: str
+    along: float
+    height: float
+
+
+def scene_tables(tree: xr.DataTree) -> dict[str, Any]:
+    """Tables of a result's scene; empty where its text is no TOML."""
+    try:
+        return tomllib.loads(str(tree.attrs.get("scene_toml", "")))
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def _table(scene: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = scene.get(name)
+    return found if isinstance(found, Mapping) else {}
+
+
+def worn_bodies(tree: xr.DataTree) -> tuple[str, ...]:
+    """Bodies that wear, by the scene of a result, else by its maps of wear; empty without wear."""
+    if "flank" not in tree.children:
+        return ()
+    wear = tree["flank"].to_dataset()["wear_depth"]
+    bodies = [str(body) for body in wear["body"].values]
+    named = _table(scene_tables(tree), "wear").get("worn_bodies")
+    if isinstance(named, list):
+        return tuple(body for body in bodies if body in named)
+    return tuple(body for body in bodies if np.any(wear.sel(body=body).values))
+
+
+def main_body(tree: xr.DataTree) -> str:
+    """The gear, unless the pinion alone wears."""
+    return "pinion" if worn_bodies(tree) == ("pinion",) else "gear"
+
+
+def control_place(tree: xr.DataTree) -> ControlPlace | None:
+    """The control point of a result's scene, if it has one."""
+    point = _table(_table(scene_tables(tree), "wear"), "control_point")
+    along, height = point.get("radius_mm", point.get("face_mm")), point.get("height_mm")
+    if not isinstance(along, int | float) or not isinstance(height, int | float):
+        return None
+    return ControlPlace(str(point.get("body", main_body(tree))), float(along), float(height))
+
+
+def pitch_name(tree: xr.DataTree) -> str:
+    """What the pitch surfaces of a pair are: cones of a face gear pair, cylinders of a cylindrical one."""
+    return _PITCH.get(str(_table(scene_tables(tree), "gear_pair").get("type")), "pitch surface")
+
+
+def pitch_surface(tree: xr.DataTree, body: str) -> str:
+    """From what heights on a body's flank are measured; the plane, for a face gear."""
+    kind = _table(scene_tables(tree), "gear_pair").get("type")
+    if kind == "face_gear":
+        return "pitch plane" if body == "gear" else "pitch cylinder"
+    return pitch_name(tree)
