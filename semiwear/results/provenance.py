@@ -55,7 +55,7 @@ def provenance(
     -------
     dict of str to str
     """
-    files = file_digests(tomllib.loads(scene_toml)) if input_files is None else input_files
+    files = _files(scene_toml) if input_files is None else input_files
     software = source or f"semiwear {version()}"
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return {
@@ -72,6 +72,14 @@ def provenance(
         "accuracy": accuracy,
         "references": references,
     }
+
+
+def _files(scene_toml: str) -> dict[str, str]:
+    """Digests of the files that a scene names; none where its text is no TOML."""
+    try:
+        return file_digests(tomllib.loads(scene_toml))
+    except tomllib.TOMLDecodeError:
+        return {}
 
 
 def version() -> str:
