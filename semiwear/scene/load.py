@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from importlib import resources
 from pathlib import Path
+from typing import BinaryIO
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.assemble import scene_from_dict
@@ -16,6 +17,8 @@ __all__ = ["load_scene", "parse_scene", "shipped_scenes"]
 
 _SUFFIX = ".toml"
 _MOST_BYTES = 1_000_000
+_NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+_SEAL = b"semiwear sha256:"  # near the end of results, see `semiwear.results.files`
 _SHIPPED = resources.files("semiwear.scene") / "scenes"
 
 
@@ -79,10 +82,12 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
     try:
         with path.open("rb") as opened:  # a device may have no end
             content = opened.read(_MOST_BYTES + 1)
-        if len(content) <= _MOST_BYTES:
+            problem = _result_problem(path, opened) if content.startswith(_NETCDF) else None
+        if problem is None and len(content) <= _MOST_BYTES:
             return content
         found = f"{path}: more than {_MOST_BYTES:.0e} bytes"
-        problem = Problem("scene", found, "the text of a scene, a few thousand bytes", "is this the file of a scene?")
+        allowed = "the text of a scene, a few thousand bytes"
+        problem = problem or Problem("scene", found, allowed, "is this the file of a scene?")
     except FileNotFoundError:
         shipped = shipped_scenes()
         meant = closest(path.stem, shipped)
@@ -92,3 +97,11 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
     except (OSError, ValueError) as error:
         problem = Problem("scene", str(path), "a readable scene file", str(error))
     raise SceneError([problem], str(path))
+
+
+def _result_problem(path: Path, opened: BinaryIO) -> Problem:
+    """The problem of a netCDF file in a scene's place."""
+    opened.seek(max(path.stat().st_size - 2 * len(_SEAL) - 32, 0))
+    what = "this is a result of semiwear" if _SEAL in opened.read() else "this is a netCDF file"
+    fix = f"{what}: give its scene, which a result holds as the attribute scene_toml, or semiwear report {path}"
+    return Problem("scene", str(path), "the text of a scene", fix)

@@ -195,6 +195,15 @@ def test_a_full_disk_names_the_file(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_result_in_the_place_of_a_scene_is_called_one(tmp_path, capsys):
+    path = tmp_path / "worn.nc"
+    sw.save(TREE, path)
+    for command in ("plan", "run", "screen"):
+        status, _, error = run(capsys, command, path)
+        assert status == 2
+        assert "this is a result of semiwear" in error and "scene_toml" in error
+
+
 # ---------------------------------------------------------------------- references
 
 
