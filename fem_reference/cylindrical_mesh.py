@@ -110,7 +110,7 @@ def cylindrical_mesh(
     MeshError
         Where the tooth is pointed or undercut, or an element is folded.
     """
-    whole = surface.own.tooth.teeth
+    whole = int(surface.own.tooth.teeth)
     count = min(teeth or whole, whole)
     first = -((count - 1) // 2)
     divisions = divisions or Divisions.of_module(module)

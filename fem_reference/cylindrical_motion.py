@@ -98,7 +98,7 @@ class CylindricalMotion:
     @property
     def pinion_teeth(self) -> int:
         """Number of the pinion's teeth."""
-        return self.pinion.tooth.teeth
+        return int(self.pinion.tooth.teeth)
 
     @property
     def ratio(self) -> float:

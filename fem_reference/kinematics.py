@@ -84,7 +84,7 @@ class PairKinematics:
     @property
     def pinion_teeth(self) -> int:
         """Number of the pinion's teeth."""
-        return self.pinion.teeth
+        return int(self.pinion.teeth)
 
     @property
     def lever(self) -> float:

@@ -9,6 +9,7 @@ them as neighbours in a rack do.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,7 +239,7 @@ def join(condensed: list[Condensed], section: ToothSection, rack_teeth: int) -> 
     first, last = slice(None, side), slice(teeth * side, None)
     near, far = slice(None, side), slice(side, None)
     if isinstance(section.rim, RingRim):
-        rest = _chain(pitch, section.rim.teeth - teeth)
+        rest = _chain_of(pitch, section.rim.teeth - teeth)
         whole[:, last, last] += rest[:, near, near]
         whole[:, last, first] += rest[:, near, far]
         whole[:, first, last] += rest[:, far, near]
@@ -276,6 +277,17 @@ def _without(stiffness: FloatArray, keep: slice, drop: slice) -> FloatArray:
     coupling = stiffness[:, drop, keep]
     carried = np.linalg.solve(stiffness[:, drop, drop], coupling)
     return stiffness[:, keep, keep] - coupling.swapaxes(1, 2) @ carried
+
+
+def _chain_of(pitch: FloatArray, count: float) -> FloatArray:
+    """Stiffness of the outer sides of a chain of pitches, of which the last may be a part of one.
+
+    Between whole numbers the stiffness goes straight: the ring of a virtual spur gear has no whole number of teeth.
+    """
+    whole = floor(count)
+    part = count - whole
+    chain = _chain(pitch, whole)
+    return chain if part == 0.0 else (1.0 - part) * chain + part * _pair(chain, pitch)
 
 
 def _chain(pitch: FloatArray, count: int) -> FloatArray:

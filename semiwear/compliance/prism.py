@@ -38,7 +38,18 @@ from semiwear.compliance.pitch_chain import (
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "PrismSection", "prism_section"]
+__all__ = [
+    "DEFLECTION_OFFSETS",
+    "STRESS_OFFSETS",
+    "PrismSection",
+    "elasticity",
+    "fillet_edges",
+    "fillet_shares",
+    "harmonic_matrices",
+    "mid_surface",
+    "prism_section",
+    "section_integrals",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -197,7 +208,7 @@ def prism_section(
         end_deflection=ends[0],
         end_stress=ends[1],
         fillet_points=observer.fillet_points,
-        fillet_share=_fillet_shares(mesh),
+        fillet_share=fillet_shares(mesh),
         asymmetry=float(asymmetry),
     )
 
@@ -223,8 +234,50 @@ def harmonic_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: 
 
 def _mixed_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
     """K0, M = int B0' D B1, whose sum with its transpose is K1, and K2."""
+    values = _values()
+    along = np.zeros((values.shape[1], 6, 9, 3))
+    along[:, 2, :, 2] = values.T
+    along[:, 4, :, 1] = along[:, 5, :, 0] = -values.T
+    return _integrals(mesh, youngs_modulus, poissons_ratio, along)
+
+
+def section_integrals(
+    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float, along: float, lean: float
+) -> HarmonicMatrices:
+    """Integrals over a section of a body whose sections are alike along z: strains are B0 q + B1 dq/dz.
+
+    Parameters
+    ----------
+    mesh : SectionMesh
+    youngs_modulus : float [MPa]
+    poissons_ratio : float
+    along, lean : float
+        Along the body d/ds = along d/dz, and d/dx takes in lean d/dz: 1 and 0 where z stands on the section.
+
+    Returns
+    -------
+    tuple of three (3 n, 3 n) sparse matrices
+        Of B0' D B0, B0' D B1 and B1' D B1.
+    """
+    values = _values()
+    by_z = np.zeros((values.shape[1], 6, 9, 3))
+    by_z[:, 2, :, 2] = by_z[:, 4, :, 1] = by_z[:, 5, :, 0] = along * values.T
+    for strain, component in ((0, 0), (3, 1), (5, 2)):
+        by_z[:, strain, :, component] += lean * values.T
+    return _integrals(mesh, youngs_modulus, poissons_ratio, by_z)
+
+
+def _values() -> FloatArray:
+    """Shape functions at the quadrature places: (9, q) array."""
+    points, _ = get_quadrature(ELEMENT.refdom, 4)
+    return np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
+
+
+def _integrals(
+    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float, along: FloatArray
+) -> HarmonicMatrices:
+    """Integrals of B0' D B0, B0' D B1 and B1' D B1 with B1 given at the quadrature places, (q, 6, 9, 3)."""
     points, weights = get_quadrature(ELEMENT.refdom, 4)
-    values = np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])  # (9, q)
     reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])  # (9, 2, q)
     jacobian = jacobians(mesh, points)
     gradient = np.einsum("ajq,mqji->mqia", reference, np.linalg.inv(jacobian))
@@ -234,14 +287,11 @@ def _mixed_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: fl
     plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
     plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
     plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
-    along = np.zeros((len(points.T), 6, 9, 3))
-    along[:, 2, :, 2] = values.T
-    along[:, 4, :, 1] = along[:, 5, :, 0] = -values.T
     b0 = plane.reshape(*plane.shape[:3], 27)
     b1 = np.broadcast_to(along.reshape(-1, 6, 27), b0.shape)
 
-    elasticity = _elasticity(youngs_modulus, poissons_ratio)
-    s0, s1 = (area[:, :, None, None] * (elasticity @ b) for b in (b0, b1))
+    hooke = elasticity(youngs_modulus, poissons_ratio)
+    s0, s1 = (area[:, :, None, None] * (hooke @ b) for b in (b0, b1))
     unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
     size = 3 * len(mesh.nodes)
     rows = np.repeat(unknowns, 27, axis=1).ravel()
@@ -258,7 +308,7 @@ def _integral(b: FloatArray, stress: FloatArray) -> FloatArray:
     return b.reshape(len(b), -1, 27).swapaxes(1, 2) @ stress.reshape(len(b), -1, 27)
 
 
-def _elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
+def elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
     """Hooke's law of an isotropic body, (xx, yy, zz, xy, yz, xz) with engineering shear strain [MPa]."""
     shear = youngs_modulus / (2 * (1 + poissons_ratio))
     lame = 2 * shear * poissons_ratio / (1 - 2 * poissons_ratio)
@@ -282,9 +332,9 @@ class _Observer:
     def of(cls, mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> _Observer:
         plane_stress = youngs_modulus / (1 - poissons_ratio**2)
         load = _rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
-        nodes, weights, middle = _mid_surface(mesh)
+        nodes, weights, middle = mid_surface(mesh)
         deflection = _rows(mesh, nodes, weights[:, :, None] * mesh.flank_normal[:, None])
-        nodes, slopes, values, tangent, points = _fillet_edges(mesh)
+        nodes, slopes, values, tangent, points = fillet_edges(mesh)
         stress = plane_stress * _rows(mesh, nodes, slopes[:, :, None] * tangent[:, None])
         stretch = values[:, :, None] * np.array([0.0, 0.0, 1.0])
         stress_along = plane_stress * poissons_ratio * _rows(mesh, nodes, stretch)
@@ -313,7 +363,7 @@ def _rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr_mat
     return coo_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=shape).tocsr()
 
 
-def _mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
+def mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
     """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2)."""
     flank, normal = mesh.nodes[mesh.flank], mesh.flank_normal
     height = mesh.nodes[mesh.centre_line, 1]  # falling
@@ -325,7 +375,7 @@ def _mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
     return mesh.centre_line[local], weights, np.stack([np.zeros(len(cut)), cut], axis=1)
 
 
-def _fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Two Gauss points a fillet edge: nodes, d/ds and value weights (F, 3), tangents and points (F, 2)."""
     edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
     gauss = np.array([-1.0, 1.0]) / np.sqrt(3.0)
@@ -338,7 +388,7 @@ def _fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, 
     return nodes, slopes / stretch, values, tangent / stretch, points
 
 
-def _fillet_shares(mesh: SectionMesh) -> FloatArray:
+def fillet_shares(mesh: SectionMesh) -> FloatArray:
     """Length from the end of the flank over the fillet's, at two Gauss points an edge: (F,) array."""
     steps = np.linalg.norm(np.diff(mesh.nodes[mesh.fillet], axis=0), axis=1)
     arc = np.concatenate([[0.0], np.cumsum(steps)])

@@ -5,7 +5,7 @@ tooth thickness are positive; what is turned around on an internal gear is writt
 profile shift moves the tooth towards its tip and makes it thicker, inside as outside.
 
 The section that carries the load stands normal to the teeth: the virtual spur gear with z/(cos^2 beta_b cos beta)
-teeth, rounded to a whole ring (ISO 6336-3:2019, 6.2). For spur teeth it is the transverse section itself.
+teeth, which need not be whole (ISO 6336-3:2019, 6.2). For spur teeth it is the transverse section itself.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class CylindricalTooth:
 
     Attributes
     ----------
-    teeth : int
-        Number of teeth, positive.
+    teeth : float
+        Number of teeth, positive; that of a virtual spur gear need not be whole.
     internal : bool
         Whether the teeth point to the axis.
     normal_module : float
@@ -50,7 +50,7 @@ class CylindricalTooth:
         Material between the root cylinder and the cylinder that is held [mm].
     """
 
-    teeth: int
+    teeth: float
     internal: bool
     normal_module: float
     normal_pressure_angle: float
@@ -173,8 +173,8 @@ class CylindricalTooth:
         return ToothSection(drawn.flank, profile, drawn.fillet, drawn.rim)
 
     def normal_section(self) -> InvoluteTooth | CylindricalTooth:
-        """The virtual spur tooth: same module, profile shift and heights, a whole number of teeth."""
-        teeth = round(self.virtual_teeth)
+        """The virtual spur tooth: same module, profile shift and heights."""
+        teeth = self.virtual_teeth
         reference = 0.5 * self.normal_module * teeth
         tip_height = self.side * (self.tip_radius - self.reference_radius)
         if self.internal:

@@ -30,8 +30,8 @@ class InvoluteTooth:
 
     Attributes
     ----------
-    teeth : int
-        Number of teeth.
+    teeth : float
+        Number of teeth; that of a virtual spur gear need not be whole.
     module : float
         Module [mm].
     pressure_angle : float
@@ -48,7 +48,7 @@ class InvoluteTooth:
         Distance of the rack's reference line from the pitch circle, positive away from the axis [mm]. Default 0.
     """
 
-    teeth: int
+    teeth: float
     module: float
     pressure_angle: float
     addendum: float

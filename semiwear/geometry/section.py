@@ -34,13 +34,13 @@ class RingRim:
 
     Attributes
     ----------
-    teeth : int
-        Number of teeth of the whole ring.
+    teeth : float
+        Number of teeth of the whole ring; that of a virtual spur gear need not be whole.
     bore_radius : float
         Radius of the held bore [mm].
     """
 
-    teeth: int
+    teeth: float
     bore_radius: float
 
 

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.geometry.cylindrical import CylindricalTooth
+from semiwear.geometry.helical_foot import HelicalFoot
 from semiwear.geometry.involute import involute_function
 from semiwear.meshing.flank_pair import DRIVING, Borders, Meeting, PrismBody
 from semiwear.scene import CylindricalPair as CylindricalTable
@@ -84,13 +85,14 @@ class _Flank:
         """By which the outline turns at the tip: 90 degrees less the pressure angle there [rad]."""
         return 0.5 * pi - float(np.arctan(self.tooth.tip_roll_angle))
 
-    def body(self, width: float, start: float) -> PrismBody:
-        """The tooth's section along its whole width."""
+    def body(self, width: float, start: float, sense: int) -> PrismBody:
+        """The tooth's section along its whole width; `sense` as of `HelicalFoot`."""
         root, tip = self.ends
         profile = np.linspace(tip, root, 161)
         section = self.tooth.section(profile, self.radius(profile))
         length = width / cos(self.tooth.helix_angle)
-        return PrismBody(width, start, (start + 0.5 * width,), (section,), length)
+        foot = HelicalFoot(self.tooth, width, sense) if self.tooth.helix_angle > 0.0 else None
+        return PrismBody(width, start, (start + 0.5 * width,), (section,), length, foot)
 
 
 @dataclass(frozen=True)
@@ -340,4 +342,7 @@ class CylindricalMesh:
     def prism_body(self, body: int) -> PrismBody:
         """One section, normal to the teeth, over the whole width."""
         low, high = self._partner_face if body == DRIVING else self.face_limits
-        return self._flanks[body].body(high - low, low)
+        # a right-hand pinion's teeth go with z towards +x, where the gear pushes them back to; the gear's the same
+        # way, but the pinion pushes them towards -x
+        sense = 1 if (self.table.hand == "right") == (body == DRIVING) else -1
+        return self._flanks[body].body(high - low, low, sense)

@@ -1,0 +1,152 @@
+"""An elastic annulus of finite width: held on one cylinder, loaded on the other, its end faces free.
+
+Harmonic m of the angle about the axis, with unit loads along r, theta and z at a station of the loaded cylinder:
+
+    u_r = U(r, z) cos(m theta),   u_theta = V(r, z) sin(m theta),   u_z = W(r, z) cos(m theta)
+
+whose strains are (B0 + m B1) q, so that every harmonic is one sparse plane problem, K0 + m K1 + m^2 K2.
+
+Source: O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, vol. 2, 5th ed. 2000, ch. 9 (axisymmetric solids
+under loads that are not).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse.linalg import splu
+from skfem import Basis, ElementQuad2, MeshQuad
+
+from semiwear.compliance.prism import elasticity
+
+__all__ = ["Annulus"]
+
+FloatArray = NDArray[np.float64]
+
+_THROUGH, _ALONG = 4, 12  # elements through the wall and along the axis
+_TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder
+_EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
+
+
+@dataclass(frozen=True)
+class Annulus:
+    """A ring about its axis.
+
+    Attributes
+    ----------
+    held, loaded : float [mm]
+        Radii of the cylinder that does not move and of the one that carries the loads; either may be the greater.
+    width : float [mm]
+    youngs_modulus [MPa], poissons_ratio [1] : float
+    """
+
+    held: float
+    loaded: float
+    width: float
+    youngs_modulus: float
+    poissons_ratio: float
+
+    @property
+    def stations(self) -> FloatArray:
+        """Nodes of the loaded cylinder along the axis, from the middle of the width: (S,) array [mm]."""
+        corners = self._corners()
+        return np.sort(np.concatenate([corners, 0.5 * (corners[1:] + corners[:-1])]))
+
+    def flexibility(self, harmonics: int) -> FloatArray:
+        """Displacement of the loaded cylinder by unit forces on it, for m = 0 to `harmonics`.
+
+        Parameters
+        ----------
+        harmonics : int
+            Six at least. Above m = 5 the flexibility is smooth in m and interpolated between a few.
+
+        Returns
+        -------
+        (harmonics + 1, 3 S, 3 S) array [mm/N]
+            Amplitudes (U, V, W) at every station for forces in these directions at every station. A force F at
+            theta = 0 along r moves the ring along r by the sum over m of F U_m cos(m theta).
+        """
+        solve = self._solver()
+        wanted = np.arange(harmonics + 1, dtype=float)
+        exact = np.array([solve(m) for m in range(_EXACT)])
+        beyond = np.geomspace(_EXACT - 1, max(harmonics, _EXACT), _BETWEEN)
+        known = np.concatenate([wanted[2 : _EXACT - 1], beyond])
+        values = np.concatenate([exact[2 : _EXACT - 1], [solve(m) for m in beyond]])
+        # for short waves the flexibility is that of a half-space, inverse to m
+        spline = make_interp_spline(np.log(known), values * (1.0 + known)[:, None, None], k=3)
+        further = spline(np.log(wanted[_EXACT:])) / (1.0 + wanted[_EXACT:])[:, None, None]
+        return np.concatenate([exact, further])[: harmonics + 1]
+
+    def _corners(self) -> FloatArray:
+        """Ends of the elements along the axis, half even and half crowding towards the ends."""
+        even = np.linspace(-1.0, 1.0, _ALONG + 1)
+        return 0.25 * self.width * (even + np.sin(0.5 * pi * even))
+
+    def _solver(self) -> _Harmonic:
+        wall = (np.arange(_THROUGH + 1) / _THROUGH) ** _TOWARDS_LOAD
+        mesh = MeshQuad.init_tensor(np.sort(self.loaded + (self.held - self.loaded) * wall), self._corners())
+        basis = Basis(mesh, ElementQuad2(), intorder=4)
+        matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
+        radius, along = basis.doflocs
+        near = 1e-9 * abs(self.held - self.loaded)
+        surface = np.flatnonzero(abs(radius - self.loaded) < near)
+        surface = surface[np.argsort(along[surface])]
+        free = _unknowns(np.flatnonzero(abs(radius - self.held) > near))
+        return _Harmonic([k[free][:, free] for k in matrices], np.searchsorted(free, _unknowns(surface)))
+
+
+@dataclass(frozen=True)
+class _Harmonic:
+    """Solves for the loaded cylinder at a harmonic, which need not be whole."""
+
+    matrices: list[csc_matrix]
+    loaded: NDArray[np.int64]
+
+    def __call__(self, m: float) -> FloatArray:
+        k0, k1, k2 = self.matrices
+        # the integral over the circumference of cos^2 or sin^2
+        stiffness = (k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi)
+        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        unit = np.zeros((stiffness.shape[0], self.loaded.size))
+        unit[self.loaded, np.arange(self.loaded.size)] = 1.0
+        return splu(stiffness.tocsc(), **options).solve(unit)[self.loaded]
+
+
+def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _matrices(basis: Basis, youngs_modulus: float, poissons_ratio: float) -> tuple[csc_matrix, ...]:
+    """K0, K1, K2 of unknowns 3 node + (U, V, W), without the integral over the angle."""
+    radius = np.asarray(basis.global_coordinates())[0]
+    elements, places = radius.shape
+    value = np.stack([np.broadcast_to(np.asarray(f[0]), radius.shape) for f in basis.basis], axis=-1)
+    slope = np.stack([f[0].grad for f in basis.basis], axis=-1)
+    by_radius, along_r, along_z = value / radius[..., None], slope[0], slope[1]
+    # strains rr, theta theta, zz, r theta, theta z, r z (engineering shear)
+    steady = np.zeros((elements, places, 6, 9, 3))
+    steady[:, :, 0, :, 0] = along_r
+    steady[:, :, 1, :, 0] = by_radius
+    steady[:, :, 2, :, 2] = along_z
+    steady[:, :, 3, :, 1] = along_r - by_radius
+    steady[:, :, 4, :, 1] = steady[:, :, 5, :, 0] = along_z
+    steady[:, :, 5, :, 2] = along_r
+    turning = np.zeros_like(steady)
+    turning[:, :, 1, :, 1] = by_radius
+    turning[:, :, 3, :, 0] = turning[:, :, 4, :, 2] = -by_radius
+    b0, b1 = (b.reshape(elements, places, 6, 27) for b in (steady, turning))
+    weighted = (basis.dx * radius)[..., None, None] * elasticity(youngs_modulus, poissons_ratio)
+    unknowns = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(elements, 27)
+    at = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
+
+    def assembled(left: FloatArray, right: FloatArray) -> csc_matrix:
+        entries = np.einsum("eqsi,eqst,eqtj->eij", left, weighted, right, optimize=True)
+        return coo_matrix((entries.ravel(), at), shape=(3 * basis.N, 3 * basis.N)).tocsc()
+
+    mixed = assembled(b0, b1)
+    return assembled(b0, b0), mixed + mixed.T, assembled(b1, b1)
