@@ -28,8 +28,8 @@ __all__ = ["Annulus"]
 
 FloatArray = NDArray[np.float64]
 
-_THROUGH, _ALONG = 4, 12  # elements through the wall and along the axis
-_TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder
+_THROUGH, _ALONG = 6, 12  # elements through the wall and along the axis
+_TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius
 _EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
 
 
@@ -89,7 +89,7 @@ class Annulus:
 
     def _solver(self) -> _Harmonic:
         wall = (np.arange(_THROUGH + 1) / _THROUGH) ** _TOWARDS_LOAD
-        mesh = MeshQuad.init_tensor(np.sort(self.loaded + (self.held - self.loaded) * wall), self._corners())
+        mesh = MeshQuad.init_tensor(np.sort(self.loaded * (self.held / self.loaded) ** wall), self._corners())
         basis = Basis(mesh, ElementQuad2(), intorder=4)
         matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
         radius, along = basis.doflocs

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from semiwear.compliance.helical_wheel import OFFSETS, along_axis, ring_compliance
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth import cubic_weights
 from semiwear.compliance.tooth_ends import HEIGHTS, EndEffect, end_effect
@@ -55,10 +56,12 @@ def helical_influence(
     name : str
         What error messages call the section.
     """
+    virtual = ring_compliance(foot.virtual, youngs_modulus, poissons_ratio)
+    virtual[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0  # the prism has nothing there to be exchanged
     return HelicalInfluence(
         foot=foot,
         wheel=ring_compliance(foot.wheel, youngs_modulus, poissons_ratio),
-        virtual=ring_compliance(foot.virtual, youngs_modulus, poissons_ratio),
+        virtual=virtual,
         ends=end_effect(
             section,
             width=foot.width,

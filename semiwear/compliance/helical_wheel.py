@@ -54,8 +54,9 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
         [polynomial, (radial, tangential, axial, couple)]; [mm/N], [mm/(N mm)] and [rad/(N mm)].
     """
     annulus = Annulus(ring.held_radius, ring.foot_radius, ring.width, youngs_modulus, poissons_ratio)
-    # waves shorter than a foot are evened out on it
-    harmonics = max(ceil(2.0 * pi * ring.foot_radius / ring.chord), _LEAST_HARMONICS)
+    # waves shorter than a foot are evened out on it; the last counts in part, so that nothing jumps with the radius
+    shortest = max(2.0 * pi * ring.foot_radius / ring.chord, _LEAST_HARMONICS)
+    harmonics = ceil(shortest)
     flexibility = annulus.flexibility(harmonics)
     table = np.zeros((OFFSETS.size, 4 * POLYNOMIALS, 4 * POLYNOMIALS))
     for first in range(0, harmonics + 1, _CHUNK):
@@ -63,7 +64,7 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
         load = _foot_loads(ring, annulus.stations, m)
         own = load.conj().swapaxes(1, 2) @ (flexibility[m] @ load)
         turned = np.exp(2j * pi / ring.teeth * np.multiply.outer(OFFSETS, m))
-        table += np.tensordot(turned, own, axes=1).real
+        table += np.tensordot(turned * np.clip(shortest - m + 1.0, 0.0, 1.0), own, axes=1).real
     return table
 
 

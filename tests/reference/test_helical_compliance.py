@@ -55,7 +55,7 @@ def transmission_error(scene: sw.Scene, *positions: float) -> np.ndarray:
     return tree["mesh_cycle"].transmission_error_loaded.values.ravel()
 
 
-@pytest.mark.parametrize(("held", "loaded"), [(15.0, 55.0), (55.0, 40.0), (40.0, 46.0)])
+@pytest.mark.parametrize(("held", "loaded"), [(15.0, 55.0), (5.0, 55.0), (55.0, 40.0), (40.0, 46.0)])
 def test_an_annulus_turns_as_a_thick_tube_does(held, loaded):
     """Torsion of a tube held on one cylinder: angle T/(4 pi G b) |1/r_i^2 - 1/r_o^2|."""
     modulus, nu, width, torque = 206000.0, 0.3, 30.0, 4e5
@@ -67,7 +67,7 @@ def test_an_annulus_turns_as_a_thick_tube_does(held, loaded):
     even = annulus.flexibility(8)[0].reshape(z.size, 3, z.size, 3)[:, 1, :, 1] @ weight
     shear = modulus / (2.0 * (1.0 + nu))
     expected = torque / (4.0 * pi * shear * width) * abs(1.0 / held**2 - 1.0 / loaded**2)
-    np.testing.assert_allclose(even * torque / loaded**2, expected, rtol=5e-3)
+    np.testing.assert_allclose(even * torque / loaded**2, expected, rtol=2e-3)
 
 
 def test_without_a_helix_angle_nothing_is_added():
