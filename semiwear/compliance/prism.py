@@ -413,8 +413,8 @@ def _solved_harmonics(harmonics: int) -> IntArray:
 
 def _elements_below(section: ToothSection) -> int:
     """Elements from a tooth down to where it is held: towards a small bore strains grow as 1/r^2."""
-    if not isinstance(section.rim, RingRim):
-        return 3
+    if not isinstance(section.rim, RingRim) or section.rim.bore_radius <= 0.0:
+        return 3  # a ring without a bore is refused when it is meshed
     ratio = float(np.hypot(*section.fillet[-1])) / section.rim.bore_radius
     return 3 + max(0, ceil(2.0 * log(ratio / 2.5)))
 
