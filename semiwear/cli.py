@@ -200,7 +200,7 @@ def _run(options: argparse.Namespace) -> None:
             print(_AFTER_A_STOP.format(checkpoint), file=sys.stderr)
         raise stopped
     if checkpoint is not None:
-        output = Path(options.output)
+        output = Path(os.path.realpath(options.output))
         for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
             left.unlink(missing_ok=True)
         for round_ in range(ROUNDS):

@@ -75,7 +75,7 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
             os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
-    return target
+    return Path(path)
 
 
 def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
