@@ -28,7 +28,7 @@ __all__ = ["Annulus"]
 
 FloatArray = NDArray[np.float64]
 
-_THROUGH, _ALONG = 6, 12  # elements through the wall and along the axis
+_THROUGH = 6  # elements through the wall
 _TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius
 _EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
 
@@ -43,6 +43,8 @@ class Annulus:
         Radii of the cylinder that does not move and of the one that carries the loads; either may be the greater.
     width : float [mm]
     youngs_modulus [MPa], poissons_ratio [1] : float
+    elements : int
+        Along the axis.
     """
 
     held: float
@@ -50,10 +52,14 @@ class Annulus:
     width: float
     youngs_modulus: float
     poissons_ratio: float
+    elements: int = 12
 
     @property
     def stations(self) -> FloatArray:
-        """Nodes of the loaded cylinder along the axis, from the middle of the width: (S,) array [mm]."""
+        """Nodes of the loaded cylinder along the axis, from the middle of the width: (S,) array [mm].
+
+        Corners and middles of quadratic elements in turn.
+        """
         corners = self._corners()
         return np.sort(np.concatenate([corners, 0.5 * (corners[1:] + corners[:-1])]))
 
@@ -84,7 +90,7 @@ class Annulus:
 
     def _corners(self) -> FloatArray:
         """Ends of the elements along the axis, half even and half crowding towards the ends."""
-        even = np.linspace(-1.0, 1.0, _ALONG + 1)
+        even = np.linspace(-1.0, 1.0, self.elements + 1)
         return 0.25 * self.width * (even + np.sin(0.5 * pi * even))
 
     def _solver(self) -> _Harmonic:

@@ -202,8 +202,8 @@ class BodyOnLines:
         The same for a unit load at each contact point, and its derivative by the driven profile.
     end_stress : (B, N, F, E) array
         Fillet stress of those jumps.
-    helical : BeyondPrism or None
-        The wheel and the oblique ends of a helical tooth.
+    inclined : BeyondPrism or None
+        The wheel and the oblique ends of an inclined tooth.
     """
 
     body: ToothBody
@@ -220,10 +220,10 @@ class BodyOnLines:
     ends: FloatArray
     ends_slope: FloatArray
     end_stress: FloatArray
-    helical: BeyondPrism | None = None
+    inclined: BeyondPrism | None = None
 
     @classmethod
-    def of(cls, body: ToothBody, places: LinePlaces, helical: BeyondPrism | None = None) -> BodyOnLines:
+    def of(cls, body: ToothBody, places: LinePlaces, inclined: BeyondPrism | None = None) -> BodyOnLines:
         """Prepare a body for contact lines at `places`."""
         section = _section_weights(body.faces, places.face)
         count = body.sections[0].load_profile.size
@@ -264,7 +264,7 @@ class BodyOnLines:
             ends=ends,
             ends_slope=ends_slope,
             end_stress=np.stack([_of_root(s, s.end_stress.swapaxes(1, 2)) for s in body.sections]),
-            helical=helical,
+            inclined=inclined,
         )
 
     def add_compliance(
@@ -305,9 +305,9 @@ class BodyOnLines:
                     block += self._by_ends(rolls[mine], faces[mine])
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
-        if self.helical is not None:
+        if self.inclined is not None:
             # the loaded side is where the load comes from
-            self.helical.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
+            self.inclined.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
 
     def _by_ends(self, rolls: IntArray, faces: IntArray) -> FloatArray:
         """What the free ends add between points of one tooth, and below its derivative: (2 n, n) array [mm/N]."""
@@ -428,9 +428,9 @@ def root_stress(
     stress[1, loaded] += 0.5 * np.einsum("kbe,zbef->kzf", jumps_by_load, of_jumps, optimize=True)
     stress[1, loaded] += 0.5 * np.einsum("kbe,zb,zbef->kzf", jumps, observer, of_jumps, optimize=True)
     result = stress[1]
-    if body.helical is not None:
+    if body.inclined is not None:
         from_middle = at - (tooth.start + 0.5 * tooth.width)
-        result = result + body.helical.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
+        result = result + body.inclined.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
     # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
     # and the observer is then its neighbour on the other side
     result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]

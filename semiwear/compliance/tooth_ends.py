@@ -1,6 +1,6 @@
-"""The oblique ends of a helical tooth.
+"""The oblique ends of an inclined tooth.
 
-A helical tooth ends in planes across the axis, its prism in planes across itself. Where the loaded flank reaches
+An inclined tooth ends in planes across the axis, its prism in planes across itself. Where the loaded flank reaches
 farther than the other, the corner is acute and yields half as much again; at the other end the tooth backs it up.
 A stretch of one tooth with some ground below is computed twice in three dimensions, with its own ends and with square
 ones; the difference is what the prism lacks. In the coordinates of the section (x, y) and z along the axis,
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from semiwear.compliance.prism import fillet_edges, fillet_shares, mid_surface, section_integrals
+from semiwear.compliance.quadratic import quadratic_slopes, quadratic_values, quadratic_weights
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 
@@ -147,7 +148,7 @@ class _Stretch:
         places, hats = _hats(z)
         rows = np.zeros((len(mesh.nodes), 3, HEIGHTS))
         rows[mesh.flank, :2, np.arange(HEIGHTS)] = mesh.flank_normal
-        loads = np.einsum("nh,st->tnsh", rows.reshape(-1, HEIGHTS)[unknowns], hats @ _between(z, places))
+        loads = np.einsum("nh,st->tnsh", rows.reshape(-1, HEIGHTS)[unknowns], hats @ quadratic_weights(z, places))
         moved = _solved(parts, z, loads.reshape(z.size, unknowns.size, -1))
 
         everywhere = np.zeros((z.size, 3 * len(mesh.nodes), moved.shape[2]))
@@ -163,7 +164,7 @@ class _Stretch:
         for height in range(HEIGHTS):
             there = np.einsum("k,skil,i->sl", weights[height], moved[:, nodes[height], :2], mesh.flank_normal[height])
             behind = places + lean * (middle[height, 0] - mesh.nodes[mesh.flank[height], 0])
-            seen[:, height] = hats @ _between(z, np.clip(behind, z[0], z[-1])) @ there
+            seen[:, height] = hats @ quadratic_weights(z, np.clip(behind, z[0], z[-1])) @ there
         return seen.reshape(-1, moved.shape[3])
 
     def _stress(self, moved: FloatArray, along: float, lean: float) -> FloatArray:
@@ -201,21 +202,12 @@ def _solved(parts: tuple[FloatArray, ...], z: FloatArray, loads: FloatArray) -> 
 def _element(parts: tuple[FloatArray, ...], length: float) -> FloatArray:
     """Stiffness (3 n, 3 n) of the three planes of a quadratic element along z."""
     at, weight = np.polynomial.legendre.leggauss(3)
-    value, slope = _shape(at), _shape_slope(at)
+    value, slope = quadratic_values(at), quadratic_slopes(at)
     mass = (value * weight) @ value.T * (length / 2.0)
     mixed = (value * weight) @ slope.T
     stiff = (slope * weight) @ slope.T * (2.0 / length)
     k00, k01, k11 = parts
     return np.kron(mass, k00) + np.kron(mixed, k01) + np.kron(mixed.T, k01.T) + np.kron(stiff, k11)
-
-
-def _shape(at: FloatArray) -> FloatArray:
-    """Quadratic shape functions on -1 to 1."""
-    return np.stack([at * (at - 1.0) / 2.0, 1.0 - at**2, at * (at + 1.0) / 2.0])
-
-
-def _shape_slope(at: FloatArray) -> FloatArray:
-    return np.stack([at - 0.5, -2.0 * at, at + 0.5])
 
 
 def _hats(z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -227,21 +219,11 @@ def _hats(z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return places, hats / hats.sum(axis=1, keepdims=True)
 
 
-def _between(z: FloatArray, places: FloatArray) -> FloatArray:
-    """Weights (places, S) of the planes by the elements' quadratic shape functions."""
-    element = np.clip(np.searchsorted(z[::2], places, side="right") - 1, 0, z.size // 2 - 1)
-    low, high = z[2 * element], z[2 * element + 2]
-    weights = np.zeros((places.size, z.size))
-    for k, share in enumerate(_shape(2.0 * (places - low) / (high - low) - 1.0)):
-        weights[np.arange(places.size), 2 * element + k] += share
-    return weights
-
-
 def _slopes(z: FloatArray) -> FloatArray:
     """Derivative by z at the planes, the mean of both elements where they meet: (S, S) array."""
     slopes, shared = np.zeros((z.size, z.size)), np.zeros((z.size, 1))
     for first in range(0, z.size - 1, 2):
         length = z[first + 2] - z[first]
-        slopes[first : first + 3, first : first + 3] += _shape_slope(np.array([-1.0, 0.0, 1.0])).T * 2.0 / length
+        slopes[first : first + 3, first : first + 3] += quadratic_slopes(np.array([-1.0, 0.0, 1.0])).T * 2.0 / length
         shared[first : first + 3] += 1.0
     return slopes / shared

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.geometry.cylindrical import CylindricalTooth
-from semiwear.geometry.helical_foot import HelicalFoot
+from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.involute import involute_function
 from semiwear.meshing.flank_pair import DRIVING, Borders, Meeting, PrismBody
 from semiwear.scene import CylindricalPair as CylindricalTable
@@ -86,12 +86,12 @@ class _Flank:
         return 0.5 * pi - float(np.arctan(self.tooth.tip_roll_angle))
 
     def body(self, width: float, start: float, sense: int) -> PrismBody:
-        """The tooth's section along its whole width; `sense` as of `HelicalFoot`."""
+        """The tooth's section along its whole width; `sense` as of `InclinedFoot`."""
         root, tip = self.ends
         profile = np.linspace(tip, root, 161)
         section = self.tooth.section(profile, self.radius(profile))
         length = width / cos(self.tooth.helix_angle)
-        foot = HelicalFoot(self.tooth, width, sense) if self.tooth.helix_angle > 0.0 else None
+        foot = InclinedFoot(self.tooth, width, sense) if self.tooth.helix_angle > 0.0 else None
         return PrismBody(width, start, (start + 0.5 * width,), (section,), length, foot)
 
 

@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.geometry.helical_foot import HelicalFoot
+from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.scene import Placement
 
@@ -108,7 +108,7 @@ class PrismBody:
         Normal to the tooth.
     length : float or None
         Length of the tooth along itself, where it is inclined to the face coordinate [mm]. Default: the width.
-    foot : HelicalFoot or None
+    foot : InclinedFoot or None
         How a helical tooth stands on its wheel.
     """
 
@@ -117,7 +117,7 @@ class PrismBody:
     faces: tuple[float, ...]
     sections: tuple[ToothSection, ...]
     length: float | None = None
-    foot: HelicalFoot | None = None
+    foot: InclinedFoot | None = None
 
     @property
     def tooth_length(self) -> float:

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from semiwear.compliance.helical_on_lines import HelicalInfluence, HelicalOnLines, helical_influence
+from semiwear.compliance.inclined_on_lines import InclinedInfluence, InclinedOnLines, inclined_influence
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
@@ -15,7 +15,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.pairs import GearPair, flank_pair
 from semiwear.scene import Material, Placement, Scene
 
-__all__ = ["elastic", "helical", "prisms", "tooth_compliance"]
+__all__ = ["elastic", "inclined", "prisms", "tooth_compliance"]
 
 
 def elastic(material: Material) -> tuple[float, float]:
@@ -43,22 +43,22 @@ def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tupl
             poissons_ratio=material.poissons_ratio,
         )
         places = _places(lines, index)
-        helical = None if shape.foot is None else _helical(scene, pair, index, material, matrices[0], places)
-        bodies.append(BodyOnLines.of(body, places, helical))
+        beyond = None if shape.foot is None else _inclined(scene, pair, index, material, matrices[0], places)
+        bodies.append(BodyOnLines.of(body, places, beyond))
     return tuple(bodies)
 
 
-def _helical(
+def _inclined(
     scene: Scene, pair: FlankPair, index: int, material: Material, section: PrismSection, places: LinePlaces
-) -> HelicalOnLines:
+) -> InclinedOnLines:
     """What a helical tooth has beyond its prism."""
     shape = pair.prism_body(index)
     _, radius = pair.flank_place(index, places.face, places.profile)
     step = 1e-4 * float(np.ptp(section.load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
     root, tip = section.load_profile[[0, -1]]
-    return HelicalOnLines.of(
-        helical(scene.gear_pair, index, material),
+    return InclinedOnLines.of(
+        inclined(scene.gear_pair, index, material),
         places.face - (shape.start + 0.5 * shape.width),
         (radius, (farther - radius) / step * places.slope),
         ((places.profile - root) / (tip - root), places.slope / (tip - root)),
@@ -105,11 +105,11 @@ def prisms(table: GearPair, body: int, material: Material, harmonics: int) -> tu
 
 
 @lru_cache(maxsize=16)
-def helical(table: GearPair, body: int, material: Material) -> HelicalInfluence:
+def inclined(table: GearPair, body: int, material: Material) -> InclinedInfluence:
     """What a helical tooth of a body has beyond its prism; kept between runs as `prisms` are."""
     shape = flank_pair(table, Placement()).prism_body(body)
     assert shape.foot is not None
-    return helical_influence(
+    return inclined_influence(
         shape.foot,
         shape.sections[0],
         youngs_modulus=material.youngs_modulus_MPa,

@@ -1,4 +1,4 @@
-"""The wheel under helical teeth, in place of the ring of their virtual spur gear.
+"""The wheel under inclined teeth, in place of the ring of their virtual spur gear.
 
 A tooth's prism stands on the ring of the virtual spur gear. What that ring yields to the forces and couples on the
 feet of its teeth is taken off, and what the true wheel yields to the same loads along the true helix is put on: both
@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.compliance.annulus import Annulus
-from semiwear.geometry.helical_foot import FootRing
+from semiwear.compliance.quadratic import quadratic_weights
+from semiwear.geometry.inclined_foot import FootRing
 
-__all__ = ["OFFSETS", "POLYNOMIALS", "along_axis", "ring_compliance"]
+__all__ = ["OFFSETS", "POLYNOMIALS", "along_axis", "elements_along", "ring_compliance"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,10 +36,11 @@ POLYNOMIALS = 6
 
 _FOOT_POINTS = 5  # across a foot
 _LEAST_HARMONICS = 24
+_LEAST_ELEMENTS = 12
 _CHUNK = 64  # harmonics summed at a time
 
 
-def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float) -> FloatArray:
+def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float, elements: int) -> FloatArray:
     """What a ring yields to loads on the feet of its teeth.
 
     Parameters
@@ -46,6 +48,8 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
     ring : FootRing
     youngs_modulus : float [MPa]
     poissons_ratio : float
+    elements : int
+        Along the axis, see `elements_along`.
 
     Returns
     -------
@@ -53,7 +57,7 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
         For each of `OFFSETS`: motion of a foot by loads on a foot, both spread along the axis as `along_axis` says,
         [polynomial, (radial, tangential, axial, couple)]; [mm/N], [mm/(N mm)] and [rad/(N mm)].
     """
-    annulus = Annulus(ring.held_radius, ring.foot_radius, ring.width, youngs_modulus, poissons_ratio)
+    annulus = Annulus(ring.held_radius, ring.foot_radius, ring.width, youngs_modulus, poissons_ratio, elements)
     # waves shorter than a foot are evened out on it; the last counts in part, so that nothing jumps with the radius
     shortest = max(2.0 * pi * ring.foot_radius / ring.chord, _LEAST_HARMONICS)
     harmonics = ceil(shortest)
@@ -66,6 +70,11 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
         turned = np.exp(2j * pi / ring.teeth * np.multiply.outer(OFFSETS, m))
         table += np.tensordot(turned * np.clip(shortest - m + 1.0, 0.0, 1.0), own, axes=1).real
     return table
+
+
+def elements_along(ring: FootRing) -> int:
+    """Elements along the axis that follow a load around the ring: half a foot each, twelve at least."""
+    return max(ceil(2.0 * ring.width / ring.chord), _LEAST_ELEMENTS)
 
 
 def along_axis(place: FloatArray) -> FloatArray:
@@ -81,13 +90,13 @@ def _foot_loads(ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64]) -> 
     """Harmonics of loads on feet, spread along the axis: (m, 3 S, 4 P) array, see the module."""
     at, weight = np.polynomial.legendre.leggauss(_FOOT_POINTS)
     across, share = 0.5 * ring.chord * at, 0.5 * weight
-    at, weight = np.polynomial.legendre.leggauss(4 * POLYNOMIALS)
+    at, weight = np.polynomial.legendre.leggauss(2 * z.size)
     along, spread = 0.5 * ring.width * at, 0.5 * weight[:, None] * along_axis(0.5 * at)
     cosine = 1.0 / hypot(1.0, ring.slope)
     # points of the foot of the tooth whose middle is at each place: the foot stands normal to the tooth
     angle = (ring.slope * along[:, None] + cosine * across) / ring.foot_radius
     height = np.clip(along[:, None] - ring.slope * cosine * across, z[0], z[-1])
-    on_stations = np.stack([np.interp(height, z, unit) for unit in np.eye(z.size)])  # (station, place, point)
+    on_stations = quadratic_weights(z, height.ravel()).T.reshape(z.size, *height.shape)
     phase = np.exp(-1j * harmonics[:, None, None] * angle)
     couple = 12.0 / ring.chord**2 * across * share
     even, turning = (

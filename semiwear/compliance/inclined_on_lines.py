@@ -1,4 +1,4 @@
-"""What a helical tooth has beyond its prism, on contact lines: its wheel and its oblique ends."""
+"""What an inclined tooth has beyond its prism, on contact lines: its wheel and its oblique ends."""
 
 from __future__ import annotations
 
@@ -9,46 +9,46 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from semiwear.compliance.helical_wheel import OFFSETS, along_axis, ring_compliance
+from semiwear.compliance.inclined_wheel import OFFSETS, along_axis, elements_along, ring_compliance
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth import cubic_weights
 from semiwear.compliance.tooth_ends import HEIGHTS, EndEffect, end_effect
-from semiwear.geometry.helical_foot import HelicalFoot
+from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 
-__all__ = ["HelicalInfluence", "HelicalOnLines", "helical_influence"]
+__all__ = ["InclinedInfluence", "InclinedOnLines", "inclined_influence"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class HelicalInfluence:
-    """Influence of loads on a helical tooth, less that of its prism.
+class InclinedInfluence:
+    """Influence of loads on an inclined tooth, less that of its prism.
 
     Attributes
     ----------
-    foot : HelicalFoot
+    foot : InclinedFoot
     wheel, virtual : (9, 4 P, 4 P) arrays
         See `ring_compliance`: the wheel is put in the place of the virtual spur gear's ring.
     ends : EndEffect
     """
 
-    foot: HelicalFoot
+    foot: InclinedFoot
     wheel: FloatArray
     virtual: FloatArray
     ends: EndEffect
 
 
-def helical_influence(
-    foot: HelicalFoot, section: ToothSection, *, youngs_modulus: float, poissons_ratio: float, name: str
-) -> HelicalInfluence:
-    """Work out the influence of loads on a helical tooth, less that of its prism.
+def inclined_influence(
+    foot: InclinedFoot, section: ToothSection, *, youngs_modulus: float, poissons_ratio: float, name: str
+) -> InclinedInfluence:
+    """Work out the influence of loads on an inclined tooth, less that of its prism.
 
     Parameters
     ----------
-    foot : HelicalFoot
+    foot : InclinedFoot
     section : ToothSection
         Normal to the tooth.
     youngs_modulus : float [MPa]
@@ -56,11 +56,12 @@ def helical_influence(
     name : str
         What error messages call the section.
     """
-    virtual = ring_compliance(foot.virtual, youngs_modulus, poissons_ratio)
+    elements = elements_along(foot.wheel)
+    virtual = ring_compliance(foot.virtual, youngs_modulus, poissons_ratio, elements)
     virtual[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0  # the prism has nothing there to be exchanged
-    return HelicalInfluence(
+    return InclinedInfluence(
         foot=foot,
-        wheel=ring_compliance(foot.wheel, youngs_modulus, poissons_ratio),
+        wheel=ring_compliance(foot.wheel, youngs_modulus, poissons_ratio, elements),
         virtual=virtual,
         ends=end_effect(
             section,
@@ -93,7 +94,7 @@ class _Form:
 
 
 @dataclass(frozen=True)
-class HelicalOnLines:
+class InclinedOnLines:
     """The influence on contact lines.
 
     Attributes
@@ -112,16 +113,16 @@ class HelicalOnLines:
     @classmethod
     def of(
         cls,
-        influence: HelicalInfluence,
+        influence: InclinedInfluence,
         along: FloatArray,
         radius: tuple[FloatArray, FloatArray],
         height: tuple[FloatArray, FloatArray],
-    ) -> HelicalOnLines:
+    ) -> InclinedOnLines:
         """Prepare for contact lines.
 
         Parameters
         ----------
-        influence : HelicalInfluence
+        influence : InclinedInfluence
         along : (roll, face) array [mm]
             Places along the axis, from the middle of the body.
         radius : two (roll, face) arrays [mm], [1]

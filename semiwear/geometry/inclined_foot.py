@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
 
-__all__ = ["FootRing", "HelicalFoot"]
+__all__ = ["FootRing", "InclinedFoot"]
 
 FloatArray = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class FootRing:
 
 
 @dataclass(frozen=True)
-class HelicalFoot:
+class InclinedFoot:
     """The foot of a helical tooth.
 
     Attributes
