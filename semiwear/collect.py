@@ -19,7 +19,9 @@ from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
 from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.results import Zone
+from semiwear.wear.state import WearState
 from semiwear.wear.swept_line import Sweep
+from semiwear.wear.volume import map_volume
 
 if TYPE_CHECKING:
     from semiwear.observers import Observer
@@ -37,6 +39,8 @@ __all__ = [
     "slices",
     "stacked",
     "subsurface",
+    "volume_residual",
+    "volumes",
     "wear_maps",
 ]
 
@@ -296,6 +300,21 @@ def residuals(state: LoadedState) -> Arrays:
         "load_balance_residual": np.asarray(loads.balance.max()),
         "complementarity_residual": np.asarray(loads.complementarity.max()),
     }
+
+
+def volumes(teeth: LoadedTeeth, state: WearState) -> Arrays:
+    """Volumes that both bodies have lost [mm^3], (body,): what `semiwear.wear.volume` defines."""
+    return {
+        "wear_volume": map_volume(teeth, *state.worn),
+        "wear_volume_on_edges": state.volume.on_edges,
+    }
+
+
+def volume_residual(teeth: LoadedTeeth, state: WearState) -> Arrays:
+    """How well the volume on flanks and edges is what forces and sliding drive; 0 of a body that does not wear."""
+    driven, found = state.volume.driven, map_volume(teeth, *state.worn) + state.volume.on_edges
+    ratio = np.divide(found, driven, out=np.ones_like(driven), where=driven > 0.0)
+    return {"wear_volume_residual": ratio - 1.0}
 
 
 def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:

@@ -224,13 +224,14 @@ def _result(
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     observers = physics.observers(teeth)
     parts: list[dict[str, collect.Arrays]] = []
-    for contact in contacts:
+    for state, contact in zip(states, contacts, strict=True):
         pressure = teeth.pressures(contact)
         part = {
             "engagement": collect.engagement(teeth, contact, pressure, fresh),
             "mesh_cycle": collect.mesh_cycle(teeth, contact),
         }
         part["history"] = collect.history(teeth, contact, pressure, part)
+        part["history"] |= collect.volumes(teeth, state)
         part["history"] |= collect.subsurface(teeth, contact, pressure, poissons_ratio)
         engagement, once = collect.observed(teeth, contact, pressure, observers, physics.clock)
         part["engagement"] |= engagement
@@ -239,6 +240,8 @@ def _result(
             watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.partner_wear)))
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * watched)
         part["diagnostics"] = collect.residuals(contact)
+        if stepper.depth_factor is None:
+            part["diagnostics"] |= collect.volume_residual(teeth, state)
         parts.append(part)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}

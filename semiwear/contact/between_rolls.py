@@ -23,11 +23,15 @@ def step_of(place, rate, k):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-def]
-    """Add a density that rises straight from nothing at `foot` to `height` at `top`, on either side of it."""
+    """Add a density that rises straight from nothing at `foot` to `height` at `top`, on either side of it.
+
+    Returns how much of it lies on the nodes.
+    """
     last = nodes.shape[0] - 1
     start, stop = max(min(foot, top), nodes[0]), min(max(foot, top), nodes[last])
+    laid = 0.0
     if stop <= start:
-        return
+        return laid
     steep = height / (top - foot)
     cell, _ = locate(nodes, split, start)
     while cell < last and nodes[cell] < stop:
@@ -39,7 +43,9 @@ def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-
         upper = (end - begin) / 6.0 * (a * x + (a + b) * (x + y) + b * y)
         out[cell] += 0.5 * (end - begin) * (a + b) - upper
         out[cell + 1] += upper
+        laid += 0.5 * (end - begin) * (a + b)
         cell += 1
+    return laid
 
 
 @njit(cache=True, error_model="numpy")
@@ -48,13 +54,14 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
 
     Footprints a roll step apart would leave ripples of that wavelength, so what they wear is straight in between.
     Laid evenly along a step, with its transform below zero, it would wear ripples in a flank deeper that are
-    somewhat shorter than the step. What lies beyond the last node wears no flank.
+    somewhat shorter than the step. What lies beyond the last node wears no flank: the amount on the nodes is
+    returned.
     """
     last = nodes.shape[0] - 1
     reach = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
     height = amount / reach
-    _lay_ramp(nodes, split, middle - reach, middle, height, out)
-    _lay_ramp(nodes, split, middle + reach, middle, height, out)
+    below = _lay_ramp(nodes, split, middle - reach, middle, height, out)
+    return below + _lay_ramp(nodes, split, middle + reach, middle, height, out)
 
 
 @njit(cache=True, error_model="numpy")

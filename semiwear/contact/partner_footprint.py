@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, closes, at_profile, partner_places, profile, low, high, separation, spacing, low_radius,
     high_radius, removed, row, nodes, split, half_width, slices, partner_profile, partner_slope, partner_face, faces,
-    own, own_split, out,
+    own, own_split, length, out, taken,
 ):  # fmt: skip
     most = most_places(nodes)
     work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
@@ -57,11 +57,15 @@ def _spread(  # type: ignore[no-untyped-def]
                 v0 = centre[k, i, 0] + slope[k, i, 0] * away
                 v1 = centre[k, i, 1] + slope[k, i, 1] * away
                 amount = scale * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                laid = 0.0
                 for side in range(2):
                     # nothing is kept beyond the width of the last station
                     share = max(1.0 - abs(weight - side), 0.0)
                     if share > 0.0:
-                        lay(own, own_split, place, shift[c], share * amount, out[station + side])
+                        laid += lay(own, own_split, place, shift[c], share * amount, out[station + side])
+                whole = rate[k, i] * length[k, i] * mass[c] * sqrt(v0 * v0 + v1 * v1)
+                taken[0] += whole
+                taken[1] += whole * (1.0 - laid / amount) if amount > 0.0 else 0.0
     for p in range(last + 1):
         width = node_width(own, p)
         for j in range(stations):
@@ -76,6 +80,7 @@ def spread_over_partner(
     places: FloatArray,
     what: Spread,
     slices: NDArray[np.int64],
+    taken: FloatArray | None = None,
 ) -> FloatArray:
     """Density on the nodes of the driving flank of what each line spreads over its footprint, summed over rolls.
 
@@ -97,6 +102,7 @@ def spread_over_partner(
         what.rate, what.centre, what.slope, what.closes, places, partner_places, lines.profile, lines.low, lines.high,
         lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
         removed.grid.profile, removed.grid.split, half_width, slices, lines.partner_profile, lines.partner_slope,
-        lines.partner_face, partner.grid.face, partner.grid.profile[0], partner.grid.split[0], out,
+        lines.partner_face, partner.grid.face, partner.grid.profile[0], partner.grid.split[0], lines.length, out,
+        np.zeros(2) if taken is None else taken,
     )  # fmt: skip
     return out

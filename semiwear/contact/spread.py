@@ -106,7 +106,7 @@ def pieces_of(  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _spread(  # type: ignore[no-untyped-def]
     rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, seen, seen_split, half_width, nodes, split, slices, out,
+    removed, row, seen, seen_split, half_width, nodes, split, slices, length, out, taken,
 ):  # fmt: skip
     most = most_places(seen)
     work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
@@ -134,7 +134,9 @@ def _spread(  # type: ignore[no-untyped-def]
                 v0 = centre[k, i, 0] + slope[k, i, 0] * away
                 v1 = centre[k, i, 1] + slope[k, i, 1] * away
                 amount = rate[k, i] / per_mm * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                lay(nodes[i], split[i], middle[c], shift[c], amount, out[i])
+                laid = lay(nodes[i], split[i], middle[c], shift[c], amount, out[i])
+                taken[0] += amount * per_mm * length[k, i]
+                taken[1] += (amount - laid) * per_mm * length[k, i]
         for p in range(points):
             out[i, p] /= node_width(nodes[i], p)
 
@@ -147,6 +149,7 @@ def spread_over_flank(
     places: FloatArray,
     what: Spread,
     slices: NDArray[np.int64],
+    taken: FloatArray | None = None,
 ) -> FloatArray:
     """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.
 
@@ -159,6 +162,9 @@ def spread_over_flank(
     what : Spread
     slices : int array
         Slices to do; the others stay zero.
+    taken : (2,) array, changed
+        Takes what is spread in all, and what of it lies beyond the ends of the nodes: on the rounding of an edge
+        [unit of `what.rate` times mm times that of its factor].
 
     Returns
     -------
@@ -168,6 +174,7 @@ def spread_over_flank(
     _spread(
         what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high,
         lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-        removed.grid.profile, removed.grid.split, half_width, grid.profile, grid.split, slices, out,
+        removed.grid.profile, removed.grid.split, half_width, grid.profile, grid.split, slices, lines.length, out,
+        np.zeros(2) if taken is None else taken,
     )  # fmt: skip
     return out

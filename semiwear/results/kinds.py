@@ -20,7 +20,13 @@ History = dict[str, FloatArray]
 Errors = dict[str, float]
 """Relative errors of reported quantities by name."""
 
-_SHARED = ("wear_depth", "contact_pressure", "transmission_error", "subsurface_stress")  # kinds with several members
+_SHARED = (
+    "wear_depth",
+    "wear_volume",
+    "contact_pressure",
+    "transmission_error",
+    "subsurface_stress",
+)  # kinds with several members
 
 
 def kind_of(name: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.wear.stepping import WearState, WearStepper
+from semiwear.wear.volume import WearVolume
 
 __all__ = ["restored_state", "search_as_far", "state_arrays"]
 
@@ -37,6 +38,7 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     """
     arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
     arrays["stride"] = np.array(state.stride, dtype=float)
+    arrays |= {f"volume.{entry.name}": getattr(state.volume, entry.name) for entry in fields(WearVolume)}
     if state.contact.partner_wear is not None:
         arrays["partner_wear"] = state.contact.partner_wear
     for k, contact in enumerate((state.contact, *state.cases)):
@@ -51,7 +53,8 @@ def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> We
     contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(_all_teeth(stepper))]
     numbers = {name: float(arrays[name]) for name in _NUMBERS}
     stride = tuple(arrays["stride"].tolist())
-    return WearState(contact=contacts[0], cases=tuple(contacts[1:]), stride=stride, **numbers)
+    volume = WearVolume(**{entry.name: arrays[f"volume.{entry.name}"] for entry in fields(WearVolume)})
+    return WearState(contact=contacts[0], cases=tuple(contacts[1:]), stride=stride, volume=volume, **numbers)
 
 
 def search_as_far(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> None:

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact
+from semiwear.meshing.flank_area import flank_area
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
 from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
@@ -92,7 +94,7 @@ class WearMapping(Protocol):
         doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> Worn:
+    ) -> tuple[Worn, FloatArray]:
         """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
 
         Parameters
@@ -101,6 +103,12 @@ class WearMapping(Protocol):
             At the start.
         cycles : int
             In how many parts of the step the contact's shape follows the wear; 1: that of the start holds.
+
+        Returns
+        -------
+        worn : Worn
+        on_edges : (body,) array [mm^3]
+            What the contact in these slices wears off beyond the nodes of each flank: off the roundings of edges.
         """
 
 
@@ -114,10 +122,15 @@ def _line_load(passages: Sequence[Passage]) -> FloatArray:
 
 
 def _swept(
-    teeth: LoadedTeeth, motion: Sweep, removed: Removed, line_load: FloatArray, slices: IntArray
+    teeth: LoadedTeeth,
+    motion: Sweep,
+    removed: Removed,
+    line_load: FloatArray,
+    slices: IntArray,
+    taken: FloatArray | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt on the driven flank under line loads whose footprints `removed` shapes [N/mm]."""
-    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices, taken)
     return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
 
 
@@ -149,21 +162,24 @@ class InterpolatedWear:
         doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> Worn:
+    ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`."""
         line_load = _line_load(passages)
+        taken, on_edges = np.zeros((len(BODIES), 2)), np.zeros(len(BODIES))
         driven, driving = worn
         if driving is not None:
             slices = _with_neighbours(slices, driven.shape[0])
         for _ in range(cycles):
             removed = teeth.removed(driven, driving, slices)
             what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
-            mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
+            mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
             if driving is not None and teeth.partner is not None:
-                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what)
+                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what, taken[DRIVING])
                 driving = self.grow_partner(driving, doses.driving / cycles * partner_mesh)
             driven = self.grow(driven, doses.driven / cycles * mesh)
-        return Worn(driven, driving)
+        on_edges[DRIVEN] = doses.driven / cycles * taken[DRIVEN, 1]
+        on_edges[DRIVING] = doses.driving / cycles * taken[DRIVING, 1]
+        return Worn(driven, driving), on_edges
 
 
 @dataclass(frozen=True)
@@ -182,7 +198,7 @@ class MarchedWear:
         self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`; the loads were solved on this flank."""
-        return _marched(passages, _chosen(teeth, slices))
+        return _marched(passages, _chosen(teeth, slices))[0]
 
     def worn(
         self,
@@ -193,20 +209,25 @@ class MarchedWear:
         doses: Doses,
         cycles: int,
         slices: IntArray,
-    ) -> Worn:
+    ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
         chosen, dose = _chosen(teeth, slices), doses.driven
-        marched = dose * _marched(passages, chosen)
+        mesh, beyond = _marched(passages, chosen)
+        marched, on_edges = dose * mesh, np.zeros(len(BODIES))
+        on_edges[DRIVEN] = dose * beyond
         if cycles == 1:
-            return Worn(worn.driven + marched)
-        swept = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
-        removed, line_load = teeth.removed(*worn, slices), _line_load(passages)
-        rest = marched - dose * _swept(teeth, motion, removed, line_load, slices)
+            return Worn(worn.driven + marched), on_edges
+        swept, swept_on_edges = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
+        removed, line_load, taken = teeth.removed(*worn, slices), _line_load(passages), np.zeros(2)
+        rest = marched - dose * _swept(teeth, motion, removed, line_load, slices, taken)
+        on_edges[DRIVEN] += swept_on_edges[DRIVEN] - dose * taken[1]
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
         unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
         slid = np.maximum(_slid(passages, chosen), _swept(teeth, motion, removed, unit, slices))
         stiffness = 0.5 * dose * teeth.solver.modulus * slid
-        return Worn(np.maximum(swept.driven + spread_by_contact(teeth.grid, rest, stiffness, chosen), worn.driven))
+        area = flank_area(teeth.pair, DRIVEN, teeth.grid)
+        depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
+        return Worn(np.maximum(depth, worn.driven)), on_edges
 
 
 def driving_wear_of_mesh(
@@ -225,8 +246,10 @@ def _patch(passage: Passage) -> PatchContact:
     return solver
 
 
-def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
-    return np.sum([marched_wear(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages], axis=0)
+def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> tuple[FloatArray, float]:
+    """Sum of p |v_s| dt at the nodes [N/mm], and that of F |v_s| dt beyond them [N mm]."""
+    found = [marched_wear(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
+    return np.sum([mesh for mesh, _ in found], axis=0), sum(beyond for _, beyond in found)
 
 
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:

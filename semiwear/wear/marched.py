@@ -11,7 +11,9 @@ E* kappa/2 wherever it is touched, so that explicit steps amplify what is shorte
 follows the shape in sub-cycles and is stable; only what the marched wear of the step's start differs from the swept
 one is added, through the implicit operator of those waves,
 
-    (1 + k dN (E*/2) s |kappa|)^-1,   s: sliding distance of a mesh under contact.
+    (1 + k dN (E*/2) s |kappa|)^-1,   s: sliding distance of a mesh under contact,
+
+that conserves the volume of every slice, as the load of a line is given.
 
 As steps shrink this tends to marched wear alone, and no step is unstable. A node counts as under contact if either
 the cells or the footprints of the swept line press on it: on a ridge that carries the load alone, the cells beside it
@@ -36,14 +38,16 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-def _sum_over_rolls(teeth: LoadedTeeth, solver: PatchContact, rate: FloatArray, slices: BoolArray) -> FloatArray:
-    """Sum of cell values times |v_s| dt at the nodes of the flank: (face, profile)."""
+def _sum_over_rolls(
+    teeth: LoadedTeeth, solver: PatchContact, rate: FloatArray, slices: BoolArray
+) -> tuple[FloatArray, float]:
+    """Sum of cell values times |v_s| dt at the nodes of the flank, (face, profile), and over the area beyond them."""
     lines, out = teeth.lines, np.zeros(teeth.grid.profile.shape)
     rolls, faces = np.nonzero(rate.any(axis=-1) & slices)
     time = np.gradient(lines.roll) / teeth.pair.roll_per_time
     cells = np.ascontiguousarray(rate[rolls, faces]) * time[rolls, None]
-    solver.cells.add_to_flank(rolls, faces, cells, lines.sliding, lines.sliding_slope, slices, out)
-    return out
+    beyond = solver.cells.add_to_flank(rolls, faces, cells, lines.sliding, lines.sliding_slope, slices, out)
+    return out, beyond
 
 
 def marched_wear(
@@ -52,8 +56,8 @@ def marched_wear(
     loads: PatchLoads,
     slices: BoolArray,
     weight: float | FloatArray = 1.0,
-) -> FloatArray:
-    """Sum of p |v_s| dt over one mesh at the nodes of the flank [N/mm].
+) -> tuple[FloatArray, float]:
+    """Sum of p |v_s| dt over one mesh at the nodes of the flank.
 
     Parameters
     ----------
@@ -67,8 +71,10 @@ def marched_wear(
 
     Returns
     -------
-    (face, profile) array [N/mm]
+    mesh : (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
+    beyond : float [N mm]
+        Force times sliding distance beyond the ends of the nodes, on the roundings of edges.
     """
     rate = solver.cell_pressure(loads) * np.asarray(weight)[..., None]
     return _sum_over_rolls(teeth, solver, rate, slices)
@@ -83,7 +89,7 @@ def sliding_distance_under_contact(
 ) -> FloatArray:
     """Distance that the other flank slides over each node while it is pressed, in one mesh [mm]: (face, profile)."""
     rate = (loads.cells > 0.0) * np.asarray(weight)[..., None]
-    return _sum_over_rolls(teeth, solver, rate, slices)
+    return _sum_over_rolls(teeth, solver, rate, slices)[0]
 
 
 @lru_cache(maxsize=4)
@@ -95,14 +101,21 @@ def _absolute_wave_number(points: int) -> FloatArray:
     return operator
 
 
-def spread_by_contact(grid: FlankGrid, values: FloatArray, stiffness: FloatArray, slices: BoolArray) -> FloatArray:
-    """Solve (1 + stiffness |kappa|) x = values along every slice: waves across the line, held even at both ends.
+def spread_by_contact(
+    grid: FlankGrid, values: FloatArray, stiffness: FloatArray, area: FloatArray, slices: BoolArray
+) -> FloatArray:
+    """Solve x + stiffness (|kappa| x - c) = values along every slice: waves across the line, held even at both ends.
+
+    Where some nodes are under contact and others are not, |kappa| x alone would take pressure to where there is none.
+    The load of a line is given: c, a pressure common to the slice, is such that the volume of x is that of `values`.
 
     Parameters
     ----------
     grid : FlankGrid
     values, stiffness : (face, profile) arrays
         The second in mm, >= 0.
+    area : (face, profile) array
+        That each node stands for.
     slices : (face,) bool array
         Slices to do; the others are zero.
     """
@@ -113,5 +126,9 @@ def spread_by_contact(grid: FlankGrid, values: FloatArray, stiffness: FloatArray
     spacing = np.gradient(grid.profile[on], axis=1)
     matrices = (stiffness[on] / spacing)[:, :, None] * absolute
     matrices[:, np.arange(points), np.arange(points)] += 1.0
-    out[on] = np.linalg.solve(matrices, values[on][..., None])[..., 0]
+    found = np.linalg.solve(matrices, np.stack([values[on], stiffness[on]], axis=-1))
+    lost = np.sum(area[on] * (values[on] - found[..., 0]), axis=1)
+    each = np.sum(area[on] * found[..., 1], axis=1)
+    common = np.divide(lost, each, out=np.zeros_like(lost), where=each > 0.0)
+    out[on] = found[..., 0] + common[:, None] * found[..., 1]
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.wear.mapping import Worn
+from semiwear.wear.volume import WearVolume
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
 
@@ -53,6 +54,8 @@ class WearState:
         and nothing is estimated.
     stride : tuple of float
         What such estimates suggest for the next step (`semiwear.wear.adaptive`); empty without them.
+    volume : WearVolume
+        That Archard's law has worn off so far.
     """
 
     meshes: float
@@ -61,6 +64,7 @@ class WearState:
     cases: tuple[LoadedState, ...] = ()
     error: float = 0.0
     stride: tuple[float, ...] = ()
+    volume: WearVolume = field(default_factory=WearVolume.none)
 
     @property
     def wear(self) -> FloatArray:
@@ -99,6 +103,8 @@ class Trial:
         Wear depths at its end [mm].
     pace : float
         As in `WearState`.
+    volume : WearVolume
+        That the step wears off.
     """
 
     start: WearState
@@ -106,6 +112,7 @@ class Trial:
     loads: Sequence[Any]
     worn: Worn
     pace: float
+    volume: WearVolume = field(default_factory=WearVolume.none)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn, driving_wear_of_mesh
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
+from semiwear.wear.volume import WearVolume, sliding_work
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
@@ -155,12 +156,13 @@ class WearStepper:
             for case, start in zip(self.cases, loads, strict=bool(self.cases))
         )
         contact = self.teeth.load(worn.driven, loads[0], worn.driving)
-        return WearState(trial.start.meshes + trial.meshes, contact, trial.pace, cases)
+        volume = trial.start.volume + trial.volume
+        return WearState(trial.start.meshes + trial.meshes, contact, trial.pace, cases, volume=volume)
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
         loads = step.loads(meshes if loads_after is None else loads_after)
-        worn = step.worn(loads, meshes)
+        worn, on_edges = step.mapped(loads, meshes)
         deepest = max(float(depth.max()) for depth in worn if depth is not None)
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
         if not deepest <= _DEEPEST * height:  # nor no number at all
@@ -169,7 +171,10 @@ class WearStepper:
                 f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
                 "wear.coefficient_mm2_per_N"
             )
-        return Trial(step.state, meshes, loads, worn, step.pace)
+        work = sliding_work(step.passages(loads), step.motion, self.teeth)
+        doses = self.doses(meshes)
+        volume = WearVolume(work * np.array([doses.driving, doses.driven]), on_edges)
+        return Trial(step.state, meshes, loads, worn, step.pace, volume)
 
 
 class _CaseStep:
@@ -320,6 +325,10 @@ class _Step:
 
     def worn(self, loads: Sequence[Any], meshes: float, slices: IntArray | None = None) -> Worn:
         """Wear at the end of the step [mm]."""
+        return self.mapped(loads, meshes, slices)[0]
+
+    def mapped(self, loads: Sequence[Any], meshes: float, slices: IntArray | None = None) -> tuple[Worn, FloatArray]:
+        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
         doses = self.stepper.doses(meshes)

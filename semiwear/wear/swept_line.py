@@ -151,6 +151,7 @@ def wear_of_mesh(
     half_width: float,
     modulus: float,
     slices: IntArray | None = None,
+    taken: FloatArray | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh, on the nodes of the flank [N/mm].
 
@@ -168,6 +169,9 @@ def wear_of_mesh(
         Effective modulus E*: pressed edges share loads as they yield.
     slices : int array, optional
         Slices to do; the others stay zero.
+    taken : (2,) array, changed, optional
+        Takes the force times the sliding distance of one mesh, and what of it the roundings of the tip and of the
+        ends bear [N mm].
 
     Returns
     -------
@@ -177,7 +181,7 @@ def wear_of_mesh(
     what = _what(motion, line_load, modulus)
     if slices is None:
         slices = np.arange(grid.face.size)
-    return spread_over_flank(lines, grid, removed, half_width, motion.place, what, slices)
+    return spread_over_flank(lines, grid, removed, half_width, motion.place, what, slices, taken)
 
 
 def partner_wear_of_mesh(
@@ -189,10 +193,11 @@ def partner_wear_of_mesh(
     half_width: float,
     modulus: float,
     slices: IntArray,
+    taken: FloatArray | None = None,
 ) -> FloatArray:
     """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
     what = _what(motion, line_load, modulus)
-    return spread_over_partner(lines, partner, removed, half_width, motion.place, what, slices)
+    return spread_over_partner(lines, partner, removed, half_width, motion.place, what, slices, taken)
 
 
 @njit(cache=True, error_model="numpy")

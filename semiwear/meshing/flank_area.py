@@ -1,0 +1,48 @@
+"""Area of a flank that the nodes of its grid stand for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_pair import DRIVEN, FlankPair
+from semiwear.meshing.own_flanks import own_flank
+
+__all__ = ["flank_area"]
+
+FloatArray = NDArray[np.float64]
+
+_STEP = 1e-4  # of the flank's height, for its tangents
+
+
+def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
+    """Area for each node of a flank's grid [mm^2]: (face, profile).
+
+    Half of the cells on either side along the profile, the whole slice along the face; their sum is the area between
+    the outermost nodes and the ends of the outermost slices.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    body : int
+        Whose flank.
+    grid : FlankGrid
+        Of that flank, in even slices.
+    """
+    known: Any = pair
+    face, profile = grid.face[:, None], grid.profile
+    step = _STEP * float(np.ptp(profile))
+
+    def points(df: float, dp: float) -> FloatArray:
+        if body == DRIVEN:
+            return pair.meeting(face + df * step, profile + dp * step, np.zeros((1, 1))).position
+        return own_flank(known, body, face + df * step, profile + dp * step)[0]
+
+    along, across = points(1.0, 0.0) - points(-1.0, 0.0), points(0.0, 1.0) - points(0.0, -1.0)
+    each = np.linalg.norm(np.cross(along, across), axis=-1) / (2.0 * step) ** 2
+    cells = 0.5 * np.diff(profile, axis=1)
+    width = np.pad(cells, ((0, 0), (0, 1))) + np.pad(cells, ((0, 0), (1, 0)))
+    return each * width * (grid.face[1] - grid.face[0])
