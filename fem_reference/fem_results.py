@@ -169,9 +169,10 @@ def _engagement(
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """`/engagement` of one wear state at (roll position, index of mesh position, pair), and flags of the mesh."""
     pair, count = fresh.pair, len(keys)
-    values = {
+    values: dict[str, np.ndarray] = {
         "load_share": np.zeros(count),
         "contact_pressure_max": np.zeros(count),
+        "contact_pressure_on_edge": np.zeros(count, dtype=np.int8),
         "contact_pressure_max_edge": np.zeros(count),
         "line_load": np.zeros((count, len(face_stations(pair)))),
         "sliding_distance": np.zeros((count, 2)),
@@ -188,10 +189,12 @@ def _engagement(
         inner, border, best = _pressures(found, pair, half_width)
         load = line_load(found, pair)
         values["load_share"][row] = found.contact.load / total
-        values["contact_pressure_max"][row] = inner
+        on_edge = inner <= 0.0 < border
+        values["contact_pressure_max"][row] = border if on_edge else inner
+        values["contact_pressure_on_edge"][row] = on_edge
         values["contact_pressure_max_edge"][row] = border
         values["line_load"][row] = load
-        values["sliding_distance"][row] = _sliding_distance(fresh, found, best, inner, load)
+        values["sliding_distance"][row] = np.nan if on_edge else _sliding_distance(fresh, found, best, inner, load)
         if result.root_stress:
             values["root_stress"][row] = [result.root_stress[name, j] for name in BODIES]
         flags["elements_across"][row] = max(found.contact.nodes_across - 1, 0)

@@ -21,6 +21,7 @@ from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.console import tolerant_streams
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.results.checkpoint import peek
+from semiwear.results.missing import missing_notes
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
@@ -303,11 +304,17 @@ def _table(tree: xr.DataTree) -> str:
     point = control_place(tree)
     rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
     rows += [
-        ["/".join(map(form.format, np.atleast_1d(values[step]))) for _, form, values in columns]
+        [
+            "/".join("-" if np.isnan(x) else form.format(x) for x in np.atleast_1d(values[step]))
+            for _, form, values in columns
+        ]
         for step in range(history.sizes["wear_step"])
     ]
     wide = [max(len(row[k]) for row in rows) for k in range(len(columns))]
-    return "\n".join("  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows)
+    lines = ["  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows]
+    missing = missing_notes(history)
+    lines += [f"- {heading}: {missing[name]}" for heading, name, _ in _COLUMNS if name in missing]
+    return "\n".join(lines)
 
 
 def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:

@@ -67,10 +67,12 @@ def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) ->
 
     How near to it a roll position lies must not decide, and just beyond it the value may fall at once. So it
     is carried on from the last position below it, with the middle one of all slices' slopes: one slice's ripple would
-    be carried on several times as far.
+    be carried on several times as far. NaN where no value lies below.
     """
     loaded = value > 0.0
     below = loaded & (place < border)
+    if not below.any():
+        return np.nan
     best = float(np.max(value, where=below, initial=0.0))
     for order in (slice(None), slice(None, None, -1)):
         v, x, inside, counts = value[order], place[order], below[order], loaded[order]
@@ -125,13 +127,16 @@ class _Zones:
         )
 
     def greatest_clear(self, pressure: SlicePressures) -> dict[Zone, float]:
-        """Greatest pressure in each zone, beside the band clear of it: there it rises by a tenth in a roll step."""
+        """Greatest pressure in each zone, beside the band clear of it: there it rises by a tenth in a roll step.
+
+        NaN in a zone that no place of a pressure lies in.
+        """
         clear = _CLEAR * (self.high - self.low)
         value, place = pressure.inner, pressure.place
-        inside = (place >= self.low) & (place <= self.high)
+        inside = (place >= self.low) & (place <= self.high) & (value > 0.0)
         return {
             Zone.ROOT: _greatest_below(self.low - clear, value, place),
-            Zone.PITCH: float(np.max(value, where=inside, initial=0.0)),
+            Zone.PITCH: float(np.max(value, where=inside, initial=0.0)) if inside.any() else np.nan,
             Zone.ADDENDUM: _greatest_below(-self.high - clear, value, -place),
         }
 
@@ -189,12 +194,15 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
         [specific[rows, greatest] * width for specific in (fresh.partner_specific_sliding, fresh.specific_sliding)],
         axis=-1,
     )
+    inner, edge = pressure.inner.max(axis=1), pressure.border.max(axis=1)
+    on_edge = (inner <= 0.0) & (edge > 0.0)
     arrays = {
         "load_share": moment / np.tile(total, teeth.rolls.pairs),
-        "contact_pressure_max": pressure.inner.max(axis=1),
-        "contact_pressure_max_edge": pressure.border.max(axis=1),
+        "contact_pressure_max": np.where(on_edge, edge, inner),
+        "contact_pressure_on_edge": on_edge.astype(np.int8),
+        "contact_pressure_max_edge": edge,
         "line_load": teeth.solver.line_load(loads),
-        "sliding_distance": sliding,
+        "sliding_distance": np.where(on_edge[:, None], np.nan, sliding),
     }
     if teeth.solver.bodies:
         arrays["root_stress"] = teeth.root_stress(state)

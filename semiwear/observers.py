@@ -46,15 +46,17 @@ def _conditions(teeth: LoadedTeeth, state: LoadedState, speeds: SurfaceSpeeds) -
     return line_conditions(teeth.solver, state.loads, state.coarse, speeds)
 
 
-def _greatest(values: FloatArray, counts: NDArray[np.bool_]) -> FloatArray:
-    """Greatest value of the slices that count at each roll position; 0 where none does."""
-    return np.max(values, axis=1, where=counts, initial=0.0)
+def _greatest(values: FloatArray, pressure: SlicePressures) -> FloatArray:
+    """Greatest value away from edges at each roll position; 0 where nothing bears, NaN where edges alone do."""
+    counts, borders = pressure.inner > 0.0, (pressure.border > 0.0).any(axis=1)
+    greatest = np.max(values, axis=1, where=counts, initial=0.0)
+    return np.where(borders & ~counts.any(axis=1), np.nan, greatest)
 
 
 def _least(values: FloatArray, counts: NDArray[np.bool_]) -> FloatArray:
-    """Least value of the slices that count at each roll position; 0 where none does."""
+    """Least value of the slices that count at each roll position; NaN where none does."""
     least = np.min(values, axis=1, where=counts, initial=np.inf)
-    return np.where(np.isfinite(least), least, 0.0)
+    return np.where(np.isfinite(least), least, np.nan)
 
 
 @dataclass(frozen=True)
@@ -115,12 +117,12 @@ class Heat:
         """Greatest rise of the surface temperature at every roll position."""
         conditions = _conditions(teeth, state, self.speeds)
         rise = self.flash.rise(conditions, self.friction.coefficient_of(conditions))
-        return {"flash_temperature_max": _greatest(rise, pressure.inner > 0.0)}
+        return {"flash_temperature_max": _greatest(rise, pressure)}
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
         """Greatest contact temperature of the engagement."""
-        greatest = self.flash.bulk_temperature_C + engagement["flash_temperature_max"].max()
-        return {"contact_temperature_max": np.asarray(greatest)}
+        greatest = np.fmax.reduce(engagement["flash_temperature_max"])
+        return {"contact_temperature_max": np.asarray(self.flash.bulk_temperature_C + greatest)}
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,5 @@ class Film:
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
         """Least ratio of film thickness to roughness of the engagement, where there is contact."""
-        film = engagement["film_thickness_min"]
-        least = film[film > 0.0].min(initial=np.inf)
-        return {"lambda_ratio_min": np.asarray(least / self.film.roughness_um if np.isfinite(least) else 0.0)}
+        least = np.fmin.reduce(engagement["film_thickness_min"])
+        return {"lambda_ratio_min": np.asarray(least / self.film.roughness_um)}

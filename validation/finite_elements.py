@@ -32,6 +32,7 @@ from fem_reference.mesh_position import MeshSettings
 from fem_reference.rigid_lines import RigidFlank
 from semiwear.errors import ResultFileError
 from semiwear.results import provenance
+from semiwear.results.missing import away_from_edges
 
 DATA = Path(__file__).parent / "data"
 SCENE = "face_gear_25x160"
@@ -211,6 +212,7 @@ def march_rows(scene: sw.Scene, *, middle: float = 0.0, every: int = 4, steps: i
 def contact_rows(core: xr.DataTree, reference: xr.DataTree, step: int = 0) -> list[Row]:
     """Every loaded pair and every mesh position of two results of loaded contact."""
     both = [tree["engagement"].to_dataset().isel(wear_step=step) for tree in (core, reference)]
+    both = [part.assign(contact_pressure_max=away_from_edges(part)) for part in both]
     # thirds differ in their last digit
     both = [part.assign_coords(roll_position=np.round(part.roll_position.values, 9)) for part in both]
     ours, theirs = xr.align(*both, join="inner")

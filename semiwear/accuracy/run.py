@@ -196,7 +196,7 @@ class _Search:
             for open_ in (True, False)
         )
         if at_half is not None:
-            chosen = {name: min(size, at_half[name]) for name, size in chosen.items()}
+            chosen = {name: min(size, at_half.get(name, size)) for name, size in chosen.items()}
         return together([told, self.fixed_steps, chosen, given])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:

@@ -97,7 +97,7 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
                     shown = np.where(curve > 0.0, curve, np.nan)
                     width = 0.8 if edge else 1.8
                     ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
-                    highest[variable] = max(highest[variable], float(curve.max()))
+                    highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
         if highest["contact_pressure_max_edge"] > _LOG_FROM * highest["contact_pressure_max"] > 0.0:
             ax.set_yscale("log")
         else:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE_PAIR, axes_for, label, legend_above, need, step_name, styled
+from semiwear.results.missing import away_from_edges
 from semiwear.results.schema import Zone
 from semiwear.results.wearing import control_place, main_body, pitch_name, pitch_surface
 
@@ -85,10 +86,11 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
     """
     with styled():
         pattern = need(tree, "flank", "contact_pattern")
-        inside = need(tree, "engagement", "contact_pressure_max")
+        need(tree, "engagement", "contact_pressure_max")
+        inside = away_from_edges(tree["engagement"].to_dataset())
         (ax,) = axes_for(ax)
         values = pattern.isel(wear_step=wear_step).values
-        scale = float(inside.values.max()) or 1.0
+        scale = float(np.fmax.reduce(inside.values, axis=None, initial=0.0)) or 1.0
         mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
         mark_pitch_band(ax, tree, "white")
         ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from semiwear.plot.two_results import TwoResults, has
+from semiwear.results.missing import away_from_edges
 
 __all__ = ["FlankPlaces", "Place", "flank_places"]
 
@@ -101,7 +102,9 @@ def _fresh_half_width(tree: xr.DataTree) -> float | None:
     roll = int(fresh["load_share"].values.argmax())
     share, pressure = (float(fresh[name].values[roll]) for name in ("load_share", "contact_pressure_max"))
     load = float(fresh["line_load"].values[roll].max())
-    return 2.0 * load / (pi * pressure * share**0.5) if min(share, pressure, load) > 0.0 else None
+    if away_from_edges(fresh).isnull().values[roll] or min(share, pressure, load) <= 0.0:
+        return None
+    return 2.0 * load / (pi * pressure * share**0.5)
 
 
 def _smoothed(ends: FloatArray) -> FloatArray:

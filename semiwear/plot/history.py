@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from semiwear.plot.style import (
@@ -18,6 +19,7 @@ from semiwear.plot.style import (
     need,
     styled,
 )
+from semiwear.results.missing import why_missing
 from semiwear.results.wearing import main_body, pitch_name, worn_bodies
 
 if TYPE_CHECKING:
@@ -92,7 +94,10 @@ def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         for zone, colour in ZONE_COLOUR.items():
             pressure = need(tree, "history", f"contact_pressure_{zone}")
             meshes, meshes_label = meshes_axis(pressure)
-            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=names.get(zone, zone))
+            name = names.get(zone, zone)
+            if why_missing(pressure):
+                name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
+            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=name)
         ax.set(xlabel=meshes_label, ylabel=label(pressure, "Greatest contact pressure"))
         ax.legend()
     return ax

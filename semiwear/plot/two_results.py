@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.results.missing import away_from_edges
 
 __all__ = ["TwoResults"]
 
@@ -64,10 +65,14 @@ class TwoResults:
         return f"no /{group}/{name} in {' and '.join(lacking)}"
 
     def values(self, group: str, name: str, step: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-        """A variable of both results at a pair of wear steps; variables without wear steps as they are."""
+        """A variable of both results at a pair of wear steps; variables without wear steps as they are.
+
+        `contact_pressure_max` away from edges, where others can be compared: NaN where edges alone bear.
+        """
         found = []
         for tree, index in zip(self.trees, step, strict=True):
-            array = tree[group].to_dataset()[name]
+            dataset = tree[group].to_dataset()
+            array = away_from_edges(dataset) if name == "contact_pressure_max" else dataset[name]
             found.append(np.asarray(array.isel(wear_step=index) if "wear_step" in array.dims else array, dtype=float))
         return found[0], found[1]
 

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from semiwear.results.missing import why_missing
+
 __all__ = ["Compared", "Comparison", "Evidence", "NotComparable", "Outcome", "Verdict", "compare"]
 
 
@@ -115,6 +117,8 @@ class Evidence:
     def history(self, name: str, body: str | None = None) -> np.ndarray:
         """One value a wear step."""
         array = self.get("history", name)
+        if why_missing(array):
+            raise NotComparable(f"/history/{name} is missing at some wear steps: {why_missing(array)}")
         return np.asarray((array if body is None else array.sel(body=body)).values, dtype=float)
 
     @cached_property

@@ -142,7 +142,13 @@ def _greatest(
         if not results.have(group, name):
             yield Difference(kind, quantity, where, when, border=border, missing=results.lack(group, name))
             continue
-        values = (float(np.max(array)) for array in results.values(group, name, step))
+        arrays = results.values(group, name, step)
+        lacking = [one for one, array in zip(results.names, arrays, strict=True) if np.isnan(array).all()]
+        if lacking:
+            missing = f"no contact there away from edges in {' and '.join(lacking)}"
+            yield Difference(kind, quantity, where, when, border=border, missing=missing)
+            continue
+        values = (float(np.nanmax(array)) for array in arrays)
         yield _relative(kind, quantity, where, when, values, VARIABLES[group, name].units, border=border)
 
 

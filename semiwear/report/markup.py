@@ -17,9 +17,15 @@ def unit_text(units: str) -> str:
     return _UNITS.get(units, units)
 
 
+NONE = "–"
+"""What stands for a value that is missing."""
+
+
 def figure_text(value: float, digits: int = 4) -> str:
     """A number with so many significant digits, powers of ten written out."""
     number = float(value)
+    if np.isnan(number):
+        return NONE
     if number == 0:
         return "0"
     if float(number).is_integer() and abs(number) < 1e6:

@@ -16,6 +16,7 @@ from semiwear import plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
+from semiwear.results.missing import why_missing
 from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_bodies
 
 __all__ = ["PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
@@ -153,11 +154,16 @@ def _history_text(*names: str, body: bool = False) -> Callable[[xr.DataTree], st
             array = tree["history"].to_dataset()[name]
             for series in (array.sel(body=one) for one in array["body"].values) if body else (array,):
                 who = f" of the {series['body'].item()}" if body else ""
-                first, last = (figure_text(float(series[step])) for step in (0, -1))
+                first, last = (_value_text(series, step) for step in (0, -1))
                 parts.append(f"{array.attrs['long_name']}{who}: {first} at first, {last} at last")
         return "; ".join(parts) + "."
 
     return describe
+
+
+def _value_text(series: xr.DataArray, step: int) -> str:
+    value = float(series[step])
+    return f"none ({why_missing(series)})" if np.isnan(value) else figure_text(value)
 
 
 def _engagement_text(name: str) -> Callable[[xr.DataTree], str]:
@@ -167,7 +173,9 @@ def _engagement_text(name: str) -> Callable[[xr.DataTree], str]:
         array = tree["engagement"].to_dataset()[name].isel(wear_step=-1)
         if "body" in array.dims:
             array = array.sel(body="gear")
-        place = int(array.values.argmax())
+        if np.isnan(array.values).all():
+            return f"No value at the last wear step: {why_missing(array)}."
+        place = int(np.nanargmax(array.values))
         return (
             f"Greatest value at the last wear step {figure_text(float(array.values[place]))} "
             f"{array.attrs['units']} at roll position {array['roll_position'].values[place]:+.2f}."

@@ -112,7 +112,7 @@ def _edge(results: TwoResults) -> _Edge | None:
     line = 1 - patch
     at = float(rolls[patch][int(values["contact_pressure_max_edge"][patch].argmax())])
     share, beside = (
-        [float(np.interp(at, roll, curve)) for roll, curve in zip(rolls, values[name], strict=True)]
+        [float(np.interp(at, roll, np.nan_to_num(curve))) for roll, curve in zip(rolls, values[name], strict=True)]
         for name in names[:2]
     )
     facts = (
@@ -216,7 +216,7 @@ def _edge_at(row: Difference, results: TwoResults) -> str:
     rolls = results.labels("engagement", "roll_position")
     inside, edge = (
         max(
-            np.interp(at, own, curve)
+            np.interp(at, own, np.nan_to_num(curve))
             for own, curve in zip(rolls, results.values("engagement", name, step), strict=True)
         )
         for name in names

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from semiwear.report.markup import element, figure_text, table, unit_text
+from semiwear.report.markup import NONE, element, figure_text, table, unit_text
+from semiwear.results.missing import missing_notes
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
 
@@ -117,7 +118,11 @@ def wear_steps(tree: xr.DataTree) -> str:
             head.append(_head(str(name), array, str(body)))
             columns.append((array.sel(body=body) if body else array).values)
     rows = [[figure_text(value) for value in row] for row in zip(*columns, strict=True)]
-    return table("Every wear step", head, rows)
+    notes = "".join(
+        f"<p>{NONE} {escape(name.replace('_', ' '))}: {escape(why)}.</p>"
+        for name, why in missing_notes(history).items()
+    )
+    return table("Every wear step", head, rows) + notes
 
 
 def _head(name: str, array: xr.DataArray, body: str = "") -> str:

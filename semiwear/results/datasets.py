@@ -50,7 +50,7 @@ def build_tree(
     ------
     SemiwearError
         A name is unknown, a required variable or coordinate is missing, a shape is wrong or a value is not
-        finite; the message names the variable.
+        finite where the schema knows no reason for it; the message names the variable.
     """
     for group in groups:
         if group not in GROUPS:
@@ -101,7 +101,7 @@ def build_dataset(
 
 def check_tree(tree: xr.DataTree) -> None:
     """Check that the variables of a tree are whole: required ones present, dims and units as in the schema,
-    finite.
+    finite but for what may be missing.
 
     Variables that the schema does not know are left alone, so that a user can add some.
 
@@ -175,13 +175,15 @@ def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, n
 
 
 def _array(values: object, entry: Variable, path: str) -> np.ndarray:
-    """Array of the entry's dtype, checked to be finite and, for flags, to be one of them."""
+    """Array of the entry's dtype, checked to be finite or missing for a reason and, for flags, to be one of them."""
     if entry.dtype == "str":
         return np.asarray(values, dtype=np.str_)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise SemiwearError(f"{path}: values of type {array.dtype}, must be real numbers")
     finite = np.isfinite(array)
+    if entry.absent and array.dtype.kind == "f":
+        finite |= np.isnan(array)
     if not finite.all():
         place = tuple(int(i) for i in np.argwhere(~finite)[0])
         count = f"{int((~finite).sum())} of {array.size} values"
@@ -201,6 +203,8 @@ def _labelled(entry: Variable, array: np.ndarray) -> xr.Variable:
         "long_name": entry.long_name,
         "references": entry.references,
     }
+    if entry.absent and np.isnan(array).any():
+        attrs["missing_because"] = entry.absent
     if entry.flags:
         attrs["flag_values"] = np.arange(len(entry.flags), dtype=entry.dtype)
         attrs["flag_meanings"] = " ".join(entry.flags)

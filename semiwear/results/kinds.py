@@ -20,13 +20,8 @@ History = dict[str, FloatArray]
 Errors = dict[str, float]
 """Relative errors of reported quantities by name."""
 
-_SHARED = (
-    "wear_depth",
-    "wear_volume",
-    "contact_pressure",
-    "transmission_error",
-    "subsurface_stress",
-)  # kinds with several members
+# kinds with several members
+_SHARED = ("wear_depth", "wear_volume", "contact_pressure", "transmission_error", "subsurface_stress")
 
 
 def kind_of(name: str) -> str:
@@ -58,14 +53,15 @@ def greatest(values: History) -> dict[str, float]:
     scale: dict[str, float] = {}
     for name, array in values.items():
         kind = kind_of(name)
-        scale[kind] = max(scale.get(kind, 0.0), float(np.abs(array).max(initial=0.0)))
+        scale[kind] = max(scale.get(kind, 0.0), _greatest_size(array))
     return scale
 
 
 def difference(values: History, reference: History) -> Errors:
     """How far a history is from another, over the greatest value of each kind in the other.
 
-    Where the two have other numbers of states, only their last ones are compared.
+    Where the two have other numbers of states, only their last ones are compared. States in which either value is
+    missing are not; a quantity that has none left has no error.
     """
     scale = greatest(reference)
     errors: Errors = {}
@@ -75,8 +71,14 @@ def difference(values: History, reference: History) -> Errors:
         here, unit = values[name], scale[kind_of(name)]
         if here.shape[0] != there.shape[0]:
             here, there = here[-1:], there[-1:]
-        errors[name] = float(np.abs(here - there).max(initial=0.0)) / unit if unit > 0.0 else 0.0
+        if np.isfinite(here - there).any():
+            errors[name] = _greatest_size(here - there) / unit if unit > 0.0 else 0.0
     return errors
+
+
+def _greatest_size(array: FloatArray) -> float:
+    """Greatest magnitude of what is not missing."""
+    return float(np.max(np.abs(array), where=np.isfinite(array), initial=0.0))
 
 
 def worst(errors: Mapping[str, float]) -> float:
@@ -100,6 +102,7 @@ def step_errors(share: float, values: Mapping[str, FloatArray]) -> Errors:
     scale = greatest(arrays)
     errors: Errors = {}
     for name, array in arrays.items():
-        unit = scale[kind_of(name)]
-        errors[name] = share * float(np.abs(array - array[:1]).max(initial=0.0)) / unit if unit > 0.0 else 0.0
+        unit, change = scale[kind_of(name)], array - array[:1]
+        if np.isfinite(change).any():
+            errors[name] = share * _greatest_size(change) / unit if unit > 0.0 else 0.0
     return errors

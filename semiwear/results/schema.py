@@ -56,7 +56,10 @@ class Variable:
     dtype : str
         numpy dtype it is stored in; ``"str"`` for labels.
     optional : bool
-        Whether a result may leave it out; a variable that could not be computed is absent, never NaN.
+        Whether a result may leave it out; a variable that could not be computed is absent.
+    absent : str
+        Why single values may be missing, which are NaN: the variable's attribute ``missing_because`` then says so.
+        Empty where every value must be a number.
     flags : tuple of str
         Meanings of the integer values 0, 1, ... of a flag variable.
     labels : tuple of str
@@ -71,6 +74,7 @@ class Variable:
     references: str
     dtype: str = "float64"
     optional: bool = False
+    absent: str = ""
     flags: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
 
@@ -122,6 +126,17 @@ def _axis(
 ) -> Variable:
     """A coordinate along its own dim."""
     return Variable("", name, (name,), units, long_name, references, dtype, labels=labels)
+
+
+_EDGES_ALONE = "the pair bears on edges alone, where values depend on their rounding and on the mesh"
+_NO_FILM = f"the pair bears no load, or {_EDGES_ALONE.removeprefix('the pair ')}"
+
+
+def _zone_without(what: str) -> str:
+    return (
+        f"no roll position has its greatest pressure {what}: nothing bears there, or edges alone do "
+        "(contact_pressure_max_edge of /engagement), or the roll positions are too far apart to meet it"
+    )
 
 
 _COORDINATES = (
@@ -202,7 +217,25 @@ _TABLE = (
     ),
     # ------------------------------------------------------------------ one tooth pair, entry to exit
     Variable("engagement", "load_share", _ON_ROLL, "1", "share of the load on the tooth pair", _CONRY),
-    Variable("engagement", "contact_pressure_max", _ON_ROLL, "MPa", "greatest contact pressure", _JOHNSON),
+    Variable(
+        "engagement",
+        "contact_pressure_max",
+        _ON_ROLL,
+        "MPa",
+        "greatest contact pressure away from borders, or that of the edge where nothing else bears",
+        _JOHNSON,
+    ),
+    Variable(
+        "engagement",
+        "contact_pressure_on_edge",
+        _ON_ROLL,
+        "1",
+        "where the greatest contact pressure is: on an edge alone, it depends on the mesh",
+        _JOHNSON,
+        "int8",
+        optional=True,
+        flags=("flank", "edge"),
+    ),
     Variable(
         "engagement",
         "contact_pressure_max_edge",
@@ -248,6 +281,7 @@ _TABLE = (
         "mm",
         "sliding distance of a flank point in one mesh, where the pressure is greatest",
         _PARK,
+        absent=_EDGES_ALONE,
     ),
     Variable(
         "engagement",
@@ -284,6 +318,7 @@ _TABLE = (
         "greatest rise of the surface temperature, away from edges",
         _BLOK,
         optional=True,
+        absent=_EDGES_ALONE,
     ),
     Variable(
         "engagement",
@@ -293,6 +328,7 @@ _TABLE = (
         "least oil film thickness, away from edges",
         _DOWSON,
         optional=True,
+        absent=_NO_FILM,
     ),
     # ------------------------------------------------------------------ one mesh cycle
     Variable(
@@ -383,6 +419,7 @@ _TABLE = (
         "MPa",
         "greatest pressure at the gear's root, clear of the pitch band",
         _JOHNSON,
+        absent=_zone_without("at the gear's root, clear of the pitch band"),
     ),
     Variable(
         "history",
@@ -391,6 +428,7 @@ _TABLE = (
         "MPa",
         "greatest pressure at the gear's addendum, clear of the pitch band",
         _JOHNSON,
+        absent=_zone_without("at the gear's addendum, clear of the pitch band"),
     ),
     Variable(
         "history",
@@ -399,6 +437,7 @@ _TABLE = (
         "MPa",
         "greatest pressure in the gear's pitch band",
         _JOHNSON,
+        absent=_zone_without("within the pitch band"),
     ),
     Variable(
         "history",
@@ -460,6 +499,7 @@ _TABLE = (
         "greatest bulk and flash temperature together, away from edges",
         _BLOK,
         optional=True,
+        absent=f"at every roll position {_EDGES_ALONE}",
     ),
     Variable(
         "history",
@@ -469,6 +509,7 @@ _TABLE = (
         "least film thickness over the roughness of both flanks, away from edges",
         _DOWSON,
         optional=True,
+        absent=f"at every roll position {_NO_FILM}",
     ),
     # ------------------------------------------------------------------ life until a depth of wear
     Variable("life", "depth_limit", (), "um", "depth of wear that ends the life", _ARCHARD),

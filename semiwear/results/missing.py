@@ -1,0 +1,36 @@
+"""What a result does not hold: values that are missing, and pressures that are an edge's."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["away_from_edges", "missing_notes", "why_missing"]
+
+_BEARS = 1e-6  # of the load: rounding below
+
+
+def why_missing(array: xr.DataArray) -> str:
+    """Why values of a variable are NaN, in words; empty where none is."""
+    if not np.isnan(np.asarray(array.values, dtype=float)).any():
+        return ""
+    return str(array.attrs.get("missing_because", "not known"))
+
+
+def missing_notes(dataset: xr.Dataset) -> dict[str, str]:
+    """Reasons for missing values by the names of the variables that have some."""
+    numbers = {str(name): array for name, array in dataset.data_vars.items() if array.dtype.kind == "f"}
+    return {name: why_missing(array) for name, array in numbers.items() if why_missing(array)}
+
+
+def away_from_edges(engagement: xr.Dataset) -> xr.DataArray:
+    """`contact_pressure_max` away from borders alone: NaN where a pair bears on edges and nowhere else.
+
+    Results of earlier versions hold 0 there, without `contact_pressure_on_edge`.
+    """
+    pressure = engagement["contact_pressure_max"]
+    if "contact_pressure_on_edge" in engagement:
+        return pressure.where(engagement["contact_pressure_on_edge"] == 0)
+    if "load_share" not in engagement:
+        return pressure
+    return pressure.where((pressure > 0.0) | (engagement["load_share"] <= _BEARS))
