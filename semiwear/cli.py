@@ -22,6 +22,7 @@ from semiwear.console import tolerant_streams
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.results.checkpoint import peek
 from semiwear.results.missing import missing_notes
+from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
@@ -186,6 +187,8 @@ def _run(options: argparse.Namespace) -> None:
             raise OSError(f"{error}{_kept(options)}") from error
     try:
         print(_table(tree))
+        for text in pressing_tips(tree):
+            print(f"\n{text}")
         if "life" in tree.children:
             print(f"\n{_life(tree)}")
         print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.patch_contact import PatchLoads
+from semiwear.contact.pressed_tips import relief_to_free, tip_load_share
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
@@ -201,6 +202,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
         "contact_pressure_max": np.where(on_edge, edge, inner),
         "contact_pressure_on_edge": on_edge.astype(np.int8),
         "contact_pressure_max_edge": edge,
+        "tip_load_share": tip_load_share(teeth, state),
         "line_load": teeth.solver.line_load(loads),
         "sliding_distance": np.where(on_edge[:, None], np.nan, sliding),
     }
@@ -241,6 +243,7 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
         "contact_pressure_pitch": stress[Zone.PITCH],
         "transmission_error_mean": error.mean(),
         "transmission_error_amplitude": np.ptp(error),
+        "tip_relief_to_free": _UM * relief_to_free(teeth, state),
     }
     greatest = {DRIVING: 0.0, DRIVEN: _UM * float(state.wear.max())}
     if state.partner_wear is not None and teeth.partner is not None:

@@ -78,6 +78,11 @@ class FrictionalContact:
         """The `PatchContact` that resolves pressure in two dimensions, or None."""
         return self.solver.resolved
 
+    @property
+    def line(self) -> Any:
+        """The frictionless `LineContact`."""
+        return self.solver.line
+
     def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
         return self.solver.is_near(lines, depth)

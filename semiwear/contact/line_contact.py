@@ -122,6 +122,11 @@ class LineContact:
         """Nothing: pressure is not resolved along the line."""
         return None
 
+    @property
+    def line(self) -> LineContact:
+        """The solver itself."""
+        return self
+
     def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
 

@@ -82,6 +82,10 @@ class TeethSolver(Protocol):
     def resolved(self) -> Any:
         """The `PatchContact` that resolves pressure in two dimensions, or None."""
 
+    @property
+    def line(self) -> Any:
+        """The `LineContact` of the same teeth: at fidelity `line` the solver itself."""
+
     def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
         """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face)."""
 

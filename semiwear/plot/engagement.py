@@ -21,6 +21,7 @@ from semiwear.plot.style import (
     step_name,
     styled,
 )
+from semiwear.results.missing import away_from_edges
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +33,7 @@ __all__ = [
     "transmission_error_curves",
 ]
 
+_LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
 _ROLL_LABEL = "Roll position (base pitches, 0 at the pitch point)"
 
 
@@ -99,16 +101,57 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
 def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest contact pressure over the engagement at the first, middle and last wear step.
 
-    Parameters and return value as in `sliding_along_path`.
+    Thick lines: away from borders. Dotted lines: at an edge, where it presses harder than the flank; that value
+    depends on the edge's rounding and on the mesh. Hatched: at some step drawn, edges alone bear. Parameters and
+    return value as in `sliding_along_path`.
     """
     with styled():
         pressure = need(tree, "engagement", "contact_pressure_max")
         (ax,) = axes_for(ax)
-        _step_curves(ax, pressure, _loaded(tree))
-        ax.set(xlabel=_ROLL_LABEL, ylabel=label(pressure))
-        ax.set_ylim(bottom=0.0)
-        ax.legend(loc="lower center")
+        engagement, where = tree["engagement"].to_dataset(), _loaded(tree)
+        clear = away_from_edges(engagement)
+        _step_curves(ax, clear, where, of=pressure)
+        greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
+        highest = _edge_curves(ax, engagement, clear, where)
+        if highest > _LOG_FROM * greatest > 0.0:
+            ax.set_yscale("log")
+        else:
+            ax.set_ylim(bottom=0.0)
+        ax.set(xlabel=_ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
+        legend_above(ax, 2)
     return ax
+
+
+def _edge_curves(ax: Axes, engagement: xr.Dataset, clear: xr.DataArray, where: np.ndarray) -> float:
+    """Draw what edges press, and hatch where they alone bear; returns the greatest pressure drawn."""
+    if "contact_pressure_max_edge" not in engagement:
+        return 0.0
+    edge = engagement["contact_pressure_max_edge"]
+    colours = step_colours(edge.sizes["wear_step"])
+    alone, highest, named = np.zeros(where.size, dtype=bool), 0.0, False
+    for step in chosen_steps(edge):
+        roll, pressed = _curve(edge, step, where)
+        beside = clear.isel(wear_step=step).values[where]
+        alone |= np.isnan(beside)
+        shown = np.where(pressed > np.nan_to_num(beside), pressed, np.nan)
+        if np.isnan(shown).all():
+            continue
+        name = None if named else "an edge presses harder"
+        ax.plot(roll, shown, color=colours[step], lw=1.0, ls=":", marker=".", ms=4.0, label=name)
+        highest, named = float(np.fmax.reduce(shown, initial=highest)), True
+    _hatch(ax, engagement["roll_position"].values[where], alone)
+    return highest
+
+
+def _hatch(ax: Axes, roll: np.ndarray, alone: np.ndarray) -> None:
+    """Hatch stretches of roll positions, half a step wider to either side."""
+    if not alone.any():
+        return
+    ends = np.concatenate([roll[:1], 0.5 * (roll[1:] + roll[:-1]), roll[-1:]])
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], alone, [False]]).astype(int)))
+    for k, (start, stop) in enumerate(turns.reshape(-1, 2)):
+        text = None if k else "edges alone bear (at some step)"
+        ax.axvspan(ends[start], ends[stop], fc="none", ec="#999999", hatch="////", lw=0.0, label=text)
 
 
 def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
@@ -136,11 +179,12 @@ def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes
     return ax
 
 
-def _step_curves(ax: Axes, array: xr.DataArray, where: np.ndarray) -> None:
-    """Curves of the first, middle and last wear step over the roll position."""
+def _step_curves(ax: Axes, array: xr.DataArray, where: np.ndarray, of: xr.DataArray | None = None) -> None:
+    """Curves of the first, middle and last wear step over the roll position, named after the steps of `of`."""
     colours = step_colours(array.sizes["wear_step"])
     for step in chosen_steps(array):
-        ax.plot(*_curve(array, step, where), color=colours[step], label=step_name(array, step))
+        name = step_name(array if of is None else of, step)
+        ax.plot(*_curve(array, step, where), color=colours[step], label=name)
 
 
 def _curve(array: xr.DataArray, step: int, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

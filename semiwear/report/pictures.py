@@ -315,7 +315,8 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "contact_pressure_over_engagement",
         "Contact pressure over the engagement",
-        "Greatest contact pressure on one tooth pair from entry to exit.",
+        "Greatest contact pressure on one tooth pair from entry to exit, away from borders; dotted, an edge that "
+        "presses harder, and hatched, where edges alone bear.",
         _engagement_text("contact_pressure_max"),
     ),
     Picture(

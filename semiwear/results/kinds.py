@@ -20,6 +20,7 @@ History = dict[str, FloatArray]
 Errors = dict[str, float]
 """Relative errors of reported quantities by name."""
 
+_NO_FIGURES = ("tip_relief_to_free",)  # advice: no quantity that an accuracy is asked for
 # kinds with several members
 _SHARED = ("wear_depth", "wear_volume", "contact_pressure", "transmission_error", "subsurface_stress")
 
@@ -43,7 +44,11 @@ def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
         Indices of wear states.
     """
     data = tree["history"].to_dataset()
-    found = {str(name): np.asarray(values.values, float) for name, values in data.data_vars.items()}
+    found = {
+        str(name): np.asarray(values.values, float)
+        for name, values in data.data_vars.items()
+        if name not in _NO_FIGURES
+    }
     found["meshes"] = np.asarray(data["meshes"].values, float)
     return found if states is None else {name: values[list(states)] for name, values in found.items()}
 
@@ -98,7 +103,7 @@ def step_errors(share: float, values: Mapping[str, FloatArray]) -> Errors:
     values : mapping of str to array
         Reported quantities, each with the wear states as first axis.
     """
-    arrays = {name: np.asarray(array, float) for name, array in values.items()}
+    arrays = {name: np.asarray(array, float) for name, array in values.items() if name not in _NO_FIGURES}
     scale = greatest(arrays)
     errors: Errors = {}
     for name, array in arrays.items():

@@ -95,6 +95,7 @@ _FACE_GEAR = "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, chapter
 _CONRY = "Conry and Seireg 1973, J. Eng. Ind. 95, 1115-1122"
 _POLONSKY = "Polonsky and Keer 1999, Wear 231, 206-219"
 _PARK = "Park and Kahraman 2009, Wear 267, 1595-1604"
+_WALKER = "Walker 1938, The Engineer 166, 409-412 and 435-436"
 _BLOK = "Blok 1937, Proc. General Discussion on Lubrication 2, 222-235"
 _DOWSON = "Dowson and Higginson 1966, Elasto-Hydrodynamic Lubrication"
 _MESH = "contact mesh of this run"
@@ -243,6 +244,15 @@ _TABLE = (
         "MPa",
         "greatest contact pressure at the borders, mesh-dependent",
         _JOHNSON,
+        optional=True,
+    ),
+    Variable(
+        "engagement",
+        "tip_load_share",
+        (*_ON_ROLL, "body"),
+        "1",
+        "share of the load on slices in which the tip edge of the body presses",
+        _WALKER,
         optional=True,
     ),
     Variable(
@@ -438,6 +448,15 @@ _TABLE = (
         "greatest pressure in the gear's pitch band",
         _JOHNSON,
         absent=_zone_without("within the pitch band"),
+    ),
+    Variable(
+        "history",
+        "tip_relief_to_free",
+        _ON_STEP_BODY,
+        "um",
+        "further relief of the tip with which its edge would bear nothing; 0 where it does not press",
+        _WALKER,
+        optional=True,
     ),
     Variable(
         "history",

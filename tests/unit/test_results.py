@@ -55,15 +55,15 @@ def test_every_entry_has_units_long_name_and_source():
 def test_names_of_the_design_are_there():
     names = {
         "flank": "flank_height flank_radius zone active specific_sliding surface_error wear_depth contact_pattern",
-        "engagement": "load_share contact_pressure_max contact_pressure_on_edge contact_pressure_max_edge line_load "
-        "line_length lever_arm sliding_distance "
+        "engagement": "load_share contact_pressure_max contact_pressure_on_edge contact_pressure_max_edge "
+        "tip_load_share line_load line_length lever_arm sliding_distance "
         "root_stress friction_coefficient friction_power_loss flash_temperature_max film_thickness_min",
         "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
         "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch wear_depth_max "
         "wear_depth_max_pinion_root wear_depth_max_pinion_pitch wear_depth_max_pinion_addendum "
         "wear_depth_control_point wear_depth_max_pinion wear_volume wear_volume_on_edges load_share_max "
         "root_stress_max contact_pressure_root contact_pressure_addendum contact_pressure_pitch "
-        "subsurface_stress_max subsurface_stress_depth "
+        "tip_relief_to_free subsurface_stress_max subsurface_stress_depth "
         "transmission_error_mean transmission_error_amplitude mesh_efficiency friction_power_loss_mean "
         "contact_temperature_max lambda_ratio_min",
         "life": "depth_limit meshes_to_limit hours_to_limit sensitivity_to_wear_coefficient sensitivity_to_torque",

@@ -1,0 +1,91 @@
+"""Tips that press: what they bear, and how far they would have to be relieved to bear nothing.
+
+A deflected pair brings the next one into contact before its turn: the tip of the driven body meets the root of the
+driving one where the line of action has not been reached, and the tip of the driving body leaves it after its end.
+What frees a tip is a relief as deep as the flanks would overlap there if the tip bore nothing and the other slices all
+(Walker 1938, The Engineer 166, 409-412 and 435-436). A relief takes load off the flank beside the tip as well, which
+then bends the others more: where contact lines run obliquely into the tip a little more may be needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.line_contact import LineContact
+from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
+
+__all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_AWAY = 1.0  # mm: an opened gap that nothing closes
+
+
+def pressed_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
+    """Slices that bear on the rounding of a body's tip: their footprint is cut off there; (body, roll, face)."""
+    at_tip = _at_tips(teeth, state)
+    return at_tip & (state.loads.force > 0.0) & state.coarse.edge
+
+
+def _at_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
+    """Slices that are nearer to a body's tip than to the other end, and within a half-width of it."""
+    lines, worn = teeth.lines, state.coarse
+    # the driving body's tip cuts slices of the driven flank off at their lower end
+    below, above = (worn.profile - lines.low) * lines.spacing, (lines.high - worn.profile) * lines.spacing
+    at_tip = np.zeros((len(BODIES), *below.shape), dtype=bool)
+    at_tip[DRIVING] = (lines.low_edge_radius > 0.0) & (below <= above) & (below < teeth.half_width)
+    at_tip[DRIVEN] = (lines.high_edge_radius > 0.0) & (above < below) & (above < teeth.half_width)
+    return at_tip
+
+
+def tip_load_share(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
+    """Share of the load that slices bear whose tip edge presses, (roll, body)."""
+    moment = state.loads.force * teeth.lines.lever_arm
+    total = moment.sum(axis=1).reshape(teeth.rolls.pairs, -1).sum(axis=0)
+    borne = np.sum(moment * pressed_tips(teeth, state), axis=2)
+    return (borne / np.tile(total, teeth.rolls.pairs)).T
+
+
+def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
+    """How far the gaps of pressed tips would have to open so that they bear nothing [mm], (body,); 0 where none is.
+
+    At every mesh position the loads are shared without the slices at both tips, at fidelity `line`; the relief is
+    what the approach then is beyond their gap and the deflection that the other loads cause there. The near field of
+    the half-space is left out of it, which makes the relief no less.
+    """
+    pressed, at_tips = pressed_tips(teeth, state), _at_tips(teeth, state)
+    relief = np.zeros(len(BODIES))
+    line: LineContact = teeth.solver.line
+    per_cycle = teeth.rolls.phase.size
+    positions = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % per_cycle)
+    without: BoolArray = np.logical_or.reduce(at_tips, axis=0)
+    opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
+    start = line.no_loads()
+    for position in positions:
+        rolls = line.rolls_of(int(position))
+        if not (state.loads.force[rolls] * ~without[rolls]).any():
+            continue  # nothing but tips bears here: no relief frees them all
+        loads = line.solve(opened, start, positions=[int(position)])
+        overlap = _overlap(line, int(position), loads, state)
+        for body in (DRIVING, DRIVEN):
+            counts = pressed[body][rolls] & ~np.isnan(overlap)
+            relief[body] = max(relief[body], float(np.max(overlap, where=counts, initial=0.0)))
+    return relief
+
+
+def _overlap(line: LineContact, position: int, loads: LineLoads, state: LoadedState) -> FloatArray:
+    """How far the flanks overlap in every slice of a mesh position, (pair, face) [mm]; NaN far from contact."""
+    rolls, worn = line.rolls_of(position), state.coarse
+    system = line.mesh_position(position, 0.0)
+    every = np.arange(system.index.size)
+    deflection = system.compliance(system.static, every, worn, None) @ loads.force.ravel()[system.index]
+    overlap = np.full(worn.gap.size, np.nan)
+    approach = loads.rotation[position] * system.lever
+    overlap[system.index] = approach - worn.least.ravel()[system.index] - deflection
+    return overlap.reshape(worn.gap.shape)[rolls]

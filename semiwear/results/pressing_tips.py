@@ -1,0 +1,49 @@
+"""What tips press, where, and what would free them: a few sentences from a result."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["pressing_tips"]
+
+_TELLS = 0.01  # of the load: a tip that bears less is not told of
+
+
+def pressing_tips(tree: xr.DataTree) -> list[str]:
+    """A sentence for each tip that bears more than a hundredth of the load, unworn and at the last wear step.
+
+    Parameters
+    ----------
+    tree : DataTree
+        With `/engagement`; the relief comes from `/history` where there is one.
+    """
+    if "engagement" not in tree.children or "tip_load_share" not in tree["engagement"].to_dataset():
+        return []
+    engagement = tree["engagement"].to_dataset()
+    last = engagement.sizes["wear_step"] - 1
+    told = []
+    for step in sorted({0, last}):
+        now = engagement.isel(wear_step=step)
+        when = ("Unworn" if last else "As given") if step == 0 else f"At wear step {step}"
+        for body in now["body"].values:
+            share = now["tip_load_share"].sel(body=body).values
+            if share.max() <= _TELLS:
+                continue
+            roll = float(now["roll_position"].values[int(share.argmax())])
+            pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
+            text = (
+                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: contact that its edge cuts off bears up to "
+            )
+            text += f"{share.max():.0%} of the load, at up to {pressure:,.0f} MPa, which depends on its rounding"
+            told.append(text + _relief(tree, step, str(body)) + ".")
+    return [text.replace("-", "−") for text in told]
+
+
+def _relief(tree: xr.DataTree, step: int, body: str) -> str:
+    if "history" not in tree.children or "tip_relief_to_free" not in tree["history"].to_dataset():
+        return ""
+    relief = float(tree["history"].to_dataset()["tip_relief_to_free"].sel(body=body).values[step])
+    if relief <= 0.0:
+        return ""
+    return f"; relieve it by about {relief:.2g} um more to free it (effects.modification.{body}.tip_relief_um)"
