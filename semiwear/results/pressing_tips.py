@@ -32,10 +32,10 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
                 continue
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
-            text = (
-                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: contact that its edge cuts off bears up to "
+            text = f"{when}, the {body}'s tip presses at roll {roll:+.2f}: contact that its edge cuts off bears "
+            text += (
+                f"up to {share.max():.0%} of the load, at up to {pressure:,.0f} MPa, which depends on its rounding"
             )
-            text += f"{share.max():.0%} of the load, at up to {pressure:,.0f} MPa, which depends on its rounding"
             told.append(text + _relief(tree, step, str(body)) + ".")
     return [text.replace("-", "−") for text in told]
 
