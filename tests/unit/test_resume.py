@@ -89,7 +89,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     """Also what is not kept but found again; a field that a state gains must be thought of here."""
     names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, LineLoads, PatchLoads)}
     assert names == {
-        WearState: {"meshes", "contact", "pace", "cases", "error", "stride"},
+        WearState: {"meshes", "contact", "pace", "cases", "error", "stride", "volume"},
         LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear"},
         LineLoads: {"force", "half_width", "rotation", "iterations", "balance", "complementarity"},
         PatchLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
@@ -104,6 +104,9 @@ def test_a_state_comes_back_bit_for_bit(small):
     back = restored_state(stepper, state_arrays(stepper, state))
     for name in ("meshes", "pace", "error", "stride"):
         assert getattr(back, name) == getattr(state, name)
+    assert (state.volume.driven > 0.0).all()
+    for name in ("driven", "on_edges"):
+        assert getattr(back.volume, name).tobytes() == getattr(state.volume, name).tobytes()
     for part in ("fine", "coarse", "loads"):
         one, other = getattr(state.contact, part), getattr(back.contact, part)
         for entry in fields(one):
