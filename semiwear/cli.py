@@ -306,13 +306,12 @@ def _table(tree: xr.DataTree) -> str:
     columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
     point = control_place(tree)
     rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
-    rows += [
-        [
-            "/".join("-" if np.isnan(x) else form.format(x) for x in np.atleast_1d(values[step]))
-            for _, form, values in columns
-        ]
-        for step in range(history.sizes["wear_step"])
-    ]
+    for step in range(history.sizes["wear_step"]):
+        row = []
+        for _, form, values in columns:
+            each = np.atleast_1d(values[step])
+            row.append("/".join("-" if np.isnan(value) else form.format(value) for value in each))
+        rows.append(row)
     wide = [max(len(row[k]) for row in rows) for k in range(len(columns))]
     lines = ["  ".join(text.rjust(width) for text, width in zip(row, wide, strict=True)) for row in rows]
     missing = missing_notes(history)

@@ -3,8 +3,8 @@
 A deflected pair brings the next one into contact before its turn: the tip of the driven body meets the root of the
 driving one where the line of action has not been reached, and the tip of the driving body leaves it after its end.
 What frees a tip is a relief as deep as the flanks would overlap there if the tip bore nothing and the other slices
-all (Walker 1938, The Engineer 166, 409-412 and 435-436). A relief takes load off the flank beside the tip as well, which
-then bends the others more: where contact lines run obliquely into the tip a little more may be needed.
+all (Walker 1938, The Engineer 166, 409-412 and 435-436). A relief takes load off the flank beside the tip as well,
+which then bends the others more: where contact lines run obliquely into the tip a little more may be needed.
 """
 
 from __future__ import annotations

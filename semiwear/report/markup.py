@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
+from math import isnan
 
-__all__ = ["code_marked", "element", "figure_text", "table", "unit_text"]
+__all__ = ["NONE", "code_marked", "element", "figure_text", "table", "unit_text"]
 
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
@@ -24,7 +25,7 @@ NONE = "–"
 def figure_text(value: float, digits: int = 4) -> str:
     """A number with so many significant digits, powers of ten written out."""
     number = float(value)
-    if np.isnan(number):
+    if isnan(number):
         return NONE
     if number == 0:
         return "0"
