@@ -13,6 +13,7 @@ from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fem_reference.hexahedra import MeshError
 from fem_reference.involute_flank import InvoluteFlank
@@ -92,6 +93,7 @@ def cylindrical_mesh(
     refinements: Mapping[int, Refinement] | None = None,
     divisions: Divisions | None = None,
     detailed: Iterable[int] = (0,),
+    explicit: int | None = None,
 ) -> ToothMesh:
     """Mesh a cylindrical gear.
 
@@ -101,7 +103,11 @@ def cylindrical_mesh(
     module : float
         Normal module, which gives the element sizes unless `divisions` does [mm].
     teeth : int, optional
-        Mesh a sector of so many teeth with free cut planes instead of the whole ring.
+        Mesh a sector of so many teeth with free cut planes; default the whole ring.
+    explicit : int, optional
+        Of the whole ring (no `teeth` given), teeth on either side of tooth 0 that are in the mesh; the others, which
+        carry no load, are condensed (`ToothMesh.rest`). Default all. Refined teeth, and what lies between them,
+        always are in the mesh.
     element, refinements, divisions, detailed
         As for `face_gear_mesh`.
 
@@ -112,6 +118,15 @@ def cylindrical_mesh(
     """
     whole = int(surface.own.tooth.teeth)
     count = min(teeth or whole, whole)
-    first = -((count - 1) // 2)
+    members = range(-((count - 1) // 2), count // 2 + 1)
+    missing, turn = 0, None
+    if explicit is not None and teeth is None:
+        wanted = [-explicit, explicit, *(refinements or {}), *detailed]
+        if max(wanted) - min(wanted) + 1 < whole:
+            members = range(min(wanted), max(wanted) + 1)
+            missing = whole - len(members)
+            turn = Rotation.from_rotvec([0.0, 0.0, surface.own.facing * 2.0 * pi / whole]).as_matrix()
     divisions = divisions or Divisions.of_module(module)
-    return mesh_teeth(surface, range(first, first + count), element, refinements or {}, divisions, tuple(detailed))
+    return mesh_teeth(
+        surface, members, element, refinements or {}, divisions, tuple(detailed), missing=missing, turn=turn
+    )

@@ -195,7 +195,7 @@ def _solve(
 ) -> tuple[FloatArray, FloatArray]:
     """Readings (tooth, observers, loads) of deflection and stress for unit forces into the material."""
     free = body.free_dofs(mesh.held)
-    factor = factorise(body.stiffness[free][:, free], prefer=prefer)
+    factor = factorise(body.stiffness[free][:, free], places=body.points[free // 3], prefer=prefer)
     parts: tuple[list[FloatArray], list[FloatArray]] = ([], [])
     free_operators = [[op[:, free] for op in operators] for operators in (readers, gauges)]
     for start in range(0, loads.shape[0], _LOADS_AT_ONCE):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,8 @@ class MeshSettings:
     element_length : float
         Length of elements along the line [mm].
     gear_teeth, pinion_teeth : int
-        Teeth in the meshes; the bore and the back face are held, the cut planes free.
+        Teeth in the meshes; the bore and the back face are held, the cut planes free. None is every tooth (of
+        cylindrical gears).
     growth : float
         Growth of elements outside the patch, mm for each mm.
     patch : float
@@ -60,8 +62,8 @@ class MeshSettings:
 
     elements_per_half_width: float = 3.0
     element_length: float = 2.5
-    gear_teeth: int = 5
-    pinion_teeth: int = 9
+    gear_teeth: int | None = 5
+    pinion_teeth: int | None = 9
     growth: float = 0.6
     patch: float = 1.4
     wider: Mapping[int, float] = field(default_factory=dict)
@@ -80,14 +82,11 @@ def line_meshes(
     divisions = Divisions.of_module(module_of(scene))
     divisions = replace(divisions, depth=4, face_size=2.0 * settings.element_length)
     refined = _refinements(flank, expected, settings)
-    gear = body_mesh(
-        scene, "gear", teeth=settings.gear_teeth, refinements=refined["gear"], divisions=divisions, detailed=()
-    )
+    common: dict[str, Any] = {"divisions": divisions, "detailed": (), "explicit": 0}
+    gear = body_mesh(scene, "gear", teeth=settings.gear_teeth, refinements=refined["gear"], **common)
     if settings.worn_flank == "moved_nodes":
         gear = moved_flanks(gear, flank.wear, {-j for j in expected.lines})
-    pinion = body_mesh(
-        scene, "pinion", teeth=settings.pinion_teeth, refinements=refined["pinion"], divisions=divisions, detailed=()
-    )
+    pinion = body_mesh(scene, "pinion", teeth=settings.pinion_teeth, refinements=refined["pinion"], **common)
     return {"gear": gear, "pinion": pinion}
 
 

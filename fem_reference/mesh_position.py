@@ -108,10 +108,7 @@ class MeshedPosition:
         meshes = line_meshes(flank, mesh_position, expected, settings)
         meshed = perf_counter()
         bodies = {name: _elastic(meshes[name], poses[name], getattr(scene.material, name)) for name in BODIES}
-        supported = {
-            name: SupportedBody(body.stiffness, body.dofs(meshes[name].held), body.points)
-            for name, body in bodies.items()
-        }
+        supported = {name: _supported(meshes[name], body, poses[name]) for name, body in bodies.items()}
         every = {j: candidates(flank, expected, j, settings, meshes, bodies, poses) for j in expected.lines}
         # a pair that is expected to touch may have no node near enough
         found = {j: one for j, one in every.items() if len(one.contact.slave.quads) and len(one.contact.master.quads)}
@@ -177,6 +174,14 @@ def solve_position(
         Leave out to do without root stress.
     """
     return MeshedPosition.of(flank, mesh_position, torque, settings).solve(torque, roots)
+
+
+def _supported(mesh: ToothMesh, body: ElasticBody, pose: Pose) -> SupportedBody:
+    """The body in the fixed frame on its bore, closed to a ring where its mesh has the rest of it."""
+    stiffness = body.stiffness
+    if mesh.rest is not None:
+        stiffness = stiffness + mesh.rest.stiffness(body, pose.rotation)
+    return SupportedBody(stiffness, body.dofs(mesh.held), body.points)
 
 
 def _elastic(mesh: ToothMesh, pose: Pose, material: Material) -> ElasticBody:

@@ -49,10 +49,14 @@ def module_of(scene: Scene) -> float:
     raise _refused(scene)
 
 
-def usual_teeth(scene: Scene) -> dict[str, int]:
-    """Teeth in the mesh of each body unless said otherwise."""
+def usual_teeth(scene: Scene) -> dict[str, int | None]:
+    """Teeth in the mesh of each body unless said otherwise; None is every tooth.
+
+    A sector of a thick ring is far softer than the ring, the more so the thicker it is, and no number of teeth serves
+    all bodies: every tooth of a cylindrical pair counts. The face gear's stretch lies on a held back face.
+    """
     whole = isinstance(scene.gear_pair, CylindricalPair)
-    return {"pinion": 11, "gear": 11} if whole else {"pinion": 9, "gear": 5}
+    return {"pinion": None, "gear": None} if whole else {"pinion": 9, "gear": 5}
 
 
 def body_mesh(
@@ -60,19 +64,25 @@ def body_mesh(
     body: str,
     *,
     element: str = "hex8i",
-    teeth: int = 5,
+    teeth: int | None = 5,
     refinements: Mapping[int, Refinement] | None = None,
     divisions: Divisions | None = None,
     detailed: tuple[int, ...] = (0,),
+    explicit: int | None = None,
 ) -> ToothMesh:
-    """Mesh a stretch of a body, ``"pinion"`` or ``"gear"``, in its own frame; arguments as for `face_gear_mesh`."""
+    """Mesh a stretch of a body, ``"pinion"`` or ``"gear"``, in its own frame; arguments as for `face_gear_mesh`.
+
+    Of a cylindrical gear `teeth` may be None, the whole ring, with `explicit` as for `cylindrical_mesh`.
+    """
     motion = pair_motion(scene)
     if isinstance(motion, CylindricalMotion):
         limits = motion.pinion_face if body == "pinion" else motion.gear_face
         surface = CylindricalSurface(motion.pinion if body == "pinion" else motion.gear, limits, body)
         return cylindrical_mesh(
             surface, module=module_of(scene), element=element, teeth=teeth, refinements=refinements,
-            divisions=divisions, detailed=detailed,
+            divisions=divisions, detailed=detailed, explicit=explicit,
         )  # fmt: skip
     mesh = pinion_mesh if body == "pinion" else face_gear_mesh
+    if teeth is None:
+        raise ValueError(f"{body}: say how many teeth of a face gear pair are meshed")
     return mesh(scene, element=element, teeth=teeth, refinements=refinements, divisions=divisions, detailed=detailed)

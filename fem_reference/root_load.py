@@ -17,6 +17,7 @@ from fem_reference.pairs import body_mesh, module_of, pair_motion
 from fem_reference.root_stress import fillet_stress
 from fem_reference.solvers import Factor, factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
+from semiwear.errors import ConvergenceError
 from semiwear.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 BODIES = ("pinion", "gear")
+
+_EXPLICIT = 4  # teeth on either side that may carry load
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,8 @@ class RootStress:
     ----------
     scene : Scene
     gear_teeth, pinion_teeth : int
-        Five and seven teeth give the stress of twice as many to 0.1 and 0.3 %.
+        Five and seven teeth of a face gear pair give the stress of twice as many to 0.1 and 0.3 %. None is every
+        tooth (of cylindrical gears): those farther than `_EXPLICIT` from the observed one carry no load.
     fillet, across, flank : int
         Elements along the fillet, across half the tooth and along the flank. The first two belong together: twelve
         along the fillet with four across put a bump of 4 % on the stress where the mesh's blocks meet.
@@ -49,22 +53,27 @@ class RootStress:
         Exponent by which the flank's elements grow from the fillet to the tip. A load within the lowest stresses the
         fillet falsely up to about an element's length from the flank's end: that has to stay above the root
         (`root_stress.ROOT_FROM`).
+    face_size : float
+        Greatest length of an element along the face, in modules.
     """
 
     scene: Scene
-    gear_teeth: int = 5
-    pinion_teeth: int = 9
+    gear_teeth: int | None = 5
+    pinion_teeth: int | None = 9
     fillet: int = 8
     across: int = 6
     flank: int = 10
     towards_fillet: float = 1.8
+    face_size: float = 0.5
 
     @cached_property
     def meshes(self) -> dict[str, ToothMesh]:
         """Both meshes, in their own frames."""
         counts = {"gear": self.gear_teeth, "pinion": self.pinion_teeth}
         return {
-            name: body_mesh(self.scene, name, element="hex20", teeth=teeth, divisions=self._divisions)
+            name: body_mesh(
+                self.scene, name, element="hex20", teeth=teeth, divisions=self._divisions, explicit=_EXPLICIT
+            )
             for name, teeth in counts.items()
         }
 
@@ -77,12 +86,13 @@ class RootStress:
             land=1,
             across=self.across,
             depth=5,
-            face_size=0.5 * module,
+            face_size=self.face_size * module,
             towards_fillet=self.towards_fillet,
         )
 
     @cached_property
-    def _systems(self) -> dict[str, tuple[ElasticBody, IntArray, Factor]]:
+    def systems(self) -> dict[str, tuple[ElasticBody, IntArray, Factor]]:
+        """Of each body its elasticity, its free unknowns and the factor of their stiffness."""
         systems = {}
         for name, mesh in self.meshes.items():
             material = getattr(self.scene.material, name)
@@ -93,31 +103,38 @@ class RootStress:
                 poissons_ratio=material.poissons_ratio,
             )
             free = body.free_dofs(mesh.held)
-            systems[name] = (body, free, factorise(body.stiffness[free][:, free]))
+            stiffness = body.stiffness if mesh.rest is None else body.stiffness + mesh.rest.stiffness(body)
+            systems[name] = (
+                body,
+                free,
+                factorise(csr_matrix(stiffness)[free][:, free], places=body.points[free // 3]),
+            )
         return systems
 
     def of(self, pairs: Mapping[int, PairResult], poses: Mapping[str, Pose]) -> dict[tuple[str, int], float]:
         """Greatest tangential stress of the root of every loaded tooth, loaded side [MPa]."""
         result = {}
         for name in BODIES:
-            body, free, factor = self._systems[name]
+            body, free, factor = self.systems[name]
             mesh = self.meshes[name]
-            forces = np.stack([self._forces(name, observed, pairs, poses[name]) for observed in pairs], axis=1)
+            forces = np.stack([self.forces(name, observed, pairs, poses[name]) for observed in pairs], axis=1)
             displacement = np.zeros_like(forces)
             displacement[free] = factor.solve(forces[free])
             for j, moved in zip(pairs, displacement.T, strict=True):
                 result[name, j] = fillet_stress(body, mesh, moved).greatest
         return result
 
-    def _forces(self, name: str, observed: int, pairs: Mapping[int, PairResult], pose: Pose) -> FloatArray:
+    def forces(self, name: str, observed: int, pairs: Mapping[int, PairResult], pose: Pose) -> FloatArray:
         """Nodal forces (3 n,) of all pairs on a body turned until the observed pair's tooth is tooth 0 [N]."""
-        body, _, _ = self._systems[name]
+        body, _, _ = self.systems[name]
         mesh, motion = self.meshes[name], pair_motion(self.scene)
         force = np.zeros((len(body.points), 3))
         for j, found in pairs.items():
             # pair j is pinion tooth j on gear tooth -j
             tooth = j - observed if name == "pinion" else observed - j
             if tooth not in mesh.teeth:
+                if mesh.rest is not None and found.contact.load > 0.0:
+                    raise ConvergenceError(f"root stress: tooth {tooth} of the {name} bears load outside the mesh")
                 continue
             at = (found.pinion_face, found.pinion_profile) if name == "pinion" else (found.face, found.profile)
             sign = 1.0 if name == "pinion" else -1.0

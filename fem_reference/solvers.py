@@ -1,27 +1,37 @@
 """Factorisation of a symmetric positive definite stiffness matrix by the best direct solver at hand.
 
-CHOLMOD (package scikit-sparse) first, then MKL Pardiso (pypardiso), then SuperLU, which scipy always brings and
-which is good up to some 30 thousand unknowns.
+MKL Pardiso (package pypardiso, extra `fem`) where it is installed; else, for bodies whose nodes have places, our own
+nested dissection (`substructures.DissectionFactor`), which needs scipy alone; else SuperLU, which scipy brings and
+which is good up to some 30 thousand unknowns: beyond, it says so.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+import weakref
 from importlib import import_module
-from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, spmatrix, triu
 from scipy.sparse.linalg import splu
 
+from fem_reference.substructures import DissectionFactor
 from semiwear.errors import MissingExtraError
 
-__all__ = ["Factor", "factorise"]
+__all__ = ["SOLVERS", "Factor", "SlowSolverWarning", "factorise"]
 
 FloatArray = NDArray[np.float64]
+
+SOLVERS = ("pardiso", "dissection", "superlu")
+"""By preference."""
+
+_SUPERLU_SLOW = 30_000  # unknowns
+
+
+class SlowSolverWarning(UserWarning):
+    """A factorisation takes many times as long as another solver would."""
 
 
 class Factor(Protocol):
@@ -30,7 +40,7 @@ class Factor(Protocol):
     Attributes
     ----------
     name : str
-        The solver: ``"cholmod"``, ``"pardiso"`` or ``"superlu"``.
+        The solver, one of `SOLVERS`.
     """
 
     name: str
@@ -40,31 +50,25 @@ class Factor(Protocol):
         ...
 
 
-class _Cholmod:
-    name = "cholmod"
-
-    def __init__(self, matrix: spmatrix):
-        cholesky = import_module("sksparse.cholmod").cholesky
-        _warn_of_reference_blas()
-        self._solve = cholesky(csc_matrix(matrix), ordering_method="metis", mode="supernodal")
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        return self._solve(np.asfortranarray(rhs, dtype=float))
-
-
 class _Pardiso:
     name = "pardiso"
 
     def __init__(self, matrix: spmatrix):
         self._matrix = csr_matrix(triu(matrix, format="csr"))
         self._matrix.sort_indices()
-        self._solver = import_module("pypardiso").PyPardisoSolver(
-            mtype=2
-        )  # real, symmetric, positive definite: upper triangle only
-        self._solver.factorize(self._matrix)
+        # real, symmetric, positive definite: upper triangle only
+        solver = import_module("pypardiso").PyPardisoSolver(mtype=2)
+        solver.factorize(self._matrix)
+        self._solver = solver
+        # pypardiso never frees what MKL has allocated
+        weakref.finalize(self, _free, solver)
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         return self._solver.solve(self._matrix, np.asfortranarray(rhs, dtype=float)).reshape(rhs.shape)
+
+
+def _free(solver: Any) -> None:
+    solver.free_memory(everything=True)
 
 
 class _SuperLU:
@@ -78,54 +82,51 @@ class _SuperLU:
         return self._factor.solve(np.asarray(rhs, dtype=float))
 
 
-_SOLVERS: dict[str, Callable[[spmatrix], Factor]] = {"cholmod": _Cholmod, "pardiso": _Pardiso, "superlu": _SuperLU}
-
-
-def factorise(matrix: spmatrix, *, prefer: str = "auto") -> Factor:
+def factorise(matrix: spmatrix, *, places: FloatArray | None = None, prefer: str = "auto") -> Factor:
     """Factorise a symmetric positive definite sparse matrix.
 
     Parameters
     ----------
     matrix : sparse matrix, (n, n)
         Stiffness of the free unknowns [N/mm].
+    places : (n, 3) array, optional [mm]
+        Of the nodes to which the unknowns belong; those of one node follow one another.
     prefer : str
-        ``"auto"`` takes the first that can be imported of ``"cholmod"``, ``"pardiso"`` and ``"superlu"``; one of
-        these names insists on it.
+        ``"auto"`` takes the first of `SOLVERS` that can be had: ``"dissection"`` needs places; one of these names
+        insists on it.
 
     Raises
     ------
     ValueError
-        For an unknown name.
+        For an unknown name, or ``"dissection"`` without places.
     MissingExtraError
         If the solver insisted on is not installed.
 
-    Source: Y. Chen et al., ACM Trans. Math. Softw. 35 (2008) 22 (CHOLMOD); X. S. Li, ibid. 31 (2005) 302 (SuperLU).
+    Warns
+    -----
+    SlowSolverWarning
+        When SuperLU is taken for a matrix that another solver factorises in a tenth of the time.
+
+    Source: Schenk and Gaertner, Future Gener. Comput. Syst. 20 (2004) 475 (Pardiso); George, SIAM J. Numer. Anal. 10
+    (1973) 345 (nested dissection); X. S. Li, ACM Trans. Math. Softw. 31 (2005) 302 (SuperLU).
     """
-    if prefer != "auto" and prefer not in _SOLVERS:
-        raise ValueError(f"prefer must be 'auto' or one of {', '.join(_SOLVERS)}, not {prefer!r}")
-    for name in _SOLVERS if prefer == "auto" else (prefer,):
+    if prefer != "auto" and prefer not in SOLVERS:
+        raise ValueError(f"prefer must be 'auto' or one of {', '.join(SOLVERS)}, not {prefer!r}")
+    if prefer == "dissection" and places is None:
+        raise ValueError("prefer='dissection' needs the places of the unknowns")
+    if prefer in ("auto", "pardiso"):
         try:
-            return _SOLVERS[name](matrix)
+            return _Pardiso(matrix)
         except ImportError:
-            continue
-    package = {"cholmod": "scikit-sparse", "pardiso": "pypardiso"}[prefer]
-    raise MissingExtraError(package, "fem", f"the solver {prefer!r}")
-
-
-_warned: set[str] = set()
-
-
-def _warn_of_reference_blas() -> None:
-    """Say once if CHOLMOD runs on the reference BLAS, which is some twenty times slower (Linux only)."""
-    maps = Path("/proc/self/maps")
-    if "blas" in _warned or not maps.exists():
-        return
-    _warned.add("blas")
-    loaded = {line.split()[-1] for line in maps.read_text().splitlines() if "libblas" in line}
-    slow = [path for path in loaded if not any(name in path for name in ("openblas", "mkl", "blis", "atlas"))]
-    if slow:
+            if prefer == "pardiso":
+                raise MissingExtraError("pypardiso", "fem", "the solver 'pardiso'") from None
+    if prefer != "superlu" and places is not None:
+        return DissectionFactor(csr_matrix(matrix), places)
+    if matrix.shape[0] > _SUPERLU_SLOW:
         warnings.warn(
-            f"CHOLMOD uses the reference BLAS {slow[0]}, which is about 20 times slower than OpenBLAS; "
-            "install libopenblas (Debian: apt-get install libopenblas0) or uninstall scikit-sparse",
-            stacklevel=3,
+            f"SuperLU factorises {matrix.shape[0]} unknowns, which takes some ten times as long as MKL Pardiso: "
+            'pip install "semiwear[fem]", or give the places of the unknowns',
+            SlowSolverWarning,
+            stacklevel=2,
         )
+    return _SuperLU(matrix)

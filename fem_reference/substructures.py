@@ -1,4 +1,4 @@
-r"""Compliance of a supported body by substructures within substructures.
+r"""Compliance of a supported body, or a factor of its stiffness, by substructures within substructures.
 
 From the smallest parts of a `Dissection` upwards each part eliminates its own unknowns, which by then nothing else
 touches, and hands on what is left: a dense matrix of its border and of the loads on it. With the loads B as unknowns
@@ -7,7 +7,8 @@ of their own the matrix of the body is
 .. math:: \begin{pmatrix} K & B \\ B^T & 0 \end{pmatrix} ,
 
 and what is left in the end, when all displacements have gone, is minus the compliance B' K^-1 B. Nothing is solved
-backwards and no factor of the whole body is kept.
+backwards and no factor of the whole body is kept. Where displacements are wanted for loads that come later, what each
+part has eliminated is kept instead (`DissectionFactor`). All arithmetic is on dense matrices by scipy's own BLAS.
 
 Sources: Przemieniecki, AIAA J. 1 (1963) 138 (substructures); Duff and Reid, ACM Trans. Math. Softw. 9 (1983) 302
 (multifrontal elimination).
@@ -27,10 +28,13 @@ from scipy.sparse import csc_matrix, csr_matrix, vstack
 from fem_reference.dissection import Dissection
 from semiwear.errors import ConvergenceError
 
-__all__ = ["compliance_by_parts"]
+__all__ = ["DissectionFactor", "compliance_by_parts"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_Kept = tuple[int, int, IntArray, FloatArray, FloatArray]
+"""First unknown of a part and the one after its last, its border, factor of its own unknowns, rows beside them."""
 
 
 def compliance_by_parts(
@@ -71,16 +75,73 @@ def compliance_by_parts(
     # the lower triangle in the order of elimination; the loads come last
     own = csr_matrix(stiffness)[order][:, order]
     matrix = csc_matrix(vstack([own, csr_matrix(unit_loads)[order].T]))
-    matrix.sort_indices()
-    place, room = np.empty(matrix.shape[0], dtype=np.int64), _Room()
-    left: dict[int, tuple[IntArray, FloatArray]] = {}
-    for k, below in enumerate(parts.below):
-        left[k] = _eliminated(matrix, int(ends[k]), int(ends[k + 1]), [left.pop(part) for part in below], place, room)
-    ((loads, rest),) = left.values()
+    (loads, rest), _ = _eliminated_all(matrix, ends, parts)
     result = np.zeros((unit_loads.shape[1], unit_loads.shape[1]))
     at = loads - len(order)
     result[np.ix_(at, at)] = -(np.tril(rest) + np.tril(rest, -1).T)
     return result
+
+
+class DissectionFactor:
+    """Cholesky factor of a stiffness, part by part.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse array, symmetric positive definite [N/mm]
+    places : (n, 3) array [mm]
+        Of the nodes to which the unknowns belong; those of one node follow one another.
+
+    Raises
+    ------
+    ConvergenceError
+        If the matrix is not positive definite.
+    """
+
+    name = "dissection"
+
+    def __init__(self, matrix: csr_matrix, places: FloatArray):
+        rows = csr_matrix(matrix)
+        new = np.concatenate([[True], (np.diff(places, axis=0) != 0.0).any(axis=1)])
+        node = np.cumsum(new) - 1
+        member = csr_matrix((np.ones(len(node), dtype=np.int8), (node, np.arange(len(node)))))
+        pattern = csr_matrix((np.ones(rows.nnz, dtype=np.int8), rows.indices, rows.indptr), shape=rows.shape)
+        graph = csr_matrix((member.astype(np.int32) @ pattern @ member.T).astype(bool).astype(np.int8))
+        parts = Dissection.of(graph, places[new])
+        first = np.concatenate([np.flatnonzero(new), [len(node)]])
+        counts = np.diff(first)[parts.order]
+        ends = np.concatenate([[0], np.cumsum(counts)])[parts.ends]
+        starts = np.repeat(first[parts.order] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+        self._order = starts + np.arange(len(node))
+        lower = csc_matrix(rows[self._order][:, self._order])
+        _, self._parts = _eliminated_all(lower, ends, parts, keep=True)
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """Solution for one right-hand side (n,) or several (n, k), in the same shape."""
+        loads = np.asarray(rhs, dtype=float)
+        x = loads.reshape(len(loads), -1)[self._order]
+        for start, end, border, pivot, beside in self._parts:
+            x[start:end] = dtrsm(1.0, pivot, x[start:end], lower=1)
+            x[border] -= beside @ x[start:end]
+        for start, end, border, pivot, beside in reversed(self._parts):
+            x[start:end] = dtrsm(1.0, pivot, x[start:end] - beside.T @ x[border], lower=1, trans_a=1)
+        result = np.empty_like(x)
+        result[self._order] = x
+        return result.reshape(loads.shape)
+
+
+def _eliminated_all(
+    matrix: csc_matrix, ends: IntArray, parts: Dissection, *, keep: bool = False
+) -> tuple[tuple[IntArray, FloatArray], list[_Kept]]:
+    """What the last part hands on, and what the parts have eliminated if that is to be kept."""
+    matrix.sort_indices()
+    place, room = np.empty(matrix.shape[0], dtype=np.int64), _Room()
+    left: dict[int, tuple[IntArray, FloatArray]] = {}
+    kept: list[_Kept] | None = [] if keep else None
+    for k, below in enumerate(parts.below):
+        handed = [left.pop(part) for part in below]
+        left[k] = _eliminated(matrix, int(ends[k]), int(ends[k + 1]), handed, place, room, kept)
+    (last,) = left.values()
+    return last, kept or []
 
 
 class _Room:
@@ -118,6 +179,7 @@ def _eliminated(
     below: list[tuple[IntArray, FloatArray]],
     place: IntArray,
     room: _Room,
+    kept: list[_Kept] | None,
 ) -> tuple[IntArray, FloatArray]:
     """What a part hands on: the unknowns of its border, in order, and their matrix, of which the lower half counts.
 
@@ -131,6 +193,8 @@ def _eliminated(
     place : (n + k,) int array
         To work in.
     room : _Room
+    kept : list, optional
+        To which the part adds its unknowns, its border and its part of the factor.
     """
     columns = slice(matrix.indptr[start], matrix.indptr[end])
     rows, values = matrix.indices[columns], matrix.data[columns]
@@ -138,7 +202,8 @@ def _eliminated(
     border = np.unique(np.concatenate([rows[rows >= end], *[unknowns[unknowns >= end] for unknowns, _ in below]]))
     own, others = end - start, len(border)
     place[start:end], place[border] = np.arange(own), np.arange(others)
-    pivot, beside, rest = room.zeros(own, own), room.zeros(others, own), room.zeros(others, others)
+    new = room.zeros if kept is None else _fresh
+    pivot, beside, rest = new(own, own), new(others, own), room.zeros(others, others)
     inner, outer = (rows >= start + column) & (rows < end), rows >= end
     pivot[place[rows[inner]], column[inner]] = values[inner]
     beside[place[rows[outer]], column[outer]] = values[outer]
@@ -150,13 +215,22 @@ def _eliminated(
         _add(rest, outside, outside, handed[split:, split:])
         room.give_back(handed)
     if own:
-        factor, wrong = dpotrf(pivot, lower=1, overwrite_a=1, clean=0)
+        pivot, wrong = dpotrf(pivot, lower=1, overwrite_a=1, clean=0)
         if wrong:
             raise ConvergenceError("the stiffness of a body is not positive definite: hold its bore or back face")
-        beside = dtrsm(1.0, factor, beside, side=1, lower=1, trans_a=1, overwrite_b=1)
-        rest = dsyrk(-1.0, beside, beta=1.0, c=rest, lower=1, overwrite_c=1)
-    room.give_back(pivot, beside)
+        beside = dtrsm(1.0, pivot, beside, side=1, lower=1, trans_a=1, overwrite_b=1)
+        if others:
+            rest = dsyrk(-1.0, beside, beta=1.0, c=rest, lower=1, overwrite_c=1)
+    if kept is None:
+        room.give_back(pivot, beside)
+    elif own:
+        kept.append((start, end, border, pivot, beside))
     return border, rest
+
+
+def _fresh(rows: int, columns: int) -> FloatArray:
+    """A matrix of zeros, column after column."""
+    return np.zeros((columns, rows)).T
 
 
 def _add(target: FloatArray, rows: IntArray, columns: IntArray, values: FloatArray) -> None:

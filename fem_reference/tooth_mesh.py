@@ -16,6 +16,7 @@ from skfem import MeshHex
 
 from fem_reference.hexahedra import Lattice, join_blocks, with_middles
 from fem_reference.pitch_blocks import Divisions, Pattern, Refinement, ToothSurface, depth_corners, face_corners
+from fem_reference.ring import RestOfRing
 
 __all__ = ["LOADED", "OPPOSITE", "Divisions", "FilletGrid", "FlankGrid", "Refinement", "ToothMesh", "mesh_teeth"]
 
@@ -95,6 +96,8 @@ class ToothMesh:
     fillets : dict from (tooth, side) to FilletGrid
     middles : dict from tooth to (n, face) array
         Displacement nodes of the tooth's middle surface, from the tip to the held face; -1 where there is none.
+    rest : RestOfRing, optional
+        Teeth that are not in the mesh and close it to a ring; without them the cut planes are free.
     """
 
     name: str
@@ -105,6 +108,7 @@ class ToothMesh:
     flanks: dict[tuple[int, int], FlankGrid]
     fillets: dict[tuple[int, int], FilletGrid]
     middles: dict[int, IntArray]
+    rest: RestOfRing | None = None
 
 
 def mesh_teeth(
@@ -114,11 +118,17 @@ def mesh_teeth(
     refinements: Mapping[int, Refinement],
     divisions: Divisions,
     detailed: tuple[int, ...],
+    missing: int = 0,
+    turn: FloatArray | None = None,
 ) -> ToothMesh:
-    """Mesh some teeth of a body; see `face_gear_mesh` and `pinion_mesh`."""
+    """Mesh some teeth of a body; see `face_gear_mesh` and `pinion_mesh`.
+
+    With `missing` teeth, which close them to a ring, and the rotation `turn` from one tooth to the next, the mesh has
+    a `ToothMesh.rest`.
+    """
     teeth = tuple(teeth)
-    if missing := [tooth for tooth in refinements if tooth not in teeth]:
-        raise ValueError(f"{surface.name}: refinement of teeth {missing}, which are not in the mesh")
+    if strange := [tooth for tooth in refinements if tooth not in teeth]:
+        raise ValueError(f"{surface.name}: refinement of teeth {strange}, which are not in the mesh")
     if divisions.fillet < 2 or divisions.fillet % 2:
         raise ValueError(f"divisions.fillet must be even and positive, not {divisions.fillet}")
     face = with_middles(face_corners(surface, refinements.values(), divisions.face_size))
@@ -134,10 +144,7 @@ def mesh_teeth(
             patterns[key] = Pattern.of(surface, face, depth, own, refinement)
         pattern = patterns[key]
         pitches.append(pattern)
-        blocks += [
-            np.stack([surface.to_space(section, r, tooth) for section, r in zip(block, face, strict=True)])
-            for block in pattern.blocks
-        ]
+        blocks += _in_space(surface, pattern, face, tooth)
     joined = join_blocks(blocks, name=surface.name)
     lattice = Lattice.of(joined, element, name=surface.name)
 
@@ -163,13 +170,48 @@ def mesh_teeth(
             )
             down = np.concatenate([edge[pattern.flank_points - 1 :], land[1 : pattern.fillet_points + 1]])
             fillets[tooth, side] = _fillet_grid(lattice.number, joined.points, down, face, step)
-    held_nodes = np.unique(lattice.number[:, np.unique(np.concatenate(held))])
+    rest = None
+    if missing and turn is not None:
+        pattern = Pattern.of(surface, face, depth, divisions.coarse, None)
+        pitch = join_blocks(_in_space(surface, pattern, face, teeth[-1] + 1), name=surface.name)
+        alike = Lattice.of(pitch, element, name=surface.name)
+        rest = RestOfRing(
+            alike.mesh,
+            element,
+            missing,
+            turn,
+            held=_nodes(alike, *(pitch.ids[k][-1] for k in (1, 2, 3))),
+            low=_cut_plane(alike, pitch.ids[2 + OPPOSITE]),
+            high=_cut_plane(alike, pitch.ids[2 + LOADED]),
+            last=_cut_plane(lattice, joined.ids[4 * (len(teeth) - 1) + 2 + LOADED]),
+            first=_cut_plane(lattice, joined.ids[2 + OPPOSITE]),
+        )
     return ToothMesh(
-        surface.name, element, lattice.mesh, held_nodes[held_nodes >= 0], teeth, flanks, fillets, middles
+        surface.name, element, lattice.mesh, _nodes(lattice, *held), teeth, flanks, fillets, middles, rest
     )
 
 
+def _in_space(surface: ToothSurface, pattern: Pattern, face: FloatArray, tooth: int) -> list[FloatArray]:
+    """The blocks of a tooth as points (levels, rows, columns, 3)."""
+    return [
+        np.stack([surface.to_space(section, r, tooth) for section, r in zip(block, face, strict=True)])
+        for block in pattern.blocks
+    ]
+
+
 # --- node sets ---------------------------------------------------------------------------------------------
+
+
+def _nodes(lattice: Lattice, *ids: IntArray) -> IntArray:
+    """All displacement nodes at points of the plane."""
+    found = np.unique(lattice.number[:, np.unique(np.concatenate(ids))])
+    return found[found >= 0]
+
+
+def _cut_plane(lattice: Lattice, space: IntArray) -> IntArray:
+    """Displacement nodes in the middle of a tooth space, face station by face station, from the root down."""
+    found = lattice.number[:, space[:, -1]].ravel()
+    return found[found >= 0]
 
 
 def _normals(surface: ToothSurface, pattern: Pattern, face: FloatArray, tooth: int, side: int) -> FloatArray:

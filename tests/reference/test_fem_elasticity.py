@@ -1,16 +1,18 @@
 """Three-dimensional elasticity: patch test, rigid-body modes, order of convergence, solvers."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 from skfem import MeshHex, MeshHex2
 
+from fem_reference import solvers
 from fem_reference.elasticity import ELEMENTS, ElasticBody
-from fem_reference.solvers import factorise
+from fem_reference.solvers import SOLVERS, SlowSolverWarning, factorise
 from semiwear.errors import MissingExtraError
 
 STEEL = {"youngs_modulus": 207000.0, "poissons_ratio": 0.3}
-SOLVERS = ("cholmod", "pardiso", "superlu")
 
 
 def unit_cube(cells, distortion=0.0, curved=False):
@@ -33,7 +35,9 @@ def solve_with(body, displacement, load, solver="superlu"):
     moved = np.zeros(body.points.size)
     moved[body.dofs(fixed)] = displacement[fixed]
     k = body.stiffness
-    moved[free] = factorise(k[free][:, free], prefer=solver).solve((load - k @ moved)[free])
+    moved[free] = factorise(k[free][:, free], places=body.points[free // 3], prefer=solver).solve(
+        (load - k @ moved)[free]
+    )
     return moved
 
 
@@ -129,13 +133,34 @@ def test_solvers(solver, columns):
     free = body.free_dofs(np.flatnonzero(body.points[:, 2] == 0.0))
     k = csr_matrix(body.stiffness[free][:, free])
     try:
-        factor = factorise(k, prefer=solver)
+        factor = factorise(k, places=body.points[free // 3], prefer=solver)
     except MissingExtraError as reason:
         pytest.skip(str(reason))
     exact = np.random.default_rng(2).normal(size=(len(free), *columns))
     assert factor.name == solver
     np.testing.assert_allclose(factor.solve(k @ exact), exact, atol=1e-9)
     assert factor.solve(k @ exact).shape == exact.shape
+
+
+def test_without_pardiso_the_solver_needs_scipy_alone_and_a_slow_one_says_so(monkeypatch):
+    def absent(matrix):
+        raise ImportError
+
+    monkeypatch.setattr(solvers, "_Pardiso", absent)
+    monkeypatch.setattr(solvers, "_SUPERLU_SLOW", 100)
+    body = ElasticBody(unit_cube(4), element="hex20", **STEEL)
+    free = body.free_dofs(np.flatnonzero(body.points[:, 2] == 0.0))
+    k = csr_matrix(body.stiffness[free][:, free])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        factor = factorise(k, places=body.points[free // 3])
+    assert factor.name == "dissection"
+    with pytest.warns(SlowSolverWarning, match=r"pip install .*semiwear\[fem\]"):
+        slow = factorise(k)
+    load = np.random.default_rng(3).normal(size=(len(free), 2))
+    np.testing.assert_allclose(factor.solve(load), slow.solve(load), atol=1e-12)
+    with pytest.raises(MissingExtraError, match="pypardiso"):
+        factorise(k, prefer="pardiso")
 
 
 def test_bad_input_is_named():

@@ -48,7 +48,7 @@ LATE = {
     ("semiwear.scene.model", "semiwear.scene.schema"),
     ("semiwear.scene.model", "semiwear.scene.toml_io"),
 }
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "sksparse", "pypardiso")
+EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso")
 
 
 def module_name(path: Path) -> str:
@@ -153,7 +153,7 @@ def test_nothing_imports_the_finite_element_reference(module):
 
 
 FINITE_ELEMENTS = sorted((ROOT / "fem_reference").glob("*.py"))
-LIBRARIES = {"numpy", "scipy", "skfem", "xarray", "fem_reference", "sksparse", "pypardiso"}
+LIBRARIES = {"numpy", "scipy", "skfem", "xarray", "fem_reference", "pypardiso"}
 OURS = ("semiwear.scene", "semiwear.geometry", "semiwear.results", "semiwear.errors")
 
 
