@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from validation.section import SectionPlan
-from validation.sections import accuracy_time, closed_forms, finite_elements, hard_cases, paper, peers, wear_schemes
+from validation.sections import (
+    accuracy_time,
+    closed_forms,
+    finite_elements,
+    hard_cases,
+    helical_pairs,
+    paper,
+    peers,
+    wear_schemes,
+)
 
 __all__ = ["SECTIONS"]
 
@@ -13,6 +22,7 @@ SECTIONS: tuple[SectionPlan, ...] = (
     SectionPlan("paper", paper.TITLE, paper.build),
     SectionPlan("closed_forms", closed_forms.TITLE, closed_forms.build),
     SectionPlan("finite_elements", finite_elements.TITLE, finite_elements.build),
+    SectionPlan("helical_pairs", helical_pairs.TITLE, helical_pairs.build),
     SectionPlan("peers", peers.TITLE, peers.build),
     SectionPlan("hard_cases", hard_cases.TITLE, hard_cases.build),
 )
