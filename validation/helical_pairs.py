@@ -2,8 +2,8 @@
 
 Transmission error and greatest root stress of 20/31 and 20/-60 pairs of module 4 mm from 0 to 30 degrees of helix,
 faces of 15, 30 and 90 mm, on thin rims (four and a half modules) and thick bodies. The torque is 400 N m for every
-30 mm of face. Finite elements take some minutes a pair, so their results are kept in `validation/data/helical_pairs.json`;
-the core is computed afresh. Nothing is fitted on either side.
+30 mm of face. Finite elements take some minutes a pair, so their results are kept in
+`validation/data/helical_pairs.json`; the core is computed afresh. Nothing is fitted on either side.
 """
 
 from __future__ import annotations
