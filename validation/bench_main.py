@@ -94,7 +94,7 @@ def main() -> None:
     sw.simulate(scene.replace({"numerics.face_slices": 21, "numerics.roll_positions": 8}))
     prisms = []
     for _ in range(2):
-        importlib.import_module("semiwear.plan").prisms.cache_clear()
+        importlib.import_module("semiwear.plan.teeth").toothed.cache_clear()
         _, seconds = timed(lambda: sw.plan(scene).loaded_teeth())
         _, again = timed(lambda: sw.plan(scene).loaded_teeth())
         prisms.append(seconds - again)

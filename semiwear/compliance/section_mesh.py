@@ -98,6 +98,7 @@ def section_mesh(
     fillet_elements: int = 6,
     elements_across: int = 5,
     elements_below: int = 3,
+    land_elements: int | None = None,
     name: str = "tooth section",
 ) -> SectionMesh:
     """Mesh one pitch of a tooth section.
@@ -115,6 +116,9 @@ def section_mesh(
         Elements across the half tooth.
     elements_below : int
         Elements below the tooth down to the held face.
+    land_elements : int, optional
+        Elements along the root from the fillet to the middle of the tooth space, for sections that are to be alike
+        node by node; as many as its length wants by default.
     name : str
         What error messages call this section.
 
@@ -137,7 +141,7 @@ def section_mesh(
     profile, flank, flank_normal = flank_stations(section, heights)
     fillet = fillet_stations(section, fillet_elements)
     frame = frame_of(section)
-    land = root_land(section, fillet, frame, fillet_elements)
+    land = root_land(section, fillet, frame, fillet_elements, land_elements)
 
     middle = fillet_elements  # of the 2 * fillet_elements + 1 points: M
     outline = np.vstack([flank, fillet[1 : middle + 1]])

@@ -35,6 +35,9 @@ TOWARDS_FILLET = 1.6
 """Exponent by which load heights spread out from the fillet to the tip."""
 
 
+_SHORTEST_LAND = 0.02  # of an element of the fillet, where a land is asked for whatever its length
+
+
 class SectionMeshError(SemiwearError, ValueError):
     """A tooth section cannot be meshed; the message names the section and the place."""
 
@@ -137,18 +140,31 @@ def fillet_stations(section: ToothSection, elements: int) -> FloatArray:
     return curve.spline(np.concatenate([stations[0], stations[1][1:]]))
 
 
-def root_land(section: ToothSection, fillet: FloatArray, frame: Plane, fillet_elements: int) -> FloatArray:
-    """Points from the end of the fillet (left out) to mid-space; snaps a fillet that all but ends there."""
+def root_land(
+    section: ToothSection, fillet: FloatArray, frame: Plane, fillet_elements: int, elements: int | None = None
+) -> FloatArray:
+    """Points from the end of the fillet (left out) to mid-space, on so many elements.
+
+    Without a number of elements as many as the land is long, and a fillet that all but ends at mid-space snaps to it.
+    """
     end = frame.from_xy(fillet[-1])
     middle = np.array([_half_pitch(section), end[1]])
     length = np.linalg.norm(frame.to_xy(middle) - fillet[-1])
     size = np.linalg.norm(np.diff(fillet, axis=0), axis=1).sum() / fillet_elements
-    if length < 0.1 * size:
+    if elements is None and length < 0.1 * size:
         fillet[-1] = frame.to_xy(middle)
         return np.empty((0, 2))
-    count = int(np.clip(round(0.7 * length / size), 1, 4))
+    if length < _SHORTEST_LAND * size:  # asked for nevertheless: the fillet, flat there, ends that much earlier
+        fillet[-1] = frame.to_xy(middle - np.array([_SHORTEST_LAND * size, 0.0]) / _per_mm(section, middle))
+        end = frame.from_xy(fillet[-1])
+    count = elements or int(np.clip(round(0.7 * length / size), 1, 4))
     along = np.linspace(0.0, 1.0, 2 * count + 1)[1:, None]
     return frame.to_xy(end + along * (middle - end))
+
+
+def _per_mm(section: ToothSection, point: FloatArray) -> float:
+    """Millimetres across for a unit of the frame's first coordinate: 1 for a rack, the radius for a ring."""
+    return float(point[1]) if isinstance(section.rim, RingRim) else 1.0
 
 
 def _half_pitch(section: ToothSection) -> float:

@@ -3,7 +3,8 @@
 Each body is a finite prism (`prism.py`) with one or several sections along its width. A load at height h and
 width coordinate s contributes cos(n pi s/L) times the prism's small matrices, interpolated to h by local cubics:
 a low-rank product. Where the section changes along the width, load and observer are each served by their own
-section and the two readings are averaged, which keeps the compliance symmetric.
+section and the two readings are averaged, which keeps the compliance symmetric. What that leaves out where a tooth
+tapers comes from `taper`.
 """
 
 from __future__ import annotations
@@ -14,13 +15,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
+from scipy.sparse import csr_matrix, vstack
 
 from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.section_outline import load_heights
+from semiwear.compliance.taper import Taper
 
 __all__ = [
     "ROOT_FROM",
     "ROOT_POINTS",
+    "ROOT_STATIONS",
     "BodyOnLines",
     "CompliantBody",
     "LinePlaces",
@@ -41,6 +45,9 @@ leaves the stress of its own contact there, while the notch's own greatest stand
 ROOT_POINTS = 17
 """Points of the root at which stress is worked out."""
 
+ROOT_STATIONS = 33
+"""Places along the width at which it is, in the middles of as many equal parts."""
+
 
 @dataclass(frozen=True)
 class ToothBody:
@@ -57,6 +64,8 @@ class ToothBody:
         +1 when the next pair to have entered (roll + 1) is the neighbour on the loaded side of this body's
         tooth, -1 when it is the one behind.
     youngs_modulus [MPa], poissons_ratio [1] : float
+    taper : Taper, optional
+        What a tooth that tapers adds to its sections' prisms, which are then what is left of them.
     """
 
     start: float
@@ -66,6 +75,12 @@ class ToothBody:
     ahead: int
     youngs_modulus: float
     poissons_ratio: float
+    taper: Taper | None = None
+
+    @property
+    def stations(self) -> FloatArray:
+        """Face coordinates at which root stress is read [mm]."""
+        return self.start + self.width * (np.arange(ROOT_STATIONS) + 0.5) / ROOT_STATIONS
 
 
 @dataclass(frozen=True)
@@ -204,6 +219,10 @@ class BodyOnLines:
         Fillet stress of those jumps.
     inclined : BeyondPrism or None
         The wheel and the oblique ends of an inclined tooth.
+    splines : (roll, face, S) array, optional
+        Values of the splines of a tooth that tapers.
+    tapering, tapering_slope : (roll face, H S) sparse matrices, optional
+        Heights times splines at each contact point, and their derivative by the driven profile.
     """
 
     body: ToothBody
@@ -221,6 +240,9 @@ class BodyOnLines:
     ends_slope: FloatArray
     end_stress: FloatArray
     inclined: BeyondPrism | None = None
+    splines: FloatArray | None = None
+    tapering: csr_matrix | None = None
+    tapering_slope: csr_matrix | None = None
 
     @classmethod
     def of(cls, body: ToothBody, places: LinePlaces, inclined: BeyondPrism | None = None) -> BodyOnLines:
@@ -249,8 +271,12 @@ class BodyOnLines:
             np.einsum("kih,kihbe->kibe", w, (cosine @ by_harmonic).reshape(*w.shape, *jumps.shape[2:]))
             for w in (height, slope)
         )
+        splines = body.taper.splines(places.face) if body.taper is not None else None
         return cls(
             body=body,
+            splines=splines,
+            tapering=None if splines is None else _products(height, splines),
+            tapering_slope=None if splines is None else _products(slope, splines),
             place=place,
             place_slope=place_slope,
             height=height,
@@ -303,11 +329,23 @@ class BodyOnLines:
                 block = seen.reshape(rows.size, -1) @ load[theirs].T
                 if offset == 0:
                     block += self._by_ends(rolls[mine], faces[mine])
+                if self.body.taper is not None and abs(offset) <= 1:
+                    block += self._by_taper(self.body.taper, offset, (rolls, faces), mine, theirs)
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
         if self.inclined is not None:
             # the loaded side is where the load comes from
             self.inclined.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
+
+    def _by_taper(
+        self, taper: Taper, offset: int, points: tuple[IntArray, IntArray], observers: IntArray, loads: IntArray
+    ) -> FloatArray:
+        """What a tooth that tapers adds between points, and below its derivative: (2 n, m) array [mm/N]."""
+        assert self.tapering is not None and self.tapering_slope is not None
+        flat = points[0] * self.place.shape[1] + points[1]
+        answer = self.tapering[flat[loads]] @ taper.deflection[1 + offset].T  # of every observer, (m, H S)
+        own = [part[flat[observers]] @ answer.T for part in (self.tapering, self.tapering_slope)]
+        return np.concatenate(own)
 
     def _by_ends(self, rolls: IntArray, faces: IntArray) -> FloatArray:
         """What the free ends add between points of one tooth, and below its derivative: (2 n, n) array [mm/N]."""
@@ -319,6 +357,16 @@ class BodyOnLines:
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
         """See `root_stress`."""
         return root_stress(self, force, per_cycle, moved)
+
+
+def _products(heights: FloatArray, splines: FloatArray) -> csr_matrix:
+    """Products (roll face, H S) of weights (roll, face, H) and (roll, face, S), which are zero but for a few."""
+    count = heights.shape[-1] * splines.shape[-1]
+    parts = [
+        csr_matrix((h[:, :, None] * b[:, None, :]).reshape(-1, count))
+        for h, b in zip(heights, splines, strict=True)  # roll by roll: all at once would be large
+    ]
+    return vstack(parts, format="csr")
 
 
 def line_compliance(
@@ -371,9 +419,7 @@ def loads_by_height(
     return loads
 
 
-def root_stress(
-    body: BodyOnLines, force: FloatArray, per_cycle: int, moved: FloatArray | None = None, stations: int = 33
-) -> FloatArray:
+def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
     """Greatest tensile tangential stress along the root of a body's tooth [MPa].
 
     Parameters
@@ -388,8 +434,6 @@ def root_stress(
         How far from the contact line, in the driven flank's profile coordinate, each force acts; of the shape of
         `force`. A worn flank is touched elsewhere than along the line: near the fillet a load bends the tooth less
         but stresses the root beside it, so that a millimetre counts. Without it all act on the line.
-    stations : int
-        Observers along the width.
 
     Returns
     -------
@@ -413,7 +457,7 @@ def root_stress(
     table = body.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
     by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
     by_section = modal.sum(axis=2)[:, None] @ table
-    at = tooth.start + tooth.width * (np.arange(stations) + 0.5) / stations
+    at, stations = tooth.stations, ROOT_STATIONS
     cosine = np.cos(np.pi * np.outer((at - tooth.start) / tooth.width, np.arange(harmonics)))
     observer = _section_weights(tooth.faces, at)
     mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
@@ -427,6 +471,10 @@ def root_stress(
     of_jumps = np.einsum("zn,bnfe->zbef", cosine, body.end_stress)
     stress[1, loaded] += 0.5 * np.einsum("kbe,zbef->kzf", jumps_by_load, of_jumps, optimize=True)
     stress[1, loaded] += 0.5 * np.einsum("kbe,zb,zbef->kzf", jumps, observer, of_jumps, optimize=True)
+    if tooth.taper is not None and body.splines is not None:
+        # loads on heights and splines
+        spread = np.einsum("kih,kis->khs", loads[loaded], body.splines[loaded]).reshape(loaded.size, -1)
+        stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
     result = stress[1]
     if body.inclined is not None:
         from_middle = at - (tooth.start + 0.5 * tooth.width)

@@ -31,7 +31,7 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices, table
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
-from semiwear.plan.teeth import elastic, prisms, tooth_compliance
+from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from semiwear.observers import Observer
 
-__all__ = ["Choice", "Plan", "plan", "prisms"]
+__all__ = ["Choice", "Plan", "plan"]
 
 FloatArray = NDArray[np.float64]
 

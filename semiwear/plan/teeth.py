@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,13 +10,18 @@ import numpy as np
 from semiwear.compliance.inclined_on_lines import InclinedInfluence, InclinedOnLines, inclined_influence
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
-from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.compliance.taper import tapered
+from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.pairs import GearPair, flank_pair
 from semiwear.scene import Material, Placement, Scene
 
-__all__ = ["elastic", "inclined", "prisms", "tooth_compliance"]
+__all__ = ["elastic", "inclined", "tooth_compliance", "toothed"]
+
+_TAPERING = 4
+"""Sections from which on a course along the face can be told."""
 
 
 def elastic(material: Material) -> tuple[float, float]:
@@ -31,19 +37,10 @@ def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tupl
         return _influence(scene, pair, lines)
     bodies = []
     for index, material in enumerate((scene.material.pinion, scene.material.gear)):
-        matrices = prisms(scene.gear_pair, index, material, scene.numerics.harmonics)
         shape = pair.prism_body(index)
-        body = ToothBody(
-            start=shape.start,
-            width=shape.width,
-            faces=np.array(shape.faces),
-            sections=matrices,
-            ahead=1 if index == DRIVING else -1,
-            youngs_modulus=material.youngs_modulus_MPa,
-            poissons_ratio=material.poissons_ratio,
-        )
+        body = toothed(scene.gear_pair, index, material, scene.numerics.harmonics)
         places = _places(lines, index)
-        beyond = None if shape.foot is None else _inclined(scene, pair, index, material, matrices[0], places)
+        beyond = None if shape.foot is None else _inclined(scene, pair, index, material, body.sections[0], places)
         bodies.append(BodyOnLines.of(body, places, beyond))
     return tuple(bodies)
 
@@ -88,25 +85,59 @@ def _places(lines: ContactLines, body: int) -> LinePlaces:
 
 
 @lru_cache(maxsize=16)
-def prisms(table: GearPair, body: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
-    """Prism matrices of a body; they depend on geometry and material alone and are kept between runs."""
-    shape = flank_pair(table, Placement()).prism_body(body)
-    return tuple(
+def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> ToothBody:
+    """A body's teeth; they depend on geometry and material alone and are kept between runs.
+
+    Of a tooth on a rack whose section changes, prisms are corrected by `taper`; one on a ring is blended between its
+    sections.
+    """
+    shape = flank_pair(table, Placement()).prism_body(index)
+    youngs_modulus, poissons_ratio = elastic(material)
+    tapers = len(shape.sections) >= _TAPERING and all(isinstance(s.rim, RackRim) for s in shape.sections)
+    # face coordinates have to be millimetres along the tooth
+    tapers &= bool(np.isclose(shape.tooth_length, shape.width, rtol=1e-6))
+    name = f"{BODIES[index]} section"
+    sections = tuple(
         prism_section(
             section,
             width=shape.tooth_length,
-            youngs_modulus=material.youngs_modulus_MPa,
-            poissons_ratio=material.poissons_ratio,
+            youngs_modulus=youngs_modulus,
+            poissons_ratio=poissons_ratio,
             harmonics=harmonics,
-            name=f"{BODIES[body]} section at {face:.4g} mm",
+            end_jumps=0 if tapers else 6,
+            name=f"{name} at {face:.4g} mm",
         )
         for face, section in zip(shape.faces, shape.sections, strict=True)
     )
+    body = ToothBody(
+        start=shape.start,
+        width=shape.width,
+        faces=np.array(shape.faces),
+        sections=sections,
+        ahead=1 if index == DRIVING else -1,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+    )
+    if not tapers:
+        return body
+    residual, taper = tapered(
+        shape.sections,
+        body.faces,
+        sections,
+        body.stations,
+        np.linspace(ROOT_FROM, 1.0, ROOT_POINTS),
+        start=shape.start,
+        width=shape.width,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        name=name,
+    )
+    return replace(body, sections=residual, taper=taper)
 
 
 @lru_cache(maxsize=16)
 def inclined(table: GearPair, body: int, material: Material) -> InclinedInfluence:
-    """What a helical tooth of a body has beyond its prism; kept between runs as `prisms` are."""
+    """What a helical tooth of a body has beyond its prism; kept between runs as `toothed` are."""
     shape = flank_pair(table, Placement()).prism_body(body)
     assert shape.foot is not None
     return inclined_influence(

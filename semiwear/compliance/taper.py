@@ -1,0 +1,400 @@
+r"""Teeth whose section changes along the face: a correction of finite prisms by a tooth that really tapers.
+
+A prism answers as if the whole tooth had the section at hand. Beside the load that is right; farther away the tooth
+is thicker on one side than on the other, load spreads to the stiffer side, and the prism's ends are mirrors where the
+real ones are free. All of this is smooth, so few shapes of the section describe it. With the same mesh on every
+section (its nodes move with z) and displacements
+
+    u(X, z) = sum_r Phi_r(X) c_r(z)        c_r cubic B-splines along the face, Phi_r shapes of three pitches,
+
+the strain is B_a u + B_b du/dz, where B_a holds the slant of the lines along the tooth (the derivative by z at a
+place is that along such a line less the slant times the derivatives in the section), and Galerkin's matrix
+
+    int  c' A c + c' M c_z + c_z' M' c + c_z' B c_z  dz,   A = Phi' int B_a' D B_a Phi and so on, splines in z,
+
+is small and banded; its ends are free of themselves. What the prisms of single sections give on the same shapes is
+taken off the prisms, and this tooth's answer is put in its place: errors of few shapes are in both and cancel.
+
+Source: Ritz's method on a reduced basis: G. Rozza, D. B. P. Huynh, A. T. Patera, Arch. Comput. Methods Eng. 15 (2008)
+229-275; C. de Boor, A Practical Guide to Splines, 2001 (B-splines).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, CubicSpline
+from scipy.linalg import cho_solve_banded, cholesky_banded, eigh
+from scipy.sparse import coo_matrix, csr_matrix, vstack
+from scipy.sparse.linalg import SuperLU, splu
+from skfem.quadrature import get_quadrature
+
+from semiwear.compliance import prism as finite_prism
+from semiwear.compliance.open_ends import EndJumps
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
+from semiwear.compliance.prism import PrismSection
+from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians, section_mesh
+from semiwear.geometry.section import ToothSection
+
+__all__ = ["Taper", "tapered"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_OFFSETS = (-1, 0, 1)  # pitches of the tapering tooth
+_SHAPE_TOLERANCE = 1e-4  # of the energy of the strongest shape
+_SHAPE_WAVES = (0, 2, 6, 16)  # harmonics whose answers the shapes come from
+_JUMPS = 6
+_DEGREE = 3
+
+
+@dataclass(frozen=True)
+class Taper:
+    """What a tapering tooth adds to residual prisms, on load heights (H) and B-splines along the face (N).
+
+    Attributes
+    ----------
+    knots : (N + 4,) array [mm]
+        Knots of the cubic splines, in face coordinates.
+    deflection : (3, H N, H N) array [mm/N]
+        [tooth offset, observer, load], observers and loads (height, spline); a unit load at height i and z acts
+        on the splines by their values at z.
+    stations : (S,) array [mm]
+        Face coordinates at which stress is read.
+    stress : (3, H N, S F) array [MPa/N]
+        [tooth offset, load, station and point of the root].
+    """
+
+    knots: FloatArray
+    deflection: FloatArray
+    stations: FloatArray
+    stress: FloatArray
+
+    def splines(self, face: FloatArray) -> FloatArray:
+        """Values of the splines at face coordinates, (..., N)."""
+        inside = np.clip(face, self.knots[0], self.knots[-1])
+        return _splines(self.knots)(inside)
+
+
+def _splines(knots: FloatArray) -> BSpline:
+    return BSpline(knots, np.eye(len(knots) - _DEGREE - 1), _DEGREE)
+
+
+def tapered(
+    sections: tuple[ToothSection, ...],
+    faces: FloatArray,
+    prisms: tuple[PrismSection, ...],
+    stations: FloatArray,
+    root: FloatArray,
+    *,
+    start: float,
+    width: float,
+    youngs_modulus: float,
+    poissons_ratio: float,
+    name: str = "tooth section",
+) -> tuple[tuple[PrismSection, ...], Taper]:
+    """Residual prisms of a tooth's sections, and what the tapering tooth puts in the place of what was taken off.
+
+    Parameters
+    ----------
+    sections : tuple of B ToothSection
+        On racks, from one end of the tooth to the other; four at least.
+    faces : (B,) array [mm]
+        Face coordinates of the sections, growing.
+    prisms : tuple of B PrismSection
+        Of those sections, with mirrored ends (no `end_jumps`) and the width of the tooth.
+    stations : (S,) array [mm]
+        Face coordinates at which stress is to be read.
+    root : (F,) array
+        Points of the root at which stress is to be read, as shares of the fillet's length.
+    start, width : float [mm]
+        Face coordinate of the lower end, and length of the tooth.
+    youngs_modulus [MPa], poissons_ratio : float
+    name : str
+        What error messages call the sections.
+    """
+    heights, harmonics = prisms[0].load_profile.size, prisms[0].deflection.shape[0]
+    meshes = [section_mesh(section, heights=heights, land_elements=1, name=name) for section in sections]
+    elastic = youngs_modulus, poissons_ratio
+    pitches = _Pitches.of(meshes[0])
+    few = np.unique(np.linspace(0, len(meshes) - 1, 3).round().astype(int))
+    shapes, axial = _shapes([meshes[k] for k in few], pitches, width, elastic)
+    places = CubicSpline(faces, np.stack([mesh.nodes for mesh in meshes]))
+    slants = places(faces, 1)
+
+    straight = [_Reduced.of(mesh, 0.0 * mesh.nodes, shapes, elastic) for mesh in meshes]
+    slanted = [_Reduced.of(mesh, slant, shapes, elastic) for mesh, slant in zip(meshes, slants, strict=True)]
+    residual = tuple(_residual(prism, reduced, axial, width) for prism, reduced in zip(prisms, straight, strict=True))
+    # splines as short as the prisms' shortest half wave
+    spans = harmonics + 7
+    knots = np.concatenate(
+        [[start] * _DEGREE, np.linspace(start, start + width, spans + 1), [start + width] * _DEGREE]
+    )
+    return residual, _solved(slanted, faces, knots, stations, root)
+
+
+@dataclass(frozen=True)
+class _Pitches:
+    """Three pitches side by side as one: maps (3 n, m) from their free unknowns to those of each pitch's mesh."""
+
+    maps: tuple[csr_matrix, ...]
+
+    @classmethod
+    def of(cls, mesh: SectionMesh) -> _Pitches:
+        count, total = len(mesh.nodes), 0
+        numbers: list[IntArray] = []
+        for pitch in range(len(_OFFSETS)):
+            number = np.full(count, -1)
+            if pitch:
+                number[mesh.left] = numbers[-1][mesh.right]
+            fresh = np.flatnonzero(number < 0)
+            number[fresh] = total + np.arange(fresh.size)
+            total += fresh.size
+            numbers.append(number)
+        held = np.unique([number[mesh.held] for number in numbers])
+        free = np.setdiff1d(np.arange(total), held)
+        place = np.full(total, -1)
+        place[free] = np.arange(free.size)
+        maps = []
+        for number in numbers:
+            own = np.flatnonzero(place[number] >= 0)
+            rows = (3 * own[:, None] + np.arange(3)).ravel()
+            columns = (3 * place[number[own]][:, None] + np.arange(3)).ravel()
+            maps.append(coo_matrix((np.ones(rows.size), (rows, columns)), shape=(3 * count, 3 * free.size)).tocsr())
+        return cls(tuple(maps))
+
+    def joined(self, matrix: csr_matrix) -> csr_matrix:
+        """A matrix of every pitch, for all of them."""
+        return sum((m.T @ matrix @ m for m in self.maps[1:]), start=self.maps[0].T @ matrix @ self.maps[0])
+
+
+def _shapes(
+    meshes: list[SectionMesh], pitches: _Pitches, width: float, elastic: tuple[float, float]
+) -> tuple[tuple[FloatArray, ...], NDArray[np.bool_]]:
+    """Shapes (3 n, r) of the three pitches, and which of the r are axial.
+
+    They come from the prisms' own answers at a few sections and waves to loads on the flank and to jumps of an end
+    (`open_ends`); motion in the section and along the face are shapes of their own. Strongest energies are kept.
+    """
+    found = []
+    mixed_energy = None
+    for mesh in meshes:
+        k0, mixed, k2 = finite_prism._mixed_matrices(mesh, *elastic)
+        jumps = EndJumps.of(mesh, k0, mixed, k2, _JUMPS)
+        own = pitches.maps[_OFFSETS.index(0)]
+        observer = finite_prism._Observer.of(mesh, *elastic)
+        whole = [pitches.joined(matrix) for matrix in (k0, mixed + mixed.T, k2)]
+        jump = np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]]))
+        found.append((own.T @ jump) / np.sqrt(np.diag(jumps.stiffness)))
+        for wave in _SHAPE_WAVES:
+            k = wave * np.pi / width
+            loads = (vstack([observer.load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
+            moved = _factor(whole[0] + k * whole[1] + k**2 * whole[2]).solve(loads)
+            found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
+        if mixed_energy is None or mesh is meshes[len(meshes) // 2]:
+            k = 4.0 * np.pi / width
+            mixed_energy = whole[0] + k**2 * whole[2]
+    answers = np.hstack(found)
+    component = np.arange(len(answers)) % 3
+    kept = []
+    for part in (component < 2, component == 2):
+        own_part = np.where(part[:, None], answers, 0.0)
+        energy, vector = eigh(own_part.T @ (mixed_energy @ own_part))
+        strong = energy > _SHAPE_TOLERANCE * energy[-1]
+        kept.append(own_part @ (vector[:, strong] / np.sqrt(energy[strong])))
+    shapes = np.hstack(kept)
+    axial = np.arange(shapes.shape[1]) >= kept[0].shape[1]
+    return tuple(m @ shapes for m in pitches.maps), axial
+
+
+def _factor(matrix: csr_matrix) -> SuperLU:
+    symmetric = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    return splu(matrix.tocsc(), **symmetric)
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """A section on few shapes.
+
+    Attributes
+    ----------
+    stiffness : (3, r, r) array
+        A [N/mm^2], M [N/mm], B [N].
+    load : (H, r) array
+        Unit loads.
+    deflection : (3, H, r) array
+        Readings on the teeth at `_OFFSETS`.
+    stress, stress_along : (3, G, r) arrays
+        Readings at the Gauss points of the fillet, of c and of its derivative along the face.
+    fillet_share : (G,) array
+    """
+
+    stiffness: FloatArray
+    load: FloatArray
+    deflection: FloatArray
+    stress: FloatArray
+    stress_along: FloatArray
+    fillet_share: FloatArray
+
+    @classmethod
+    def of(
+        cls, mesh: SectionMesh, slant: FloatArray, shapes: tuple[FloatArray, ...], elastic: tuple[float, float]
+    ) -> _Reduced:
+        """A section whose nodes move by `slant` (n, 2) for each millimetre along the face."""
+        side_by_side = np.hstack(shapes)
+        count = shapes[0].shape[1]
+        stiffness = []
+        for matrix in _slanted_matrices(mesh, slant, elastic):
+            loaded = matrix @ side_by_side
+            stiffness.append(sum(p.T @ loaded[:, k * count : (k + 1) * count] for k, p in enumerate(shapes)))
+        # a flank that tapers has a normal with a share along the face
+        along = -np.einsum("hi,hi->h", mesh.flank_normal, slant[mesh.flank])
+        normal = np.column_stack([mesh.flank_normal, along])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        nodes, weights, _ = finite_prism.mid_surface(mesh)
+        own = shapes[_OFFSETS.index(0)]
+        reading = finite_prism._rows(mesh, nodes, weights[:, :, None] * normal[:, None])
+        stress, stress_along = _gauges(mesh, slant, elastic)
+        return cls(
+            stiffness=np.stack(stiffness),
+            load=finite_prism._rows(mesh, mesh.flank[:, None], normal[:, None]) @ own,
+            deflection=np.stack([reading @ p for p in shapes]),
+            stress=np.stack([stress @ p for p in shapes]),
+            stress_along=np.stack([stress_along @ p for p in shapes]),
+            fillet_share=finite_prism.fillet_shares(mesh),
+        )
+
+
+def _slanted_matrices(
+    mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]
+) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+    """Integrals B_a' D B_a, B_a' D B_b and B_b' D B_b over a section, unknowns 3 node + (u, v, w)."""
+    points, weights = get_quadrature(ELEMENT.refdom, 4)
+    values = np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
+    reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])
+    jacobian = jacobians(mesh, points)
+    gradient = np.einsum("ajq,mqji->mqia", reference, np.linalg.inv(jacobian))
+    area = np.linalg.det(jacobian) * weights
+    drift = np.einsum("bq,mbi,mqia->mqa", values, slant[mesh.elements], gradient, optimize=True)
+    # strains (xx, yy, zz, xy, yz, xz) of element unknowns (9 nodes, 3 components)
+    plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
+    plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
+    plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
+    plane[:, :, 2, :, 2] = plane[:, :, 4, :, 1] = plane[:, :, 5, :, 0] = -drift
+    along = np.zeros((len(points.T), 6, 9, 3))
+    along[:, 2, :, 2] = along[:, 4, :, 1] = along[:, 5, :, 0] = values.T
+    b_a = plane.reshape(*plane.shape[:3], 27)
+    b_b = np.broadcast_to(along.reshape(-1, 6, 27), b_a.shape)
+    hooke = finite_prism.elasticity(*elastic)
+    s_a, s_b = (area[:, :, None, None] * (hooke @ b) for b in (b_a, b_b))
+    unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
+    where = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
+    size = 3 * len(mesh.nodes)
+
+    def assemble(b: FloatArray, stress: FloatArray) -> csr_matrix:
+        return coo_matrix((finite_prism._integral(b, stress).ravel(), where), shape=(size, size)).tocsr()
+
+    return assemble(b_a, s_a), assemble(b_a, s_b), assemble(b_b, s_b)
+
+
+def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) -> tuple[csr_matrix, csr_matrix]:
+    """Tangential stress of the fillet: rows on displacement and on its derivative along the tooth's lines."""
+    youngs_modulus, poissons_ratio = elastic
+    nodes, slopes, values, tangent, _ = finite_prism.fillet_edges(mesh)
+    moves = np.einsum("fa,fai->fi", values, slant[nodes])
+    slid = np.einsum("fi,fi->f", moves, tangent)
+    stretch = np.sqrt(1.0 + np.einsum("fi,fi->f", moves, moves) - slid**2)[:, None]
+    # unit vector across the fillet in its surface: along the line less what that slides down the fillet
+    across = np.column_stack([moves - slid[:, None] * tangent, np.ones(len(slid))]) / stretch
+    down = np.column_stack([tangent, np.zeros(len(slid))])
+    strain = slopes[:, :, None] * (down - poissons_ratio * (slid[:, None] / stretch) * across)[:, None]
+    along = poissons_ratio * (values / stretch)[:, :, None] * across[:, None]
+    plane_stress = youngs_modulus / (1 - poissons_ratio**2)
+    return tuple(plane_stress * finite_prism._rows(mesh, nodes, part) for part in (strain, along))
+
+
+def _residual(prism: PrismSection, reduced: _Reduced, axial: NDArray[np.bool_], width: float) -> PrismSection:
+    """A prism less what the few shapes have of it, wave by wave."""
+    fixed, mixed, along = reduced.stiffness
+    # u and v follow cosines, w sines: d/dz is -k of the former and +k of the latter
+    signed = np.where(axial, 1.0, -1.0)
+    mixed = mixed * signed
+    deflection, stress = prism.deflection.copy(), prism.stress.copy()
+    middle = DEFLECTION_OFFSETS.index(0)
+    for n in range(len(deflection)):
+        k = n * np.pi / width
+        moved = (
+            (1.0 if n == 0 else 2.0)
+            / width
+            * np.linalg.solve(fixed + k * (mixed + mixed.T) + k**2 * along, reduced.load.T)
+        )
+        seen = reduced.deflection @ moved
+        seen = 0.5 * (seen + seen[::-1].swapaxes(1, 2))
+        deflection[n, middle - 1 : middle + 2] -= seen
+        stress[n] -= reduced.stress @ moved + k * (reduced.stress_along * signed) @ moved
+    return replace(prism, deflection=deflection, stress=stress)
+
+
+def _solved(
+    sections: list[_Reduced], faces: FloatArray, knots: FloatArray, stations: FloatArray, root: FloatArray
+) -> Taper:
+    """Answer of the tapering tooth to unit loads at every height and spline."""
+    basis = _splines(knots)
+    slope = basis.derivative()
+    count, shapes = len(knots) - _DEGREE - 1, sections[0].load.shape[1]
+    between = CubicSpline(faces, np.eye(len(faces)))  # of what is known on the sections, (place, section)
+
+    # integrals over the face of products of splines and of what lies between sections
+    ends = np.unique(knots)
+    points, weights = np.polynomial.legendre.leggauss(_DEGREE + 2)
+    half = np.diff(ends)[:, None] / 2
+    at = (ends[:-1, None] + half * (1 + points)).ravel()
+    weighted = (half * weights).ravel()[:, None] * between(at)
+    value, derivative = basis(at), slope(at)
+    fixed, mixed, along = (np.stack([s.stiffness[k] for s in sections]).reshape(len(sections), -1) for k in range(3))
+    band = np.zeros((count, _DEGREE + 1, shapes, shapes))  # block of splines (a + d, a)
+    for d in range(_DEGREE + 1):
+        first = np.arange(count - d)
+        a, b = value[:, d:], value[:, : count - d]
+        a_z, b_z = derivative[:, d:], derivative[:, : count - d]
+        block = ((a * b).T @ weighted) @ fixed + ((a_z * b_z).T @ weighted) @ along
+        block = block.reshape(-1, shapes, shapes)
+        block += (((a * b_z).T @ weighted) @ mixed).reshape(block.shape)
+        block += (((a_z * b).T @ weighted) @ mixed).reshape(block.shape).swapaxes(1, 2)
+        band[first, d] = block
+    lower = np.zeros(((_DEGREE + 1) * shapes, count * shapes))
+    columns = band.reshape(count, (_DEGREE + 1) * shapes, shapes)
+    for p in range(shapes):
+        lower[: lower.shape[0] - p, p::shapes] = columns[:, p:, p].T
+    factor = (cholesky_banded(lower, overwrite_ab=True, lower=True, check_finite=False), True)
+
+    # unit loads on splines: a load at z is the splines' values at z times these, section by section of its own place
+    greville = np.array([knots[k + 1 : k + 1 + _DEGREE].mean() for k in range(count)])
+    heights = len(sections[0].load)
+    load = np.einsum("ab,bhr->ahr", between(greville), np.stack([s.load for s in sections]))
+    seen = np.einsum("ab,bphr->pahr", between(greville), np.stack([s.deflection for s in sections]))
+    right = np.zeros((count, shapes, heights, count))
+    right[np.arange(count), :, :, np.arange(count)] = load.swapaxes(1, 2)
+    moved = cho_solve_banded(factor, right.reshape(count * shapes, -1), check_finite=False)
+    moved = moved.reshape(count, shapes, -1)
+    deflection = np.einsum("pahr,arl->phal", seen, moved, optimize=True)
+    deflection = deflection.reshape(len(_OFFSETS), heights * count, heights * count)
+    deflection = 0.5 * (deflection + deflection[::-1].swapaxes(1, 2))
+
+    gauges, gauges_along = (
+        np.stack([[_at_root(s, root) @ part for part in getattr(s, name)] for s in sections])
+        for name in ("stress", "stress_along")
+    )
+    own, own_along = (np.einsum("sb,bpfr->spfr", between(stations), part) for part in (gauges, gauges_along))
+    shape_at, shape_along = (np.einsum("sa,arl->srl", f(stations), moved, optimize=True) for f in (basis, slope))
+    stress = np.einsum("spfr,srl->plsf", own, shape_at, optimize=True)
+    stress += np.einsum("spfr,srl->plsf", own_along, shape_along, optimize=True)
+    return Taper(knots, deflection, stations, stress.reshape(len(_OFFSETS), heights * count, -1))
+
+
+def _at_root(section: _Reduced, root: FloatArray) -> FloatArray:
+    """Splines from the Gauss points of a fillet to points of the root."""
+    share = section.fillet_share
+    return CubicSpline(share, np.eye(len(share)))(root)
