@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import locate
+from semiwear.meshing.flank_grid import change_above, locate, slope_at, smooth_value
 from semiwear.meshing.removed import Removed
 
 __all__ = [
@@ -149,7 +149,7 @@ def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _wear_at(place, wear, nodes, split):  # type: ignore[no-untyped-def]
     cell, x = locate(nodes, split, place)
-    return (1.0 - x) * wear[cell] + x * wear[cell + 1]
+    return smooth_value(wear, nodes, split, cell, x)
 
 
 @njit(cache=True, error_model="numpy")
@@ -165,8 +165,17 @@ def edge_tangent(border, direction, per_mm, at, terms):  # type: ignore[no-untyp
 
 @njit(cache=True, error_model="numpy")
 def fresh_beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
-    """Fresh separation on a rounded edge, so far beyond its border: the tangent falls away like d^2/(2 radius)."""
-    return fresh + slope * beyond + 0.5 * beyond * beyond / radius
+    """Fresh separation on a rounded edge, so far beyond its border: the flank's tangent falls away along an arc."""
+    return fresh + slope * beyond + radius - sqrt(max(radius * radius - beyond * beyond, 0.0))
+
+
+@njit(cache=True, error_model="numpy")
+def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
+    """How far beyond a border a rounded edge has opened by a height; its radius at most."""
+    if height >= radius * (1.0 + slope):
+        return radius
+    steep, rest = 1.0 + slope * slope, radius - height
+    return (sqrt(max(steep * radius * radius - rest * rest, 0.0)) - slope * rest) / steep
 
 
 @njit(cache=True, error_model="numpy")
@@ -184,7 +193,7 @@ def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split,
     while 0 <= p < nodes.shape[0] and abs(nodes[p] - border) * per_mm < radius:
         rises = max(rises, here - wear[p])
         p += 1 if direction > 0.0 else -1
-    reach = min(radius * (-slope + sqrt(slope * slope + 2.0 * (room + rises) / radius)), radius)
+    reach = _reach_on_edge(room + rises, slope, radius)
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
@@ -222,18 +231,26 @@ def outline(  # type: ignore[no-untyped-def]
         count = _arc(low, -1.0, low_radius, per_mm, room, at, terms, wear, nodes, split, u, g, count)
         u[:count] = u[:count][::-1].copy()
         g[:count] = g[:count][::-1].copy()
-    u[count] = start
-    g[count] = _gap_at(start, at, terms, wear, nodes, split)
-    count += 1
     p = np.searchsorted(nodes, start)
-    if p < nodes.shape[0] and nodes[p] <= start:
-        p += 1
+    if start > low and p > 0 and nodes[p - 1] > low:
+        # from a node, where nothing has to be read between
+        p -= 1
+    else:
+        u[count] = start
+        g[count] = _gap_at(start, at, terms, wear, nodes, split)
+        count += 1
+        if p < nodes.shape[0] and nodes[p] <= start:
+            p += 1
     while p < nodes.shape[0] and nodes[p] < stop:
         u[count] = nodes[p]
         g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
         count += 1
         p += 1
-    if stop > u[count - 1]:
+    if p < nodes.shape[0] and nodes[p] < high and stop < high:
+        u[count] = nodes[p]
+        g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
+        count += 1
+    elif count == 0 or stop > u[count - 1]:
         u[count] = stop
         g[count] = _gap_at(stop, at, terms, wear, nodes, split)
         count += 1
@@ -243,27 +260,54 @@ def outline(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  # type: ignore[no-untyped-def]
+def _bend_beside(values, cell):  # type: ignore[no-untyped-def]
+    """Greatest second difference of values at the two nodes of a cell."""
+    last = values.shape[0] - 1
+    bend = 0.0
+    if cell > 0:
+        bend = abs(values[cell - 1] - 2.0 * values[cell] + values[cell + 1])
+    if cell + 2 <= last:
+        bend = max(bend, abs(values[cell] - 2.0 * values[cell + 1] + values[cell + 2]))
+    return bend
+
+
+@njit(cache=True, error_model="numpy")
+def _refine(u, g, count, at, low, high, terms, room, longest, wear, nodes, split, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]
     """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
 
-    Wear is straight between nodes, the fresh separation is not.
+    `slopes` keeps what is found of `slope_at` for these depths: NaN where it is not known.
     """
     least = g[0]
     for c in range(1, count):
         least = min(least, g[c])
     fine_u[0], fine_g[0] = u[0], g[0]
-    n = 1
+    n, cell = 1, -1
     for c in range(count - 1):
-        width = u[c + 1] - u[c]
-        sag = 0.125 * terms[2] * width * width
-        if u[c] >= low and u[c + 1] <= high and min(g[c], g[c + 1]) - least < room + sag:
-            before, after = g[c] - fresh_gap(u[c] - at, terms), g[c + 1] - fresh_gap(u[c + 1] - at, terms)
-            parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
-            for part in range(1, parts):
-                x = part / parts
-                fine_u[n] = u[c] + x * width
-                fine_g[n] = fresh_gap(fine_u[n] - at, terms) + (1.0 - x) * before + x * after
-                n += 1
+        if u[c] >= low and u[c + 1] <= high:
+            width = u[c + 1] - u[c]
+            # nodes are places of the outline, so that each of its stretches lies in one cell
+            if cell < 0:
+                cell = locate(nodes, split, 0.5 * (u[c] + u[c + 1]))[0]
+            elif cell + 2 < nodes.shape[0] and u[c] >= nodes[cell + 1]:
+                cell += 1
+            # by so much, and what wear bends, the gap between two places may be less than at both
+            above = min(g[c], g[c + 1]) - least - room - 0.125 * terms[2] * width * width
+            if above < 0.0 or above < 0.125 * _bend_beside(wear, cell):
+                parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
+                if parts > 1:
+                    for node in range(cell, cell + 2):
+                        if np.isnan(slopes[node]):
+                            slopes[node] = slope_at(wear, nodes, split, node)
+                    before, slope = change_above(slopes[cell], nodes, split, cell), slopes[cell + 1]
+                    rise, size = wear[cell + 1] - wear[cell], nodes[cell + 1] - nodes[cell]
+                    second, third = 3.0 * rise - 2.0 * before - slope, before + slope - 2.0 * rise
+                    x, step = (u[c] - nodes[cell]) / size, width / (size * parts)
+                    for part in range(1, parts):
+                        x += step
+                        fine_u[n] = u[c] + part * width / parts
+                        gone = wear[cell] + x * (before + x * (second + x * third))  # `cubic`
+                        fine_g[n] = fresh_gap(fine_u[n] - at, terms) + gone
+                        n += 1
         fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
         n += 1
     for c in range(n):
@@ -272,7 +316,7 @@ def _refine(u, g, count, at, low, high, terms, room, longest, fine_u, fine_g):  
 
 
 @njit(cache=True, error_model="numpy")
-def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work):  # type: ignore[no-untyped-def]
+def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, slopes, work):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
     width = half_width / per_mm
     room = depth_of(terms[2], width)
@@ -282,7 +326,23 @@ def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, 
         at - reach, at + reach, at, low, high, terms, per_mm, low_radius, high_radius, room, gone, nodes, split,
         work[0], work[1],
     )  # fmt: skip
-    count, least = _refine(work[0], work[1], count, at, low, high, terms, room, _FINE * width, work[2], work[3])
+    count, least = _refine(
+        work[0],
+        work[1],
+        count,
+        at,
+        low,
+        high,
+        terms,
+        room,
+        _FINE * width,
+        gone,
+        nodes,
+        split,
+        slopes,
+        work[2],
+        work[3],
+    )
     return room, count, least
 
 
@@ -318,11 +378,13 @@ def _find(  # type: ignore[no-untyped-def]
     near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
     out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
 ):  # fmt: skip
-    work = np.empty((4, most_places(nodes)))
+    work, slopes = np.empty((4, most_places(nodes))), np.empty(nodes.shape[1])
     u, g = work[2], work[3]
     rolls, faces = profile.shape
     for i in range(faces):
         for k in range(rolls):
+            if k == 0 or row[k] != row[k - 1]:
+                slopes[:] = np.nan
             at, per_mm = profile[k, i], spacing[k, i]
             terms, gone = separation[:, k, i], removed[row[k], i]
             width = half_width / per_mm
@@ -338,7 +400,7 @@ def _find(  # type: ignore[no-untyped-def]
                 continue
             room, count, least = reached(
                 at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
-                split[i], half_width, work,
+                split[i], half_width, slopes, work,
             )  # fmt: skip
             out_least[k, i] = least
             area, below, moment = 0.0, 0.0, 0.0

@@ -57,13 +57,14 @@ def usual_approach(line_load: float, modulus: float) -> float:
 def _least_separation(lines: ContactLines) -> FloatArray:
     """Least fresh separation of each slice [mm], (roll, face).
 
-    Where the line is held at a border the flanks come nearer still on the rounding of the edge, whose gap goes like
-    slope x + x^2/(2 radius).
+    Where the line is held at a border the flanks come nearer still on the rounding of the edge: least where the arc
+    has turned by as much as they are inclined to each other.
     """
     slope = lines.separation[1] / lines.spacing
-    at_low = np.where(lines.profile <= lines.low, np.maximum(slope, 0.0) ** 2 * lines.low_edge_radius, 0.0)
-    at_high = np.where(lines.profile >= lines.high, np.minimum(slope, 0.0) ** 2 * lines.high_edge_radius, 0.0)
-    return lines.separation[0] - 0.5 * np.maximum(at_low, at_high)
+    nearer = np.hypot(1.0, slope) - 1.0
+    at_low = np.where((lines.profile <= lines.low) & (slope > 0.0), nearer * lines.low_edge_radius, 0.0)
+    at_high = np.where((lines.profile >= lines.high) & (slope < 0.0), nearer * lines.high_edge_radius, 0.0)
+    return lines.separation[0] - np.maximum(at_low, at_high)
 
 
 @dataclass

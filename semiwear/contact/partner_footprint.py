@@ -28,17 +28,19 @@ def _spread(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     most = most_places(nodes)
     work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
-    at_edge, shift = np.empty(2 * most, dtype=np.int64), np.empty(2 * most)
+    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(nodes.shape[1])
     rolls, stations, last = profile.shape[0], faces.shape[0], own.shape[0] - 1
     step = faces[1] - faces[0]
     for i in slices:
         for k in range(rolls):
+            if k == 0 or row[k] != row[k - 1]:
+                slopes[:] = np.nan
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             pieces = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], spacing[k, i], low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], work, mass,
-                middle, at_edge,
+                high_radius[k, i], removed[row[k], i], nodes[i], split[i], half_width, closes[k, i], slopes, work,
+                mass, middle, at_edge,
             )  # fmt: skip
             below, above = max(i - 1, 0), min(i + 1, stations - 1)
             # as many driven slices meet a station as lie in its width

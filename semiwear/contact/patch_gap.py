@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.between_rolls import node_width
-from semiwear.contact.footprint import fresh_gap, fresh_slope
+from semiwear.contact.footprint import edge_tangent, fresh_beyond, fresh_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 from semiwear.meshing.removed import Removed
@@ -30,13 +30,12 @@ _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 @njit(cache=True, error_model="numpy")
 def _rounded(away, border, side, radius, at, per_mm, terms):  # type: ignore[no-untyped-def]
-    """Separation on the rounded edge beyond a border: the flank's tangent falls away along an arc."""
-    d = border - at
+    """Separation on the rounded edge beyond a border; infinite beyond the edge itself."""
     beyond = side * (at + away - border) * per_mm
     if beyond >= radius:
         return np.inf
-    slope = side * fresh_slope(d, terms) / per_mm
-    return fresh_gap(d, terms) + slope * beyond + radius - sqrt(radius * radius - beyond * beyond)
+    fresh, slope = edge_tangent(border, side, per_mm, at, terms)
+    return fresh_beyond(beyond, fresh, slope, radius)
 
 
 @njit(cache=True, error_model="numpy")
@@ -73,7 +72,7 @@ def _gaps(  # type: ignore[no-untyped-def]
                 if c < columns // 2:
                     cell, x = locate(nodes[i], split[i], place)
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + smooth_value(gone, cell, x)
+                    out[r, column] = fresh + smooth_value(gone, nodes[i], split[i], cell, x)
                 c += 1
     return farthest
 

@@ -213,7 +213,7 @@ def _cells(  # type: ignore[no-untyped-def]
             else:
                 fresh = fresh_gap(at_cell - at, terms)
             cell, x = locate(nodes, split, at_cell)
-            gap[n] = fresh + smooth_value(gone, cell, x)
+            gap[n] = fresh + smooth_value(gone, nodes, split, cell, x)
             place[n], width[n] = at_cell * per_mm, step * per_mm
             n += 1
     return n

@@ -76,14 +76,14 @@ def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_ed
 @njit(cache=True, error_model="numpy")
 def pieces_of(  # type: ignore[no-untyped-def]
     at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes,
-    work, mass, middle, at_edge,
+    slopes, work, mass, middle, at_edge,
 ):  # fmt: skip
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
 
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
     room, count, least = reached(
-        at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, work
+        at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, slopes, work
     )
     u, g = work[2], work[3]
     edge, ridge, share, apart = share_of_edge(u, g, count, low, high, per_mm, closes)
@@ -110,19 +110,21 @@ def _spread(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     most = most_places(seen)
     work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
-    at_edge, shift = np.empty(2 * most, dtype=np.int64), np.empty(2 * most)
+    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(seen.shape[1])
     rolls = profile.shape[0]
     points = nodes.shape[1]
     for i in slices:
         for k in range(rolls):
+            if k == 0 or row[k] != row[k - 1]:
+                slopes[:] = np.nan
             # between two loaded positions a slice may pass beyond an end of the other body's face
             if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
                 continue
             per_mm = spacing[k, i]
             pieces = pieces_of(
                 profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], seen[i], seen_split[i], half_width, closes[k, i], work, mass,
-                middle, at_edge,
+                high_radius[k, i], removed[row[k], i], seen[i], seen_split[i], half_width, closes[k, i], slopes, work,
+                mass, middle, at_edge,
             )  # fmt: skip
             shifts_of(
                 middle, at_edge, pieces, low[k, i], high[k, i], nodes[i, 1] - nodes[i, 0],

@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_grid import FlankGrid, smooth_value
 
 __all__ = ["FinerGrid", "finer_grid"]
 
@@ -32,8 +33,10 @@ class FinerGrid(FlankGrid):
     parts: int
 
     def from_grid(self, values: FloatArray) -> FloatArray:
-        """Values on the grid's own nodes (..., face, profile) on these: straight in between, even beyond the tip."""
-        inside = _cut(values, self.parts)
+        """Values on the grid's own nodes (..., face, profile) on these: as `smooth_value`, even beyond the tip."""
+        own = np.ascontiguousarray(self.profile[:, : (values.shape[-1] - 1) * self.parts + 1 : self.parts])
+        rows = np.ascontiguousarray(values).reshape(-1, *values.shape[-2:])
+        inside = _read(rows, own, self.split // self.parts, self.parts).reshape(*values.shape[:-1], -1)
         beyond = self.profile.shape[1] - inside.shape[-1]
         return np.concatenate([inside, np.repeat(values[..., -1:], beyond, axis=-1)], axis=-1)
 
@@ -50,3 +53,18 @@ def _cut(values: FloatArray, parts: int) -> FloatArray:
     """Values at the beginnings of the parts of all cells, straight between nodes (..., profile)."""
     between = values[..., :-1, None] + np.diff(values)[..., None] * (np.arange(parts) / parts)
     return between.reshape(*values.shape[:-1], -1)
+
+
+@njit(cache=True, error_model="numpy")
+def _read(values, nodes, split, parts):  # type: ignore[no-untyped-def]
+    """Values at the beginnings of the parts of all cells, from those on the nodes of each slice."""
+    cells = nodes.shape[1] - 1
+    out = np.empty((values.shape[0], values.shape[1], cells * parts))
+    for r in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            for cell in range(cells):
+                for part in range(parts):
+                    out[r, i, cell * parts + part] = smooth_value(
+                        values[r, i], nodes[i], split[i], cell, part / parts
+                    )
+    return out

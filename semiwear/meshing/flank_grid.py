@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["FlankGrid", "flank_grid", "locate", "smooth_value"]
+__all__ = ["FlankGrid", "change_above", "cubic", "flank_grid", "locate", "slope_at", "smooth_value"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -104,33 +104,58 @@ def _minmod(a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _slope_at(values, node):  # type: ignore[no-untyped-def]
-    """Change per cell at a node: the mean of both cells', as far as values between nodes then keep to the nodes'.
+def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
+    """Change per cell at a node: that of the parabola through its neighbours, limited so that no new crest arises.
 
-    Zero beside the wall of a groove, the mean at the smooth top of a ridge: Huynh (1993), monotone cubics that keep
-    their accuracy at extrema.
+    Per cell below the node; at the first node, per cell above. Zero beside the wall of a groove, the parabola's at
+    the smooth top of a ridge: Huynh (1993), monotone cubics that keep their accuracy at extrema.
     """
     last = values.shape[0] - 1
     # beyond its ends a row goes on straight
     lower = values[node] - values[node - 1] if node > 0 else values[1] - values[0]
-    upper = values[node + 1] - values[node] if node < last else values[last] - values[last - 1]
+    upper = values[node + 1] - values[node] if node < last else lower
     before = values[node - 1] - values[node - 2] if node > 1 else lower
     after = values[node + 2] - values[node + 1] if node < last - 1 else upper
+    share = 0.5
+    if split - 1 <= node <= split + 1 and split < last:
+        # cells above the split have a width of their own
+        wider = (nodes[split + 1] - nodes[split]) / (nodes[split] - nodes[split - 1])
+        if node <= split:
+            after /= wider
+        if node == split:
+            upper /= wider
+            share = 1.0 / (1.0 + wider)
+        if node > split:
+            before *= wider
     bend = upper - lower
     tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
     most = max(3.0 * abs(_minmod(lower, upper)), 1.5 * abs(tangent))
-    return _minmod(0.5 * (lower + upper), most if tangent > 0.0 else -most)
+    return _minmod(lower + share * bend, most if tangent > 0.0 else -most)
 
 
 @njit(cache=True, error_model="numpy")
-def smooth_value(values, cell, x):  # type: ignore[no-untyped-def]
-    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes.
+def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
+    """A change per cell below a node, per cell above."""
+    if node != split or split == nodes.shape[0] - 1:
+        return slope
+    return slope * (nodes[split + 1] - nodes[split]) / (nodes[split] - nodes[split - 1])
 
-    Pressure answers to the slope of a gap: between straight pieces it would have a peak at every node. With the mean
-    slope everywhere (Catmull and Rom 1974) a crest would rise beside a groove by 2/27 of the groove's depth.
-    """
-    a, b = values[cell], values[cell + 1]
-    slope_a, slope_b = _slope_at(values, cell), _slope_at(values, cell + 1)
+
+@njit(cache=True, error_model="numpy")
+def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
+    """Value at fraction `x` of a cell whose nodes have values a, b and changes per cell there."""
     y = 1.0 - x
     # an even depth comes again to the last digit: a flank that is worn evenly has the shape of a fresh one
     return a + (b - a) * x * x * (3.0 - 2.0 * x) + (slope_a * y - slope_b * x) * x * y
+
+
+@njit(cache=True, error_model="numpy")
+def smooth_value(values, nodes, split, cell, x):  # type: ignore[no-untyped-def]
+    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: what is gone between nodes.
+
+    Footprints, pressures and patches all read it so. Pressure answers to the slope of a gap: between straight pieces
+    it would have a peak at every node. With the mean slope everywhere (Catmull and Rom 1974) a crest would rise
+    beside a groove by 2/27 of the groove's depth.
+    """
+    slope_a = change_above(slope_at(values, nodes, split, cell), nodes, split, cell)
+    return cubic(values[cell], values[cell + 1], slope_a, slope_at(values, nodes, split, cell + 1), x)

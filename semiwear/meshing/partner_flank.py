@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
-from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, locate, slope_at
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 
 __all__ = ["PartnerFlank", "partner_flank", "partner_grid", "station_of"]
@@ -51,7 +51,7 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
     rolls, slices = near.shape
     step = faces[1] - faces[0]
-    here = np.empty(own.shape[0])
+    here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
     for k in range(rolls):
         for i in range(slices):
             if not near[k, i]:
@@ -60,10 +60,13 @@ def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, fa
             weight = min(max(weight, 0.0), 1.0)
             for n in range(own.shape[0]):
                 here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
+            for n in range(own.shape[0]):
+                slope[n] = slope_at(here, own, split, n)
             for p in range(nodes.shape[1]):
                 place = partner_profile[k, i] + partner_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
-                out[k, i, p] = max(smooth_value(here, cell, x), 0.0)
+                before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
+                out[k, i, p] = max(cubic(here[cell], here[cell + 1], before, slope[cell + 1], x), 0.0)
 
 
 @dataclass(frozen=True)

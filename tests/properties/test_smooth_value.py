@@ -14,8 +14,9 @@ PLACES = np.linspace(0.0, 1.0, 21)
 
 
 def between(values: np.ndarray) -> np.ndarray:
-    """Values in all cells, (cell, place)."""
-    return np.array([[smooth_value(values, cell, x) for x in PLACES] for cell in range(values.size - 1)])
+    """Values in all cells of even nodes, (cell, place)."""
+    nodes, last = np.arange(float(values.size)), values.size - 1
+    return np.array([[smooth_value(values, nodes, last, cell, x) for x in PLACES] for cell in range(last)])
 
 
 @given(DEPTHS)

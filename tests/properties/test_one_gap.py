@@ -1,0 +1,84 @@
+"""One gap: footprints, pressures across slices and patches see the same worn flank between nodes and on its edges."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from semiwear.contact import patch_gap, slice_pressure
+from semiwear.contact.footprint import most_places, reached
+from semiwear.meshing.finer_grid import finer_grid
+from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+
+SPLIT, RADIUS, LOW, HIGH, HALF_WIDTH = 10, 0.4, -2.9, 2.8, 0.5
+NODES = np.concatenate([np.linspace(-3.0, -0.2, SPLIT + 1), np.linspace(-0.2, 3.0, 15)[1:]])
+DEPTHS = arrays(float, NODES.size, elements=st.floats(0.0, 0.02, allow_subnormal=False))
+PLACES = st.floats(-2.9, 2.8)
+
+
+def gap(place: np.ndarray, at: float, bend: float, depth: np.ndarray) -> np.ndarray:
+    """A parabola, tangents that fall away along arcs beyond both ends, and what is gone."""
+    inside = np.clip(place, LOW, HIGH)
+    beyond = np.abs(place - inside)
+    tangent = 0.5 * bend * (inside - at) ** 2 + bend * (inside - at) * (place - inside)
+    gone = [smooth_value(depth, NODES, SPLIT, *locate(NODES, SPLIT, p)) for p in place]
+    return tangent + RADIUS - np.sqrt(RADIUS**2 - beyond**2) + np.array(gone)
+
+
+def by_footprint(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    work = np.empty((4, most_places(NODES[None])))
+    terms, unknown = np.array([0.0, 0.0, bend, 0.0, 0.0]), np.full(NODES.size, np.nan)
+    _, count, _ = reached(
+        at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT, HALF_WIDTH, unknown, work
+    )  # fmt: skip
+    return work[2, :count], work[3, :count]
+
+
+def by_pressure(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    place, width, found = np.empty(96), np.empty(96), np.empty(96)
+    ends = np.array([LOW - 0.9 * RADIUS, HIGH + 0.9 * RADIUS])
+    n = slice_pressure._cells(
+        ends, 1, np.array([0]), np.array([1]), at, LOW, HIGH, np.array([0.0, 0.0, bend, 0.0, 0.0]), 1.0, RADIUS,
+        RADIUS, depth, NODES, SPLIT, place, width, found,
+    )  # fmt: skip
+    return place[:n], found[:n]
+
+
+def by_patch(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    columns, width = 160, 0.1
+    one, found = np.ones((1, 1)), np.full((1, columns), np.inf)
+    patch_gap._gaps(
+        np.array([0]), np.array([0]), 1e3, columns, width, at * one, LOW * one, HIGH * one,
+        np.array([0.0, 0.0, bend, 0.0, 0.0])[:, None, None] * one, one, RADIUS * one, RADIUS * one, depth[None, None],
+        np.array([0]), NODES[None], np.array([SPLIT]), found,
+    )  # fmt: skip
+    place = at + (np.arange(columns) - 0.5 * (columns - 1)) * width
+    met = np.isfinite(found[0])
+    return place[met], found[0, met]
+
+
+@given(DEPTHS, PLACES, st.floats(1e-3, 0.1))
+def test_all_kernels_see_one_gap(depth: np.ndarray, at: float, bend: float) -> None:
+    for kernel in (by_footprint, by_pressure, by_patch):
+        place, found = kernel(at, bend, depth)
+        assert place.size > 2
+        inside = np.abs(place - np.clip(place, LOW, HIGH)) < RADIUS
+        np.testing.assert_allclose(found[inside], gap(place[inside], at, bend, depth), atol=1e-12)
+
+
+@given(st.floats(-0.01, 0.01), st.floats(0.0, 1.0))
+def test_a_straight_depth_stays_straight_where_the_spacing_changes(slope: float, level: float) -> None:
+    depth = level + slope * NODES
+    for place in np.linspace(NODES[0], NODES[-1], 97):
+        assert abs(smooth_value(depth, NODES, SPLIT, *locate(NODES, SPLIT, place)) - level - slope * place) < 1e-14
+
+
+@given(DEPTHS)
+def test_finer_nodes_read_the_driven_flank_alike(depth: np.ndarray) -> None:
+    grid = FlankGrid(np.zeros(1), NODES[None], np.array([SPLIT]))
+    finer = finer_grid(grid, 3, 0.2)
+    found = finer.from_grid(depth[None])[0]
+    expected = [smooth_value(depth, NODES, SPLIT, *locate(NODES, SPLIT, place)) for place in finer.profile[0]]
+    np.testing.assert_allclose(found, expected, atol=1e-13)
