@@ -91,10 +91,18 @@ def unit_problems(table: FlankPointsPair, bodies: list[FlankBody]) -> list[Probl
         axis = bodies[0].frame[:, 2]
         apart = bodies[1].centre - bodies[0].centre
         distance = float(np.linalg.norm(apart - (apart @ axis) * axis))
+        # external or internal: in nearly equal gears the difference of the radii is small, whatever the unit
+        expected = [total for total in (radii[0] + radii[1], abs(radii[1] - radii[0])) if total > 0.0]
+        if any(_fits(distance, total) for total in expected):
+            return []
         for unit, size in _UNITS:
-            expected = [radii[0] + radii[1], abs(radii[1] - radii[0])]
-            if any(0.85 < distance / (size * total) < 1.18 for total in expected if total > 0.0):
+            if any(_fits(distance, size * total) for total in expected):
                 found = f"radii of {radii[0]:.3g} and {radii[1]:.3g} mm on axes {distance:.4g} mm apart"
                 fix = f"the points look like {unit}: multiply them by {size:g}"
                 return [Problem("gear_pair.pinion_file", found, "points in mm", fix)]
     return []
+
+
+def _fits(distance: float, expected: float) -> bool:
+    """Whether a centre distance is about what the flanks' mean radii let expect."""
+    return 0.85 < distance / expected < 1.18

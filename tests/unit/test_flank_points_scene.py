@@ -285,6 +285,22 @@ def test_a_bad_grid_is_told(data, tmp_path, name, body):
     assert problem.allowed and problem.fix
 
 
+@pytest.mark.parametrize("teeth", [(28, 30), (25, 27), (21, 23), (22, 24)])
+def test_nearly_equal_gears_in_millimetres_are_no_inches(tmp_path, teeth):
+    """25.4 times the difference of their radii is about their centre distance."""
+    scene = sw.load_scene("spur_fzg_c").replace(
+        {
+            "gear_pair.pinion_teeth": teeth[0],
+            "gear_pair.gear_teeth": teeth[1],
+            "gear_pair.centre_distance_mm": None,
+            "gear_pair.pinion_profile_shift": 0.0,
+            "gear_pair.gear_profile_shift": 0.0,
+        }
+    )
+    data = exported(scene, tmp_path, (21, 21))
+    assert scene_of(data).gear_pair.pinion_teeth == teeth[0]
+
+
 def test_both_in_inches_are_told_by_the_centre_distance(data, tmp_path):
     inches = with_grid(data, tmp_path, BAD_GRIDS["in inches"][0], "pinion")
     found = problems_of(with_grid(inches, tmp_path, BAD_GRIDS["in inches"][0], "gear"))
