@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from semiwear.plot.flank import WEAR_COLOURS, chosen_body, height_label, label_along, on_flank
+from semiwear.plot.flank import WEAR_COLOURS, chosen_body, label_along, on_flank
 from semiwear.plot.style import axes_for, label, need, step_name, styled
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["wear_surface"]
 
+_COLUMNS = 97  # of cells along the tooth, at least: fewer show as steps of colour
 _BELOW = 0.35  # of the greatest wear: how far the drawn piece of the tooth reaches below its deepest place
 
 
@@ -41,7 +42,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
     """
     with styled():
         body = chosen_body(tree, body)
-        along, height, wear = on_flank(tree, body, wear_step)
+        along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
         (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
         surface: Any = drawn
         scale = float(wear.max()) or 1.0
@@ -50,7 +51,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
         box = (1.5, 1.0, 0.55)
         surface.set(
             xlabel=label_along(tree, body),
-            ylabel=height_label(tree, body).replace("above the ", "above the\n"),
+            ylabel=label(need(tree, "flank", "flank_height"), "Height"),
         )
         surface.set_zlim(bottom, 0.0)
         surface.set_zticks([])  # the colours tell the depth
@@ -64,11 +65,19 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
             import matplotlib
 
             mapped = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0.0, scale), WEAR_COLOURS)
-            bar = drawn.figure.colorbar(mapped, ax=drawn, shrink=0.7, pad=0.02)
+            bar = drawn.figure.colorbar(mapped, ax=drawn, shrink=0.7, pad=0.12)
             bar.set_label(label(need(tree, "flank", "wear_depth"), "Wear depth"))
             bar.ax.spines["outline"].set_visible(False)
             bar.ax.invert_yaxis()
     return drawn
+
+
+def _finer(values: np.ndarray) -> np.ndarray:
+    """Values over (profile, face) at more places along the face, linear between those that there are."""
+    stations = values.shape[1]
+    parts = max(1, -(-_COLUMNS // max(stations - 1, 1)))
+    places = np.linspace(0.0, stations - 1, parts * (stations - 1) + 1)
+    return np.stack([np.interp(places, np.arange(stations), row) for row in values])
 
 
 def _body_of_tooth(

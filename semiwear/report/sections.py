@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
@@ -23,6 +24,9 @@ __all__ = [
     "residual_note",
     "wear_steps",
 ]
+
+
+_OF_GEAR = tuple(f"wear_depth_max_{zone}" for zone in ("root", "addendum", "pitch"))
 
 
 def key_numbers(tree: xr.DataTree) -> str:
@@ -113,7 +117,10 @@ def wear_steps(tree: xr.DataTree) -> str:
     """One row a wear step with everything that `/history` holds."""
     history = tree["history"].to_dataset()
     head, columns = ["wear step", "meshes"], [history["wear_step"].values, history["meshes"].values]
+    worn = worn_bodies(tree) or (main_body(tree),)
     for name, array in history.data_vars.items():
+        if str(name) in _OF_GEAR and "gear" not in worn:
+            continue
         for body in history["body"].values if "body" in array.dims else ("",):
             head.append(_head(str(name), array, str(body)))
             columns.append((array.sel(body=body) if body else array).values)
@@ -126,7 +133,7 @@ def wear_steps(tree: xr.DataTree) -> str:
 
 
 def _head(name: str, array: xr.DataArray, body: str = "") -> str:
-    words = name.replace("_", " ") + (f" {body}" if body else "")
+    words = name.replace("_", " ") + (f" {body}" if body else " gear" if name in _OF_GEAR else "")
     units = unit_text(array.attrs["units"])
     shown = escape(words) + (f"<br><small>{escape(units)}</small>" if units else "")
     return f'<span title="{escape(array.attrs["long_name"])}">{shown}</span>'
@@ -156,17 +163,29 @@ def diagnostics(tree: xr.DataTree) -> str:
 
 
 def references(tree: xr.DataTree) -> str:
-    """Published sources of the physics that ran, then those of the quantities."""
+    """Published sources of the physics that ran, then those of the quantities; each work once, as fully as known.
+
+    What only says how well a result was computed has no part in them.
+    """
     ran = [line.strip() for line in tree.attrs.get("references", "").splitlines() if line.strip()]
     quantities: list[str] = []
-    for group in tree.children:
+    for group in (name for name in tree.children if name != "diagnostics"):
         for name in tree[group].to_dataset().data_vars:
             entry = VARIABLES.get((group, str(name)))
             if entry is not None and " of this run" not in entry.references:
                 quantities.extend(entry.references.split("; "))
-    rest = [line for line in dict.fromkeys(quantities) if not any(line in known for known in ran)]
-    listed = "".join(f"<li>{escape(line)}</li>" for line in [*dict.fromkeys(ran), *rest])
+    works: dict[str, str] = {}
+    for line in (*ran, *quantities):
+        work = _work(line)
+        works[work] = max(works.get(work, ""), line, key=len)
+    listed = "".join(f"<li>{escape(line)}</li>" for line in works.values())
     return f"<ol>{listed}</ol>" if listed else "<p>None.</p>"
+
+
+def _work(line: str) -> str:
+    """What names a work: the number of a standard, else authors and year."""
+    named = re.match(r"ISO\S* [\d-]+|.*?\b(1[6-9]|20)\d\d\b", line)
+    return named[0] if named else line
 
 
 def residual_note(tree: xr.DataTree) -> str:

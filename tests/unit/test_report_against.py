@@ -268,7 +268,7 @@ def test_the_section_stands_in_the_page(tmp_path, line, patch):
     text = section(sw.report(line, tmp_path / "r.html", against=other))
     assert "Against fidelity “patch”" in text and "<code>numerics.fidelity</code> only" in text
     assert "differ" in text and "borders: tips, ends, corners" in text
-    assert text.count("<img") == 2 and "http" not in text
+    assert text.count("<img") == 3 and "http" not in text  # the wear of both bodies, and pressures
     assert re.search(r"✗ differ</td>", text) and 'class="disagree"' in text
     back = section(sw.report(other, tmp_path / "r.html", against=line))
     assert "Against fidelity “line”" in back
@@ -321,7 +321,7 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
     assert {row.kind for row in rows} == set(Kind) - {Kind.WEAR}
     assert {row.mark for row in rows} == {Mark.AGREE} and {row.when for row in rows} == {"as given"}
     text = section(write_report(pair[0], tmp_path / "r.html", pair[1]))
-    assert text.count("<img") == 1 and "Difference in wear is left out" in text
+    assert text.count("<img") == 1 and "Difference in wear, gear is left out" in text
 
 
 @pytest.mark.parametrize(
