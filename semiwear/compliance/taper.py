@@ -180,6 +180,7 @@ def _shapes(
     """
     found = []
     mixed_energy = None
+    usual = 4.0 * np.pi / width  # wave number by which energies along the face are measured
     for mesh in meshes:
         k0, mixed, k2 = finite_prism._mixed_matrices(mesh, *elastic)
         jumps = EndJumps.of(mesh, k0, mixed, k2, _JUMPS)
@@ -187,15 +188,14 @@ def _shapes(
         observer = finite_prism._Observer.of(mesh, *elastic)
         whole = [pitches.joined(matrix) for matrix in (k0, mixed + mixed.T, k2)]
         jump = np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]]))
-        found.append((own.T @ jump) / np.sqrt(np.diag(jumps.stiffness)))
+        found.append((own.T @ jump) / (usual * np.sqrt(np.diag(jumps.stiffness))))
         for wave in _SHAPE_WAVES:
             k = wave * np.pi / width
             loads = (vstack([observer.load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
             moved = _factor(whole[0] + k * whole[1] + k**2 * whole[2]).solve(loads)
             found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
         if mixed_energy is None or mesh is meshes[len(meshes) // 2]:
-            k = 4.0 * np.pi / width
-            mixed_energy = whole[0] + k**2 * whole[2]
+            mixed_energy = whole[0] + usual**2 * whole[2]
     answers = np.hstack(found)
     component = np.arange(len(answers)) % 3
     kept = []

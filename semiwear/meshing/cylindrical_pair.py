@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.involute import involute_function
-from semiwear.meshing.flank_pair import DRIVING, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
 from semiwear.scene import CylindricalPair as CylindricalTable
 from semiwear.scene import Placement
 
@@ -183,6 +183,11 @@ class CylindricalMesh:
         low, high = self.face_limits
         other_low, other_high = self._partner_face
         return abs(self._helix) * (min(high, other_high) - max(low, other_low)) / self.base_pitch
+
+    @property
+    def difference_steps(self) -> tuple[float, float]:
+        """Flanks are formulas."""
+        return EXACT_STEPS
 
     @property
     def face_limits(self) -> tuple[float, float]:

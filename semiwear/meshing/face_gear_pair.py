@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
-from semiwear.meshing.flank_pair import DRIVING, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
 from semiwear.scene import FaceGearPair as FaceGearTable
 from semiwear.scene import Placement
 
@@ -71,6 +71,11 @@ class FaceGearMesh:
             rack_tip_radius=t.rack_tip_radius_mm,
             bore_radius=t.pinion_bore_radius_mm,
         )
+
+    @property
+    def difference_steps(self) -> tuple[float, float]:
+        """Flanks are formulas."""
+        return EXACT_STEPS
 
     @property
     def face_limits(self) -> tuple[float, float]:

@@ -24,12 +24,25 @@ from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.scene import Placement
 
-__all__ = ["BODIES", "DRIVEN", "DRIVING", "Borders", "FlankPair", "Meeting", "PrismBody", "reference_lever"]
+__all__ = [
+    "BODIES",
+    "DRIVEN",
+    "DRIVING",
+    "EXACT_STEPS",
+    "Borders",
+    "FlankPair",
+    "Meeting",
+    "PrismBody",
+    "reference_lever",
+]
 
 FloatArray = NDArray[np.float64]
 
 BODIES = ("pinion", "gear")
 DRIVING, DRIVEN = 0, 1
+
+EXACT_STEPS = 1.5e-3, 2e-3
+"""`FlankPair.difference_steps` of flanks that are formulas: rounding leaves 1e-9 of the curvatures."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +144,10 @@ class FlankPair(Protocol):
     @property
     def placement(self) -> Placement:
         """Rigid displacement of the pinion from its nominal place."""
+
+    @property
+    def difference_steps(self) -> tuple[float, float]:
+        """Steps of numerical derivatives of the separation, as shares of the face width and of the flank's height."""
 
     @property
     def face_limits(self) -> tuple[float, float]:

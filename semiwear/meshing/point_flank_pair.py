@@ -142,6 +142,11 @@ class PointFlankMesh:
         return mesh
 
     @property
+    def difference_steps(self) -> tuple[float, float]:
+        """Well within a patch between measured points."""
+        return 3e-4, 5e-4
+
+    @property
     def face_limits(self) -> tuple[float, float]:
         """Ends of the driven flank [mm]."""
         return self.flanks.driven.face_limits

@@ -15,11 +15,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PointGrid, read_point_grid
 from semiwear.geometry.point_problems import grid_problems
 from semiwear.geometry.point_surface import PointSurface
+from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.point_flank_body import FlankBody, frame_about
 from semiwear.meshing.point_flank_kernels import meet
@@ -41,6 +43,9 @@ _STEPS = (37, 17)  # of the first search, and of those about its best
 _NARROWER = 8.0
 _NARROWINGS = 3
 _FACES = 9
+_LINE = 1e-6  # of the flank's height: what the separation may vary along a line, besides the surfaces' errors
+_FARTHEST_LINE, _LINE_STEPS = 3.0, 97  # base pitches to either side, within which it crosses the middle of the face
+_BESIDE = 1e-3  # of the face width, between stations there
 # Fields of edges and of sections, which the flanks' surfaces know nothing of, at their defaults.
 _OF_TEETH: dict[str, Any] = {
     entry.name: entry.default
@@ -256,10 +261,7 @@ def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchConta
     def across(roll: FloatArray) -> tuple[ContactPoints, FloatArray]:
         """Contacts, and the square of the sliding across the driven body's teeth."""
         points = contact_points(mesh, roll)
-        sliding = mesh.sliding(points.position)
-        along = _along(flanks, points.face, points.profile, roll)
-        normal = mesh.meeting(points.face, points.profile, roll).normal
-        return points, np.sum(np.cross(normal, along) * sliding, axis=-1) ** 2
+        return points, _sliding_across(flanks, mesh, points.face, points.profile, roll) ** 2
 
     middle, width = 0.0, _ROLLS
     for narrowing in range(_NARROWINGS):
@@ -280,16 +282,72 @@ def _at_no_sliding_across(flanks: PointFlanks) -> tuple[PointFlanks, _PitchConta
     if points.inside.all() and bend > 0.0:
         middle += width * float(np.clip(0.5 * (low - high) / bend, -1.0, 1.0))
     points, _ = across(np.array([middle]))
-    position = points.position[0]
-    lever = float(mesh.lever_arm(points.position)[0])
+    place = _Place(points.face, points.profile, points.position, points.separation)
+    at_middle = _in_the_middle_of_the_face(flanks, mesh, middle, float(points.separation[0]))
+    if at_middle is not None:
+        middle, place = at_middle
+    position = place.position[0]
+    lever = float(mesh.lever_arm(place.position)[0])
     moved = replace(
         flanks,
         driven_zero=flanks.driven_zero + driven.sense * 2.0 * pi / driven.teeth * middle,
         driving_zero=flanks.driving_zero
-        + driving.sense * (2.0 * pi / driving.teeth * middle + float(points.separation[0]) / lever),
+        + driving.sense * (2.0 * pi / driving.teeth * middle + float(place.separation[0]) / lever),
     )
-    own = _along(flanks, points.face, points.profile, np.array([middle]))[0]
+    own = _along(flanks, place.face, place.profile, np.array([middle]))[0]
     return moved, _PitchContact(position, np.stack([_along_driving(driving, position), own]))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where flanks touch at one roll position: arrays as of `ContactPoints`."""
+
+    face: FloatArray
+    profile: FloatArray
+    position: FloatArray
+    separation: FloatArray
+
+
+def _in_the_middle_of_the_face(
+    flanks: PointFlanks, mesh: PointFlankMesh, near: float, least: float
+) -> tuple[float, _Place] | None:
+    """Roll position and place of no sliding across in the middle of the driven face, if flanks touch along lines.
+
+    None where the flanks are farther apart there than at the least separation, or do not reach there.
+    """
+    low, high = mesh.face_limits
+    stations = 0.5 * (low + high) + _BESIDE * (high - low) * np.array([-1.0, 0.0, 1.0])
+
+    def across(roll: FloatArray) -> tuple[FloatArray, FloatArray]:
+        lines = trace_contact_lines(mesh, roll, stations, sharp=True)
+        profile = lines.profile[:, 1]
+        inside = (profile > lines.low[:, 1]) & (profile < lines.high[:, 1]) & np.isfinite(lines.separation[0][:, 1])
+        face = np.full(roll.size, stations[1])
+        return profile, np.where(inside, _sliding_across(flanks, mesh, face, profile, roll), np.nan)
+
+    # the line may cross the middle of the face some pitches before or after its own middle is on the pitch surface
+    roll = near + np.linspace(-_FARTHEST_LINE, _FARTHEST_LINE, _LINE_STEPS)
+    _, sliding = across(roll)
+    turns = np.flatnonzero(sliding[:-1] * sliding[1:] <= 0.0)
+    if not turns.size:
+        return None
+    first = int(turns[np.argmin(np.abs(roll[turns] - near))])
+    found = brentq(lambda one: float(across(np.array([one]))[1][0]), roll[first], roll[first + 1], xtol=1e-12)
+    profile, _ = across(np.array([found]))
+    met = mesh.meeting(stations[1:2], profile, np.array([found]))
+    apart = abs(float(met.separation[0]) - least)
+    if apart > _LINE * flanks.driven.mean_length + 3.0 * sum(mesh.surface_errors):
+        return None
+    return found, _Place(stations[1:2], profile, met.position, met.separation)
+
+
+def _sliding_across(
+    flanks: PointFlanks, mesh: PointFlankMesh, face: FloatArray, profile: FloatArray, roll: FloatArray
+) -> FloatArray:
+    """Sliding across the driven body's teeth at places of its flank [mm per radian of pinion rotation]."""
+    met = mesh.meeting(face, profile, roll)
+    along = _along(flanks, face, profile, roll)
+    return np.asarray(np.sum(np.cross(met.normal, along) * mesh.sliding(met.position), axis=-1))
 
 
 def _along(flanks: PointFlanks, face: FloatArray, profile: FloatArray, roll: FloatArray) -> FloatArray:

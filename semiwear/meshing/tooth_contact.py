@@ -33,8 +33,6 @@ BoolArray = NDArray[np.bool_]
 _SLICES = 41  # of the grid that starts the search
 _SEARCH = (-3, 3, 16)  # first and last roll position between which a path is looked for, steps to a roll
 _NEWTON_PASSES = 8
-_FACE_STEP = 1.5e-3  # of the face width, for differences: rounding leaves 1e-9 of the curvatures
-_PROFILE_STEP = 2e-3  # of the tooth height
 _ON_BORDER = 1e-6  # of the flank's height
 _FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
 _EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
@@ -118,7 +116,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     held = lines.separation[0][rows, best]
 
     height = float(np.mean(lines.high - lines.low))
-    step = np.array([_FACE_STEP * (high - low), _PROFILE_STEP * height])
+    step = np.array(pair.difference_steps) * [high - low, height]
     face, profile = held_face.copy(), held_profile.copy()
     for _ in range(_NEWTON_PASSES):
         gradient, hessian, _ = _derivatives(pair, face, profile, roll, step)

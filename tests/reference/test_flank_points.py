@@ -10,7 +10,7 @@ from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.pairs import flank_pair
 from semiwear.meshing.tooth_contact import unloaded_contact
-from semiwear.scene import Placement
+from semiwear.scene import Placement, scene_from_dict
 from tests.strategies.point_flanks import COARSE, exported, noisy, scene_of
 
 FACE_GEAR = sw.load_scene("face_gear_25x160").replace(
@@ -170,3 +170,41 @@ def test_noise_degrades_gracefully(size_um, exact_history, tmp_path):
     found = apart(exact_history, tree["history"].to_dataset())
     assert all(np.isfinite(value) for value in found.values())
     assert max(found.values()) < 0.005 + 0.02 * size_um, found
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {
+            "pinion_face_width_mm": 60.0,
+            "pinion_profile_shift": 0.4,
+            "gear_profile_shift": -0.1,
+            "helix_angle_deg": 30.0,
+        },
+        {"face_offset_mm": 3.0, "helix_angle_deg": 20.0},
+        {"pinion_face_width_mm": 40.0, "gear_teeth": -67, "helix_angle_deg": 15.0, "pinion_profile_shift": 0.3},
+    ],
+    ids=["wide, shifted", "offset", "internal"],
+)
+def test_roll_positions_of_exported_helical_flanks_are_those_of_the_pair(tmp_path, change):
+    """Roll 0 is where contact passes the pitch point in the middle of the face, not of a line that a tip cuts."""
+    table = {
+        "type": "cylindrical",
+        "pinion_teeth": 20,
+        "gear_teeth": 31,
+        "normal_module_mm": 4.0,
+        "pressure_angle_deg": 20.0,
+        "pinion_face_width_mm": 30.0,
+    }
+    scene = scene_from_dict({"gear_pair": table | change, "operation": {"pinion_torque_Nm": 400.0}})
+    read = scene_of(exported(scene, tmp_path, (61, 61)))
+    exact, points = (flank_pair(one.gear_pair, Placement()) for one in (scene, read))
+    low, high = exact.face_limits
+    face = np.linspace(low, high, 5)
+    roll = np.array([-0.4, 0.0, 0.3])[:, None]
+    met = [pair.meeting(face, pair.pitch_profile(face), roll) for pair in (exact, points)]
+    np.testing.assert_allclose(met[1].position, met[0].position, atol=1e-5)
+    near = met[0].separation < 0.5  # farther away the points' flanks go on as polynomials
+    assert near.sum() >= 6
+    np.testing.assert_allclose(met[1].separation[near], met[0].separation[near], atol=1e-5)
+    np.testing.assert_allclose(points.pitch_point, exact.pitch_point, atol=1e-5)
