@@ -13,6 +13,7 @@ import semiwear as sw
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import NEUTRAL, SMALL, SPEED
+from tests.strategies.finite import assert_finite_or_explained
 from tests.strategies.scenes import effect_tables
 
 # Residuals and seconds are rounding and chance; everything else of a run without the effect must come again.
@@ -317,8 +318,7 @@ def pairs(draw):
 def assert_sound(tree, scene):
     for group in tree.children:
         for name, values in tree[group].data_vars.items():
-            if values.dtype.kind in "fi":
-                assert np.isfinite(values).all(), name
+            assert_finite_or_explained(name, values)
     worn = tree["flank"].wear_depth
     assert float(worn.min()) >= 0.0
     assert (worn.diff("wear_step") >= 0.0).all()
