@@ -18,6 +18,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.meshing.deviation_grid import write_deviation_grid
+from semiwear.results.missing import why_missing
 from semiwear.scene import Placement, Scene
 
 __all__ = [
@@ -334,7 +335,7 @@ def attempt(example: HardExample, fidelity: str, doublings: int = 1) -> Outcome:
     engagement, diagnostics = tree["engagement"].to_dataset(), tree["diagnostics"].to_dataset()
     groups = [tree[name].to_dataset() for name in ("engagement", "mesh_cycle", "flank") if name in tree.children]
     finite = all(
-        bool(np.isfinite(values).all())
+        bool(np.isfinite(values).all()) or why_missing(values) not in ("", "not known")
         for data in groups
         for values in data.data_vars.values()
         if values.dtype.kind == "f"

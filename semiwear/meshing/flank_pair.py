@@ -147,7 +147,7 @@ class FlankPair(Protocol):
 
     @property
     def difference_steps(self) -> tuple[float, float]:
-        """Steps of numerical derivatives of the separation, as shares of the face width and of the flank's height."""
+        """Steps of differences that tell curvatures, as shares of the face width and of the flank's height."""
 
     @property
     def face_limits(self) -> tuple[float, float]:

@@ -33,6 +33,7 @@ BoolArray = NDArray[np.bool_]
 _SLICES = 41  # of the grid that starts the search
 _SEARCH = (-3, 3, 16)  # first and last roll position between which a path is looked for, steps to a roll
 _NEWTON_PASSES = 8
+_STEPS = (3e-4, 5e-4)  # of face width and height, for gradients: longer ones are off by their square
 _ON_BORDER = 1e-6  # of the flank's height
 _FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
 _EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
@@ -116,7 +117,7 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     held = lines.separation[0][rows, best]
 
     height = float(np.mean(lines.high - lines.low))
-    step = np.array(pair.difference_steps) * [high - low, height]
+    step = np.array(_STEPS) * [high - low, height]
     face, profile = held_face.copy(), held_profile.copy()
     for _ in range(_NEWTON_PASSES):
         gradient, hessian, _ = _derivatives(pair, face, profile, roll, step)
@@ -138,7 +139,8 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     above[straight] = _EVEN * height
     inside = (margin >= -_ON_BORDER * height) & (separation <= held + above)
     face, profile = np.where(inside, face, held_face), np.where(inside, profile, held_profile)
-    _, hessian, tangents = _derivatives(pair, face, profile, roll, step)
+    for_curvature = np.array(pair.difference_steps) * [high - low, height]
+    _, hessian, tangents = _derivatives(pair, face, profile, roll, for_curvature)
     curvature, along = _principal(hessian, tangents)
     met = pair.meeting(face, profile, roll)
     return ContactPoints(

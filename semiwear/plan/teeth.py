@@ -15,7 +15,7 @@ from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, BodyOnLines, Compl
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
-from semiwear.meshing.pairs import GearPair, flank_pair
+from semiwear.meshing.pairs import GearPair, flank_pair, on_loaded_flank
 from semiwear.scene import Material, Placement, Scene
 
 __all__ = ["elastic", "inclined", "tooth_compliance", "toothed"]
@@ -50,12 +50,14 @@ def _inclined(
 ) -> InclinedOnLines:
     """What a helical tooth has beyond its prism."""
     shape = pair.prism_body(index)
+    # the coast flank is the drive flank of the other hand
+    table, _ = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
     _, radius = pair.flank_place(index, places.face, places.profile)
     step = 1e-4 * float(np.ptp(section.load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
     root, tip = section.load_profile[[0, -1]]
     return InclinedOnLines.of(
-        inclined(scene.gear_pair, index, material),
+        inclined(table, index, material),
         places.face - (shape.start + 0.5 * shape.width),
         (radius, (farther - radius) / step * places.slope),
         ((places.profile - root) / (tip - root), places.slope / (tip - root)),

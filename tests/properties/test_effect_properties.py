@@ -32,10 +32,12 @@ def assert_same(tree, plain):
     """Every variable of a run without the effect is in the other run, and the same."""
     for group in plain.children:
         for name, wanted in plain[group].data_vars.items():
-            if name in CHANCE:
+            # a coefficient that changes with depth leaves no volume to compare with, whatever its strength
+            unstated = name == "wear_volume_residual" and name not in tree[group].data_vars
+            if name in CHANCE or unstated:
                 continue
             expected, found = wanted.values.astype(float), tree[group][name].values.astype(float)
-            atol = ROUNDING * np.abs(expected).max()
+            atol = ROUNDING * np.nanmax(np.abs(expected))
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol, err_msg=f"/{group}/{name}")
 
 

@@ -151,9 +151,13 @@ def contact_calls(monkeypatch, scene):
 
 
 def test_effects_that_only_tell_solve_nothing(monkeypatch):
-    plain = contact_calls(monkeypatch, TINY)
+    with monkeypatch.context() as patched:
+        # what would free pressing tips is found from loads shared once more, of every result
+        patched.setattr("semiwear.collect.relief_to_free", lambda *_: np.zeros(2))
+        alone = contact_calls(monkeypatch, TINY)
     # the unworn state, then of each of two steps a rehearsal, the loads and the contact at its end; edges twice more
-    assert 1 + 2 * 3 <= plain["solve"] <= 3 + 2 * 5
+    assert 1 + 2 * 3 <= alone["solve"] <= 3 + 2 * 5
+    plain = contact_calls(monkeypatch, TINY)
     for name in ("flash_temperature", "lubrication", "misalignment"):
         assert contact_calls(monkeypatch, TINY.replace(table(name))) == plain
     assert contact_calls(monkeypatch, TINY.replace(table("friction")))["solve"] > plain["solve"]
