@@ -310,6 +310,7 @@ def residuals(state: LoadedState) -> Arrays:
         "iterations": np.asarray(int(loads.iterations.max())),
         "load_balance_residual": np.asarray(loads.balance.max()),
         "complementarity_residual": np.asarray(loads.complementarity.max()),
+        "edge_residual": np.asarray(state.edge_residual),
     }
 
 

@@ -240,6 +240,8 @@ def _result(
             watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.partner_wear)))
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * watched)
         part["diagnostics"] = collect.residuals(contact)
+        if stepper.factor is not None:
+            part["diagnostics"]["wear_law_residual"] = np.asarray(state.law_residual)
         if stepper.depth_factor is None:
             part["diagnostics"] |= collect.volume_residual(teeth, state)
         parts.append(part)

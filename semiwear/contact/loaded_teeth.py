@@ -43,6 +43,8 @@ class LoadedState:
     loads : TeethLoads
     partner_wear : (face, profile) array [mm] or None
         Of the driving flank, on its own grid; None where it does not wear.
+    edge_residual : float
+        Greatest change of a slice's force in the last pass over pressed edges, over the greatest force.
     """
 
     wear: FloatArray
@@ -50,6 +52,7 @@ class LoadedState:
     coarse: Footprints
     loads: TeethLoads
     partner_wear: FloatArray | None = None
+    edge_residual: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ class LoadedTeeth:
         fine, coarse = self.touch(self.removed(wear, partner_wear))
         solved = start is None
         loads: Any = self.solver.solve(coarse, self.solver.no_loads()) if solved else start
-        edged = coarse
+        edged, residual = coarse, 0.0
         for _ in range(_EDGE_PASSES):
             before, edged = edged, self.solver.with_edges(coarse, loads, edged)
             if edged is before and solved:
@@ -134,9 +137,10 @@ class LoadedTeeth:
                 positions = np.unique(rolls % self.rolls.phase.size).tolist()
             force = loads.force
             loads, solved = self.solver.solve(edged, loads, positions=positions), True
-            if np.abs(loads.force - force).max() <= _EDGE_TOLERANCE * loads.force.max():
+            residual = float(np.abs(loads.force - force).max() / loads.force.max())
+            if residual <= _EDGE_TOLERANCE:
                 break
-        return LoadedState(wear, fine, edged, loads, partner_wear)
+        return LoadedState(wear, fine, edged, loads, partner_wear, residual)
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""

@@ -193,7 +193,7 @@ def residual_note(tree: xr.DataTree) -> str:
     found = tree["diagnostics"].to_dataset() if "diagnostics" in tree.children else xr.Dataset()
     parts = [
         f"{found[name].attrs['long_name']} {figure_text(float(np.max(found[name].values)), 3)}"
-        for name in ("load_balance_residual", "complementarity_residual")
+        for name in ("load_balance_residual", "complementarity_residual", "edge_residual", "wear_law_residual")
         if name in found
     ]
     return f"<p>Greatest residuals: {escape('; '.join(parts))}.</p>" if parts else ""

@@ -19,7 +19,7 @@ from semiwear.wear.volume import WearVolume
 __all__ = ["restored_state", "search_as_far", "state_arrays"]
 
 _PRESSED = ("gap", "curvature", "profile")  # of footprints, where edges press
-_NUMBERS = ("meshes", "pace", "error")  # of a state
+_NUMBERS = ("meshes", "pace", "error", "law_residual")  # of a state
 
 
 def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray]:
@@ -43,6 +43,7 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
         arrays["partner_wear"] = state.contact.partner_wear
     for k, contact in enumerate((state.contact, *state.cases)):
         arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in _PRESSED}
+        arrays[f"{k}.edge_residual"] = np.array(contact.edge_residual)
         loads: Any = contact.loads
         arrays |= {f"{k}.{entry.name}": getattr(loads, entry.name) for entry in fields(loads)}
     return arrays | {f"{k}.searched": teeth.solver.searched for k, teeth in enumerate(_all_teeth(stepper))}
@@ -73,4 +74,5 @@ def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> Lo
     kind = type(teeth.solver.no_loads())
     loads = kind(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(kind)})
     pressed: dict[str, Any] = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
-    return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner)
+    residual = float(arrays[f"{k}.edge_residual"])
+    return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner, residual)

@@ -56,6 +56,9 @@ class WearState:
         What such estimates suggest for the next step (`semiwear.wear.adaptive`); empty without them.
     volume : WearVolume
         That Archard's law has worn off so far.
+    law_residual : float
+        Change of the wear coefficient in the last iteration with the loads of the step that led here, over the
+        greatest coefficient; 0 where no wear law makes it depend on loads.
     """
 
     meshes: float
@@ -65,6 +68,7 @@ class WearState:
     error: float = 0.0
     stride: tuple[float, ...] = ()
     volume: WearVolume = field(default_factory=WearVolume.none)
+    law_residual: float = 0.0
 
     @property
     def wear(self) -> FloatArray:
@@ -105,6 +109,8 @@ class Trial:
         As in `WearState`.
     volume : WearVolume
         That the step wears off.
+    law_residual : float
+        As in `WearState`.
     """
 
     start: WearState
@@ -113,6 +119,7 @@ class Trial:
     worn: Worn
     pace: float
     volume: WearVolume = field(default_factory=WearVolume.none)
+    law_residual: float = 0.0
 
 
 @dataclass(frozen=True)

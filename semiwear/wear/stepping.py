@@ -42,7 +42,8 @@ _DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved; a smaller jum
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
-_FACTOR_ITERATIONS = 8
+_FACTOR_ITERATIONS = 60
+_FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
 _CORRECTION = (0.25, 2.0)  # of own wear, by a rehearsal: within it no step was unstable
 _LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
 _FELT = 1e-3  # of the greatest force on a slice: less tells nothing of the wear that it causes
@@ -157,7 +158,8 @@ class WearStepper:
         )
         contact = self.teeth.load(worn.driven, loads[0], worn.driving)
         volume = trial.start.volume + trial.volume
-        return WearState(trial.start.meshes + trial.meshes, contact, trial.pace, cases, volume=volume)
+        meshes, residual = trial.start.meshes + trial.meshes, trial.law_residual
+        return WearState(meshes, contact, trial.pace, cases, volume=volume, law_residual=residual)
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
@@ -174,7 +176,7 @@ class WearStepper:
         work = sliding_work(step.passages(loads), step.motion, self.teeth)
         doses = self.doses(meshes)
         volume = WearVolume(work * np.array([doses.driving, doses.driven]), on_edges)
-        return Trial(step.state, meshes, loads, worn, step.pace, volume)
+        return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual)
 
 
 class _CaseStep:
@@ -191,6 +193,7 @@ class _CaseStep:
         self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self.rate = np.zeros(0)
         self.factor: FloatArray | None = self._factor(state.loads) if stepper.factor is not None else None
+        self.law_residual = 0.0
 
     def prepare(self, meshes: float) -> float:
         """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
@@ -246,10 +249,17 @@ class _CaseStep:
         for _ in range(_FACTOR_ITERATIONS):
             # more load makes more wear and so less load: half of each change overshoots least
             change = np.where(loads.force > 0.0, self._factor(loads) - self.factor, 0.0)
-            if np.abs(change).max() <= _FACTOR_TOLERANCE * self.factor.max():
-                break
+            self.law_residual = float(np.abs(change).max() / self.factor.max())
+            if self.law_residual <= _FACTOR_TOLERANCE:
+                return loads
             self.factor = self.factor + 0.5 * change
             loads = self._solve(meshes, positions, loads)
+        if self.law_residual > _FACTOR_MISSED:
+            raise ConvergenceError(
+                f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after {_FACTOR_ITERATIONS} "
+                f"iterations the wear coefficient still changes by {self.law_residual:.1%} of its greatest; take "
+                "more numerics.wear_steps, or an effects.wear_law whose wear changes less with the load"
+            )
         return loads
 
     def _solve(self, meshes: float, positions: Sequence[int] | None, start: Any) -> Any:
@@ -318,6 +328,11 @@ class _Step:
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
         )
         return int(min(np.ceil(depth / reach), _MOST_CYCLES))
+
+    @property
+    def law_residual(self) -> float:
+        """Greatest of the load cases."""
+        return max(case.law_residual for case in self.cases)
 
     def passages(self, loads: Sequence[Any]) -> list[Passage]:
         """The cases' parts in the wear."""

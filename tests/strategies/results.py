@@ -154,6 +154,8 @@ def synthetic_tree(
         "iterations": 4 + step % 3,
         "load_balance_residual": 1e-9 * (1 + step),
         "complementarity_residual": 1e-12 * (1 + step),
+        "edge_residual": 1e-3 / (1 + step),
+        "wear_law_residual": 1e-4 * step,
         "wear_volume_residual": 1e-4 * np.ones((wear_steps, 2)),
         "seconds": np.array([0.4, 1.1, 2.6]),
         "elements_across": 4.0 + 0.0 * engagement["load_share"],

@@ -67,8 +67,9 @@ def test_names_of_the_design_are_there():
         "transmission_error_mean transmission_error_amplitude mesh_efficiency friction_power_loss_mean "
         "contact_temperature_max lambda_ratio_min",
         "life": "depth_limit meshes_to_limit hours_to_limit sensitivity_to_wear_coefficient sensitivity_to_torque",
-        "diagnostics": "iterations load_balance_residual complementarity_residual wear_volume_residual "
-        "elements_across reaches_border edge_contact smallest_gap seconds effect_seconds error_estimate",
+        "diagnostics": "iterations load_balance_residual complementarity_residual edge_residual wear_law_residual "
+        "wear_volume_residual elements_across reaches_border edge_contact smallest_gap seconds effect_seconds "
+        "error_estimate",
         "tooth_contact": "path_of_contact transmission_error principal_relative_curvature "
         "contact_ellipse_angle contact_ratio undercut_radius pointing_radius",
     }

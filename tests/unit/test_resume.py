@@ -89,8 +89,8 @@ def test_a_state_comes_back_bit_for_bit(small):
     """Also what is not kept but found again; a field that a state gains must be thought of here."""
     names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, LineLoads, PatchLoads)}
     assert names == {
-        WearState: {"meshes", "contact", "pace", "cases", "error", "stride", "volume"},
-        LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear"},
+        WearState: {"meshes", "contact", "pace", "cases", "error", "stride", "volume", "law_residual"},
+        LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear", "edge_residual"},
         LineLoads: {"force", "half_width", "rotation", "iterations", "balance", "complementarity"},
         PatchLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
     }
@@ -98,15 +98,16 @@ def test_a_state_comes_back_bit_for_bit(small):
     physics = plan(small.replace(SCENES["both bodies"] | {"effects.misalignment.pinion_slope_mrad": 2.0}))
     stepper = physics.wear_stepper(physics.loaded_teeth())
     start = stepper.start()
-    state = replace(stepper.step(start, 1e8), error=0.1, stride=(0.2, 0.3))
+    state = replace(stepper.step(start, 1e8), error=0.1, stride=(0.2, 0.3), law_residual=0.4)
     plain = stepper.teeth.touch(stepper.teeth.removed(*state.worn))[1]
     assert not np.array_equal(plain.gap, state.contact.coarse.gap), "no edge is pressed: the test shows nothing"
     back = restored_state(stepper, state_arrays(stepper, state))
-    for name in ("meshes", "pace", "error", "stride"):
+    for name in ("meshes", "pace", "error", "stride", "law_residual"):
         assert getattr(back, name) == getattr(state, name)
     assert (state.volume.driven > 0.0).all()
     for name in ("driven", "on_edges"):
         assert getattr(back.volume, name).tobytes() == getattr(state.volume, name).tobytes()
+    assert back.contact.edge_residual == state.contact.edge_residual > 0.0
     for part in ("fine", "coarse", "loads"):
         one, other = getattr(state.contact, part), getattr(back.contact, part)
         for entry in fields(one):
