@@ -8,7 +8,7 @@ the radius, less than zero where teeth point inwards, so that it grows towards t
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -127,6 +127,7 @@ def cylindrical_mesh(
             missing = whole - len(members)
             turn = Rotation.from_rotvec([0.0, 0.0, surface.own.facing * 2.0 * pi / whole]).as_matrix()
     divisions = divisions or Divisions.of_module(module)
-    return mesh_teeth(
+    mesh = mesh_teeth(
         surface, members, element, refinements or {}, divisions, tuple(detailed), missing=missing, turn=turn
     )
+    return replace(mesh, inclined=True)

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import ceil
 from typing import Protocol
 
 import numpy as np
@@ -92,6 +93,9 @@ class Divisions:
         Greatest element size along the face [mm].
     towards_fillet : float
         Exponent by which the flank's elements grow from the fillet to the tip: above 1 for loads beside the fillet.
+    deeper : bool
+        As many elements below the root as it takes to start with the size of the fillet's and to grow no faster than
+        with the square of the depth, `depth` at least.
     """
 
     flank: int
@@ -101,6 +105,7 @@ class Divisions:
     depth: int
     face_size: float
     towards_fillet: float = 1.0
+    deeper: bool = False
 
     @classmethod
     def of_module(cls, module: float) -> Divisions:
@@ -191,7 +196,9 @@ def depth_corners(surface: ToothSurface, face: FloatArray, divisions: Divisions)
     depth = surface.fillet(middle)[-1, 1] - surface.foot
     if depth <= 0.0:
         raise MeshError(f"{surface.name}: the held face lies above the root; make the rim thicker")
-    return _growing(divisions.depth, _fillet_size(surface, middle, divisions) / depth)
+    first = _fillet_size(surface, middle, divisions) / depth
+    count = max(divisions.depth, ceil(first**-0.5)) if divisions.deeper else divisions.depth
+    return _growing(count, first)
 
 
 def _fillet_size(surface: ToothSurface, face: float, divisions: Divisions) -> float:

@@ -18,7 +18,7 @@ from fem_reference.root_stress import fillet_stress
 from fem_reference.solvers import Factor, factorise
 from fem_reference.tooth_mesh import LOADED, Divisions, FlankGrid, ToothMesh
 from semiwear.errors import ConvergenceError
-from semiwear.scene import Scene
+from semiwear.scene import CylindricalPair, Scene
 
 if TYPE_CHECKING:
     from fem_reference.mesh_position import PairResult
@@ -55,6 +55,9 @@ class RootStress:
         (`root_stress.ROOT_FROM`).
     face_size : float
         Greatest length of an element along the face, in modules.
+
+    Rings may be thick: elements below the root of cylindrical gears start with the size of the fillet's. Five instead
+    of nine below 45 mm of steel raise root stress by 3 to 7 %.
     """
 
     scene: Scene
@@ -88,6 +91,7 @@ class RootStress:
             depth=5,
             face_size=self.face_size * module,
             towards_fillet=self.towards_fillet,
+            deeper=isinstance(self.scene.gear_pair, CylindricalPair),
         )
 
     @cached_property

@@ -9,7 +9,8 @@ stress follows from these two strains alone (plane stress):
     stress_t = E/(1 - nu^2) (strain_t + nu strain_f)
 
 This converges faster than stress from within, which must be extrapolated through the steepest gradient. The
-component along the fillet in the section superposes; principal stress does not.
+component along the fillet in the section, of helical teeth the normal section (ISO 6336-3:2019, 5), superposes;
+principal stress does not.
 
 Root stress is the greatest from `ROOT_FROM` of the fillet's length on. Nearer to the flank a load beside the fillet
 leaves the stress of its own contact, which no mesh of a tooth carries. The notch's own greatest stress stands a third
@@ -140,9 +141,12 @@ def fillet_operator(body: ElasticBody, mesh: ToothMesh, *, tooth: int = 0, side:
     tangents = np.einsum("ajq,fai->fqji", slopes, body.points[nodes])
     metric = np.linalg.inv(tangents @ tangents.swapaxes(2, 3))
     gradient = np.einsum("ajq,fqjk,fqki->fqai", slopes, metric, tangents)  # of the shape functions, in the surface
-    along = tangents[:, :, 0] / np.linalg.norm(tangents[:, :, 0], axis=-1, keepdims=True)
-    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-    across = np.cross(normal / np.linalg.norm(normal, axis=-1, keepdims=True), along)
+    down, beside = (t / np.linalg.norm(t, axis=-1, keepdims=True) for t in np.moveaxis(tangents, 2, 0))
+    normal = np.cross(down, beside)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    # an inclined tooth bends across the lines that follow it, not in the transverse section
+    along = np.cross(beside, normal) if mesh.inclined else down
+    across = np.cross(normal, along)
     e, nu = body.youngs_modulus, body.poissons_ratio
     reading = np.einsum("fqak,fqk,fqi->fqai", gradient, along, along)
     reading += nu * np.einsum("fqak,fqk,fqi->fqai", gradient, across, across)

@@ -98,6 +98,8 @@ class ToothMesh:
         Displacement nodes of the tooth's middle surface, from the tip to the held face; -1 where there is none.
     rest : RestOfRing, optional
         Teeth that are not in the mesh and close it to a ring; without them the cut planes are free.
+    inclined : bool
+        Teeth may be inclined to the sections of the mesh, so that root stress is read normal to the tooth.
     """
 
     name: str
@@ -109,6 +111,7 @@ class ToothMesh:
     fillets: dict[tuple[int, int], FilletGrid]
     middles: dict[int, IntArray]
     rest: RestOfRing | None = None
+    inclined: bool = False
 
 
 def mesh_teeth(

@@ -12,10 +12,13 @@ import semiwear as sw
 from fem_reference import simulate, tooth_influence
 from fem_reference.cylindrical_mesh import CylindricalSurface
 from fem_reference.cylindrical_motion import CylindricalMotion
+from fem_reference.elasticity import ElasticBody
 from fem_reference.hexahedra import MeshError
 from fem_reference.pair_motion import line_speed
 from fem_reference.pairs import body_mesh, pair_motion
+from fem_reference.pitch_blocks import depth_corners
 from fem_reference.rigid_lines import RigidFlank
+from fem_reference.root_stress import fillet_operator
 from fem_reference.tooth_mesh import LOADED, Divisions
 from fem_reference.wear import face_stations, flank_profile, wear_depth_of
 from semiwear.errors import SceneError
@@ -221,3 +224,45 @@ def test_helix_of_the_reference_cylinder(shipped: sw.Scene) -> None:
     assert motion.pinion.twist == pytest.approx(twist)
     assert motion.gear.twist == pytest.approx(-twist * motion.ratio)
     assert motion_of(shipped, "coast").pinion.twist == pytest.approx(-twist)
+
+
+@pytest.mark.parametrize("name", ["pinion", "gear"])
+def test_root_stress_is_read_normal_to_the_tooth(name) -> None:
+    """ISO 6336-3:2019, 5: root stress of helical teeth is that of the normal section, not of the transverse one."""
+    divisions = Divisions(flank=3, fillet=4, land=1, across=2, depth=2, face_size=3.0)
+    changed = sw.load_scene("spur_fzg_c").replace(HELICAL | {"gear_pair.helix_angle_deg": 30.0})
+    mesh = body_mesh(changed, name, element="hex20", teeth=3, divisions=divisions)
+    e, nu = 206000.0, 0.3
+    body = ElasticBody(mesh.mesh, element="hex20", youngs_modulus=e, poissons_ratio=nu)
+    fillet = mesh.fillets[0, LOADED]
+    # the tooth's direction, from neighbouring places of the same height
+    points, down = fillet.points[:, ::2], fillet.tangents[:, ::2]
+    trace = np.gradient(points, axis=1)
+    trace /= np.linalg.norm(trace, axis=-1, keepdims=True)
+    lean = np.degrees(np.arccos(np.abs(trace[0, :, 2])))
+    assert np.all((lean > 25.0) & (lean < 33.0))
+    normal = np.cross(down, trace)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    across = np.cross(trace, normal)
+    strain = 1e-4 * np.array([[2.0, 0.5, -0.7], [0.5, -1.0, 0.4], [-0.7, 0.4, 1.5]])
+    expected = sum(
+        factor * np.einsum("afi,ij,afj->af", way, strain, way) for way, factor in ((across, 1.0), (trace, nu))
+    )
+    found = (fillet_operator(body, mesh) @ (body.points @ strain).ravel()).reshape(expected.shape)
+    np.testing.assert_allclose(found, e / (1.0 - nu**2) * expected, atol=0.03 * np.abs(found).max())
+
+
+def test_elements_below_the_root_start_as_small_as_those_of_the_fillet() -> None:
+    """However thick the body is: five of them raised root stress by 3 to 7 % above 45 mm of steel."""
+    few = Divisions(flank=10, fillet=8, land=1, across=6, depth=5, face_size=3.0)
+    for rim, count in ((8.0, 5), (40.0, 10)):
+        pair = pair_motion(sw.load_scene("spur_fzg_c").replace({"gear_pair.gear_rim_thickness_mm": rim}))
+        assert isinstance(pair, CylindricalMotion)
+        surface = CylindricalSurface(pair.gear, (-7.0, 7.0), "gear")
+        fillet = surface.fillet(0.0)
+        element = np.hypot(*np.diff(fillet, axis=0).T).sum() / 8
+        steps = rim * np.diff(depth_corners(surface, np.array([0.0]), replace(few, deeper=True)))
+        assert len(steps) == count
+        assert steps[0] <= 1.01 * element
+        assert np.all(np.diff(steps) > 0.0)
+        assert len(depth_corners(surface, np.array([0.0]), few)) == 6
