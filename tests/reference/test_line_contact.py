@@ -370,10 +370,10 @@ def test_wear_depth_of_a_result_gives_its_loads_again(worn_small):
     fresh = again["engagement"].isel(wear_step=0)
     for name, here, there in (
         ("load share", fresh.load_share, last.load_share),
-        ("root stress", fresh.root_stress, last.root_stress),
         ("pressure", away_from_edges(fresh), away_from_edges(last)),
-        # an edge that bears less than a hundredth of the load is pressed as hard as loads are exact
+        # where an edge bears less than a hundredth of the load, its share of that is only as exact as edges settle
         ("pressed edge", *(part.contact_pressure_max_edge.where(part.load_share > 0.01) for part in (fresh, last))),
+        ("root stress", *(part.root_stress.where(part.load_share > 0.01) for part in (fresh, last))),
     ):
         np.testing.assert_allclose(here, there, rtol=0.0, atol=1e-4 * float(np.abs(there).max()), err_msg=name)
 
