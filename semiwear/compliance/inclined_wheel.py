@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.compliance.annulus import Annulus
+from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.quadratic import quadratic_weights
 from semiwear.geometry.inclined_foot import FootRing
 
-__all__ = ["OFFSETS", "POLYNOMIALS", "along_axis", "elements_along", "ring_compliance"]
+__all__ = ["OFFSETS", "POLYNOMIALS", "elements_along", "ring_compliance"]
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float
     Returns
     -------
     (9, 4 P, 4 P) array
-        For each of `OFFSETS`: motion of a foot by loads on a foot, both spread along the axis as `along_axis` says,
+        For each of `OFFSETS`: motion of a foot by loads on a foot, both spread along the axis as `along_width` says,
         [polynomial, (radial, tangential, axial, couple)]; [mm/N], [mm/(N mm)] and [rad/(N mm)].
     """
     annulus = Annulus(ring.held_radius, ring.foot_radius, ring.width, youngs_modulus, poissons_ratio, elements)
@@ -77,21 +78,12 @@ def elements_along(ring: FootRing) -> int:
     return max(ceil(2.0 * ring.width / ring.chord), _LEAST_ELEMENTS)
 
 
-def along_axis(place: FloatArray) -> FloatArray:
-    """Orthonormal polynomials of the place along the axis, -1/2 to 1/2 of the width: (..., P) array.
-
-    A load at a place is taken as the distribution of these orders that does the same work.
-    """
-    inside = np.clip(2.0 * np.asarray(place), -1.0, 1.0)
-    return np.polynomial.legendre.legvander(inside, POLYNOMIALS - 1) * np.sqrt(2.0 * np.arange(POLYNOMIALS) + 1.0)
-
-
 def _foot_loads(ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64]) -> NDArray[np.complex128]:
     """Harmonics of loads on feet, spread along the axis: (m, 3 S, 4 P) array, see the module."""
     at, weight = np.polynomial.legendre.leggauss(_FOOT_POINTS)
     across, share = 0.5 * ring.chord * at, 0.5 * weight
     at, weight = np.polynomial.legendre.leggauss(2 * z.size)
-    along, spread = 0.5 * ring.width * at, 0.5 * weight[:, None] * along_axis(0.5 * at)
+    along, spread = 0.5 * ring.width * at, 0.5 * weight[:, None] * along_width(0.5 * at, POLYNOMIALS)
     cosine = 1.0 / hypot(1.0, ring.slope)
     # points of the foot of the tooth whose middle is at each place: the foot stands normal to the tooth
     angle = (ring.slope * along[:, None] + cosine * across) / ring.foot_radius

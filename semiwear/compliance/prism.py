@@ -9,7 +9,7 @@ so that strains are a cosine (or sine) times (B0 + k B1) q and the harmonics dec
     K_n = K0 + k K1 + k^2 K2,   K0 = int B0' D B0,   K1 = int (B0' D B1 + B1' D B0),   K2 = int B1' D B1
 
 A point load P at z0 moves the section at z by  sum_n (c_n/L) cos(k z) cos(k z0) K_n^-1 P,  c_0 = 1, c_n = 2.
-The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `open_ends` sets that
+The cosines mirror the body at its ends: shear stress and axial displacement vanish there; `tooth_ends` sets that
 displacement free. Each harmonic is assembled for one pitch; `pitch_chain` joins the pitches.
 
 Source: Y. K. Cheung, Finite Strip Method in Structural Analysis, Pergamon 1976, ch. 6 (finite prisms);
@@ -27,7 +27,6 @@ from scipy.interpolate import make_interp_spline
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 from skfem.quadrature import get_quadrature
 
-from semiwear.compliance.open_ends import EndJumps, opened
 from semiwear.compliance.pitch_chain import (
     DEFLECTION_OFFSETS,
     STRESS_OFFSETS,
@@ -82,9 +81,6 @@ class PrismSection:
     stress : (N, 3, F, H) array [MPa/N]
         Tangential stress at the points of the fillet on the loaded side (x > 0) of the tooth at an offset of
         `STRESS_OFFSETS`, tensile positive.
-    end_deflection : (N, E, H) array [mm/N]^(1/2)
-    end_stress : (N, E, F) array [MPa/N / (mm/N)^(1/2)]
-        What the free ends add on the loaded tooth itself, see `open_ends.opened`: the cosines above mirror the body.
     fillet_points : (F, 2) array [mm]
         Where the stress is given, from the end of the flank to the root.
     fillet_share : (F,) array
@@ -98,8 +94,6 @@ class PrismSection:
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
-    end_deflection: FloatArray
-    end_stress: FloatArray
     fillet_points: FloatArray
     fillet_share: FloatArray
     asymmetry: float
@@ -118,7 +112,6 @@ def prism_section(
     fillet_elements: int = 6,
     elements_across: int = 5,
     elements_below: int | None = None,
-    end_jumps: int = 6,
     name: str = "tooth section",
 ) -> PrismSection:
     """Influence of flank loads on mid-surface deflection and fillet stress of a prismatic tooth body.
@@ -147,8 +140,6 @@ def prism_section(
         See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small. These and
         the heights are spent where they count: the greatest fillet stress is within 0.8 % of the converged
         section's, and twice as many along the fillet without more across bring nothing.
-    end_jumps : int
-        Number of shapes in which each end is freed, 0 for mirrored ends. Six give what 16 give to 0.1 %.
 
     Returns
     -------
@@ -181,8 +172,7 @@ def prism_section(
     )
     observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
     k0, mixed, k2 = _mixed_matrices(mesh, youngs_modulus, poissons_ratio)
-    jumps = EndJumps.of(mesh, k0, mixed, k2, end_jumps)
-    pitch = Pitch.of(mesh, section, (k0, mixed + mixed.T, k2), observer.rows(jumps))
+    pitch = Pitch.of(mesh, section, (k0, mixed + mixed.T, k2), observer.rows)
 
     solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
     wave_number = np.arange(harmonics) * np.pi / width
@@ -193,12 +183,6 @@ def prism_section(
     variable = np.arcsinh(4 * tooth_height * wave_number)
     deflection = weight * _between_harmonics(variable[solved], deflection, variable)
     stress = weight * _between_harmonics(variable[solved], stress, variable)
-    own, cut = deflection[:, DEFLECTION_OFFSETS.index(0)], stress[:, STRESS_OFFSETS.index(0), :, heights:]
-    # a jump is no strain: what the fillet's stress takes for one goes off again
-    cut = cut - weight[:, 0] * (observer.stress_along @ np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]])))
-    moved, bent = own[:, :end_jumps, :heights], own[:, :end_jumps, heights:]
-    ends = opened(weight[:, 0, 0, 0], jumps.stiffness, bent, moved, cut.swapaxes(1, 2))
-    deflection, stress = deflection[..., end_jumps:, :heights], stress[..., :heights]
     reciprocal = (deflection + deflection[:, ::-1].swapaxes(2, 3)) / 2
     asymmetry = np.abs(reciprocal - deflection).max() / np.abs(deflection[0]).max()
     return PrismSection(
@@ -207,8 +191,6 @@ def prism_section(
         depth=observer.depth,
         deflection=reciprocal,
         stress=stress,
-        end_deflection=ends[0],
-        end_stress=ends[1],
         fillet_points=observer.fillet_points,
         fillet_share=fillet_shares(mesh),
         asymmetry=float(asymmetry),
@@ -343,16 +325,17 @@ class _Observer:
         depth = np.linalg.norm(middle - mesh.nodes[mesh.flank], axis=1)
         return cls(load, deflection, stress, stress_along, depth, points)
 
-    def rows(self, jumps: EndJumps) -> PitchRows:
-        """Loads (heights, then jumps) and readings (jumps, then deflection; stress) of a pitch."""
-        heights, count, gauges = self.load.shape[0], jumps.strained.shape[0], self.stress.shape[0]
+    @property
+    def rows(self) -> PitchRows:
+        """Loads and readings (deflection; stress) of a pitch."""
+        heights, gauges = self.load.shape[0], self.stress.shape[0]
         steady = csr_matrix(self.load.shape)
         return PitchRows(
-            fixed=vstack([self.load, jumps.strained, self.deflection, self.stress]).tocsr(),
-            along=vstack([steady, jumps.stretched, steady, self.stress_along]).tocsr(),
-            load=slice(0, heights + count),
-            deflection=slice(heights, 2 * heights + count),
-            stress=slice(2 * heights + count, 2 * heights + count + gauges),
+            fixed=vstack([self.load, self.deflection, self.stress]).tocsr(),
+            along=vstack([steady, steady, self.stress_along]).tocsr(),
+            load=slice(0, heights),
+            deflection=slice(heights, 2 * heights),
+            stress=slice(2 * heights, 2 * heights + gauges),
         )
 
 

@@ -104,7 +104,7 @@ def tapered(
     faces : (B,) array [mm]
         Face coordinates of the sections, growing.
     prisms : tuple of B PrismSection
-        Of those sections, with mirrored ends (no `end_jumps`) and the width of the tooth.
+        Of those sections, with mirrored ends and the width of the tooth.
     stations : (S,) array [mm]
         Face coordinates at which stress is to be read.
     root : (F,) array

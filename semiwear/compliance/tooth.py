@@ -82,6 +82,13 @@ class ToothBody:
         """Face coordinates at which root stress is read [mm]."""
         return self.start + self.width * (np.arange(ROOT_STATIONS) + 0.5) / ROOT_STATIONS
 
+    def heights(self, places: LinePlaces) -> tuple[FloatArray, FloatArray]:
+        """Height of places as a share of the flank there, and its derivative by the driven profile [1/mm]."""
+        section = _section_weights(self.faces, places.face)
+        # they count from the end of the fillet to the tip of the local section
+        root, tip = (section @ np.array([s.load_profile[end] for s in self.sections]) for end in (0, -1))
+        return (places.profile - root) / (tip - root), places.slope / (tip - root)
+
 
 @dataclass(frozen=True)
 class LinePlaces:
@@ -211,14 +218,8 @@ class BodyOnLines:
         Prism matrices [section, observer, tooth offset, harmonic, load], mm/N.
     stress : (B, N, H, 3 F) array
         Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
-    jumps : (N, H, B, E) array
-        What a unit load does to the jumps that free the ends [harmonic, load height, section, jump].
-    ends, ends_slope : (roll, face, B, E) arrays
-        The same for a unit load at each contact point, and its derivative by the driven profile.
-    end_stress : (B, N, F, E) array
-        Fillet stress of those jumps.
-    inclined : BeyondPrism or None
-        The wheel and the oblique ends of an inclined tooth.
+    beyond : BeyondPrism or None
+        Its free ends, and the wheel of an inclined tooth.
     splines : (roll, face, S) array, optional
         Values of the splines of a tooth that tapers.
     tapering, tapering_slope : (roll face, H S) sparse matrices, optional
@@ -235,26 +236,17 @@ class BodyOnLines:
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
-    jumps: FloatArray
-    ends: FloatArray
-    ends_slope: FloatArray
-    end_stress: FloatArray
-    inclined: BeyondPrism | None = None
+    beyond: BeyondPrism | None = None
     splines: FloatArray | None = None
     tapering: csr_matrix | None = None
     tapering_slope: csr_matrix | None = None
 
     @classmethod
-    def of(cls, body: ToothBody, places: LinePlaces, inclined: BeyondPrism | None = None) -> BodyOnLines:
+    def of(cls, body: ToothBody, places: LinePlaces, beyond: BeyondPrism | None = None) -> BodyOnLines:
         """Prepare a body for contact lines at `places`."""
         section = _section_weights(body.faces, places.face)
         count = body.sections[0].load_profile.size
-        root = np.array([s.load_profile[0] for s in body.sections])
-        tip = np.array([s.load_profile[-1] for s in body.sections])
-        # heights count from the end of the fillet to the tip of the local section
-        local_root, local_tip = section @ root, section @ tip
-        per_mm = 1.0 / (local_tip - local_root)
-        place, place_slope = (places.profile - local_root) * per_mm, per_mm * places.slope
+        place, place_slope = body.heights(places)
         height, slope = cubic_weights(place, load_heights(count))
         harmonics = body.sections[0].deflection.shape[0]
         angle = np.pi * (places.face - body.start) / body.width
@@ -265,12 +257,6 @@ class BodyOnLines:
         stress = np.stack([_of_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
         slope = slope * place_slope[..., None]
         cosine = np.cos(angle[..., None] * np.arange(harmonics))
-        jumps = np.stack([s.end_deflection for s in body.sections]).transpose(1, 3, 0, 2)  # (N, load, B, E)
-        by_harmonic = jumps.reshape(harmonics, -1)
-        ends, ends_slope = (
-            np.einsum("kih,kihbe->kibe", w, (cosine @ by_harmonic).reshape(*w.shape, *jumps.shape[2:]))
-            for w in (height, slope)
-        )
         splines = body.taper.splines(places.face) if body.taper is not None else None
         return cls(
             body=body,
@@ -286,11 +272,7 @@ class BodyOnLines:
             depth=depth,
             deflection=np.ascontiguousarray(deflection.transpose(0, 3, 2, 1, 4)),
             stress=np.ascontiguousarray(stress.transpose(0, 1, 4, 2, 3).reshape(*stress.shape[:2], count, -1)),
-            jumps=jumps,
-            ends=ends,
-            ends_slope=ends_slope,
-            end_stress=np.stack([_of_root(s, s.end_stress.swapaxes(1, 2)) for s in body.sections]),
-            inclined=inclined,
+            beyond=beyond,
         )
 
     def add_compliance(
@@ -327,15 +309,13 @@ class BodyOnLines:
                 seen = (wide[rows] @ table).reshape(rows.size, harmonics, heights)
                 seen *= cosine_2[rows][:, :, None]
                 block = seen.reshape(rows.size, -1) @ load[theirs].T
-                if offset == 0:
-                    block += self._by_ends(rolls[mine], faces[mine])
                 if self.body.taper is not None and abs(offset) <= 1:
                     block += self._by_taper(self.body.taper, offset, (rolls, faces), mine, theirs)
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
-        if self.inclined is not None:
+        if self.beyond is not None:
             # the loaded side is where the load comes from
-            self.inclined.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
+            self.beyond.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
 
     def _by_taper(
         self, taper: Taper, offset: int, points: tuple[IntArray, IntArray], observers: IntArray, loads: IntArray
@@ -346,13 +326,6 @@ class BodyOnLines:
         answer = self.tapering[flat[loads]] @ taper.deflection[1 + offset].T  # of every observer, (m, H S)
         own = [part[flat[observers]] @ answer.T for part in (self.tapering, self.tapering_slope)]
         return np.concatenate(own)
-
-    def _by_ends(self, rolls: IntArray, faces: IntArray) -> FloatArray:
-        """What the free ends add between points of one tooth, and below its derivative: (2 n, n) array [mm/N]."""
-        moved = self.ends[rolls, faces]
-        both = np.concatenate([moved, self.ends_slope[rolls, faces]])
-        shares = np.concatenate([self.section[rolls, faces]] * 2)[:, :, None]
-        return (shares * both).reshape(len(both), -1) @ moved.reshape(len(moved), -1).T
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
         """See `root_stress`."""
@@ -465,20 +438,14 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, moved: Flo
     points = width // 3
     stress = np.zeros((3, loads.shape[0], stations, points))
     stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
-    # the jumps that free the ends, likewise by the load's section and by the observer's
-    jumps = np.einsum("nkh,nhbe->kbe", modal.sum(axis=2), body.jumps, optimize=True)
-    jumps_by_load = np.einsum("nkbh,nhbe->kbe", modal, body.jumps, optimize=True)
-    of_jumps = np.einsum("zn,bnfe->zbef", cosine, body.end_stress)
-    stress[1, loaded] += 0.5 * np.einsum("kbe,zbef->kzf", jumps_by_load, of_jumps, optimize=True)
-    stress[1, loaded] += 0.5 * np.einsum("kbe,zb,zbef->kzf", jumps, observer, of_jumps, optimize=True)
     if tooth.taper is not None and body.splines is not None:
         # loads on heights and splines
         spread = np.einsum("kih,kis->khs", loads[loaded], body.splines[loaded]).reshape(loaded.size, -1)
         stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
     result = stress[1]
-    if body.inclined is not None:
+    if body.beyond is not None:
         from_middle = at - (tooth.start + 0.5 * tooth.width)
-        result = result + body.inclined.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
+        result = result + body.beyond.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
     # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
     # and the observer is then its neighbour on the other side
     result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]

@@ -73,6 +73,14 @@ class InclinedFoot:
         return self.sense * self.tooth.helix_angle
 
     @property
+    def crowding(self) -> float:
+        """Length of the tooth on the reference cylinder over that on the root cylinder.
+
+        The same forces are shared by less length where the helix is less inclined.
+        """
+        return cos(atan(self.wheel.slope)) / cos(self.tooth.helix_angle)
+
+    @property
     def wheel(self) -> FootRing:
         """The ring that is there."""
         tooth = self.tooth

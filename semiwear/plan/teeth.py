@@ -7,18 +7,19 @@ from functools import lru_cache
 
 import numpy as np
 
-from semiwear.compliance.inclined_on_lines import InclinedInfluence, InclinedOnLines, inclined_influence
+from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, wheel_influence
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.taper import tapered
 from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.pairs import GearPair, flank_pair, on_loaded_flank
 from semiwear.scene import Material, Placement, Scene
 
-__all__ = ["elastic", "inclined", "tooth_compliance", "toothed"]
+__all__ = ["elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
 
 _TAPERING = 4
 """Sections from which on a course along the face can be told."""
@@ -37,30 +38,30 @@ def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tupl
         return _influence(scene, pair, lines)
     bodies = []
     for index, material in enumerate((scene.material.pinion, scene.material.gear)):
-        shape = pair.prism_body(index)
         body = toothed(scene.gear_pair, index, material, scene.numerics.harmonics)
         places = _places(lines, index)
-        beyond = None if shape.foot is None else _inclined(scene, pair, index, material, body.sections[0], places)
+        # a tooth that tapers has its ends in the taper
+        beyond = None if body.taper is not None else _beyond(scene, pair, index, material, places)
         bodies.append(BodyOnLines.of(body, places, beyond))
     return tuple(bodies)
 
 
-def _inclined(
-    scene: Scene, pair: FlankPair, index: int, material: Material, section: PrismSection, places: LinePlaces
-) -> InclinedOnLines:
-    """What a helical tooth has beyond its prism."""
+def _beyond(scene: Scene, pair: FlankPair, index: int, material: Material, places: LinePlaces) -> BeyondOnLines:
+    """What a tooth of one section, or of sections that are alike, has beyond its prism."""
     shape = pair.prism_body(index)
     # the coast flank is the drive flank of the other hand
     table, _ = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
+    body = toothed(table, index, material, scene.numerics.harmonics)
+    ends = free_ends(table, index, material, scene.numerics.harmonics)
+    along, height = places.face - (shape.start + 0.5 * shape.width), body.heights(places)
+    if shape.foot is None:
+        return BeyondOnLines.of(ends, shape.width, along, height)
     _, radius = pair.flank_place(index, places.face, places.profile)
-    step = 1e-4 * float(np.ptp(section.load_profile))
+    step = 1e-4 * float(np.ptp(body.sections[0].load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
-    root, tip = section.load_profile[[0, -1]]
-    return InclinedOnLines.of(
-        inclined(table, index, material),
-        places.face - (shape.start + 0.5 * shape.width),
-        (radius, (farther - radius) / step * places.slope),
-        ((places.profile - root) / (tip - root), places.slope / (tip - root)),
+    wheel = wheel_under(table, index, material)
+    return BeyondOnLines.of(
+        ends, shape.width, along, height, wheel, (radius, (farther - radius) / step * places.slope)
     )
 
 
@@ -87,6 +88,28 @@ def _places(lines: ContactLines, body: int) -> LinePlaces:
 
 
 @lru_cache(maxsize=16)
+def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
+    """The prisms of a body's sections; kept between runs as `toothed` are."""
+    shape = flank_pair(table, Placement()).prism_body(index)
+    youngs_modulus, poissons_ratio = elastic(material)
+    found = tuple(
+        prism_section(
+            section,
+            width=shape.tooth_length,
+            youngs_modulus=youngs_modulus,
+            poissons_ratio=poissons_ratio,
+            harmonics=harmonics,
+            name=f"{BODIES[index]} section at {face:.4g} mm",
+        )
+        for face, section in zip(shape.faces, shape.sections, strict=True)
+    )
+    if shape.foot is None:
+        return found
+    # a prism is as long as the tooth on the reference cylinder
+    return tuple(replace(prism, stress=shape.foot.crowding * prism.stress) for prism in found)
+
+
+@lru_cache(maxsize=16)
 def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> ToothBody:
     """A body's teeth; they depend on geometry and material alone and are kept between runs.
 
@@ -98,19 +121,7 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
     tapers = len(shape.sections) >= _TAPERING and all(isinstance(s.rim, RackRim) for s in shape.sections)
     # face coordinates have to be millimetres along the tooth
     tapers &= bool(np.isclose(shape.tooth_length, shape.width, rtol=1e-6))
-    name = f"{BODIES[index]} section"
-    sections = tuple(
-        prism_section(
-            section,
-            width=shape.tooth_length,
-            youngs_modulus=youngs_modulus,
-            poissons_ratio=poissons_ratio,
-            harmonics=harmonics,
-            end_jumps=0 if tapers else 6,
-            name=f"{name} at {face:.4g} mm",
-        )
-        for face, section in zip(shape.faces, shape.sections, strict=True)
-    )
+    sections = prisms(table, index, material, harmonics)
     body = ToothBody(
         start=shape.start,
         width=shape.width,
@@ -132,20 +143,32 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
         width=shape.width,
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,
-        name=name,
+        name=f"{BODIES[index]} section",
     )
     return replace(body, sections=residual, taper=taper)
 
 
 @lru_cache(maxsize=16)
-def inclined(table: GearPair, body: int, material: Material) -> InclinedInfluence:
-    """What a helical tooth of a body has beyond its prism; kept between runs as `toothed` are."""
-    shape = flank_pair(table, Placement()).prism_body(body)
-    assert shape.foot is not None
-    return inclined_influence(
-        shape.foot,
-        shape.sections[0],
-        youngs_modulus=material.youngs_modulus_MPa,
-        poissons_ratio=material.poissons_ratio,
-        name=f"{BODIES[body]} section",
+def free_ends(table: GearPair, index: int, material: Material, harmonics: int) -> EndEffect:
+    """What the free ends of a body's teeth add, by the section in the middle; kept between runs as `toothed` are."""
+    shape = flank_pair(table, Placement()).prism_body(index)
+    youngs_modulus, poissons_ratio = elastic(material)
+    middle = len(shape.sections) // 2
+    return end_effect(
+        shape.sections[middle],
+        prisms(table, index, material, harmonics)[middle],
+        width=shape.tooth_length if shape.foot is None else shape.width,
+        slant=0.0 if shape.foot is None else shape.foot.slant,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        name=f"{BODIES[index]} section",
     )
+
+
+@lru_cache(maxsize=16)
+def wheel_under(table: GearPair, index: int, material: Material) -> WheelInfluence:
+    """The wheel under the helical teeth of a body; kept between runs as `toothed` are."""
+    shape = flank_pair(table, Placement()).prism_body(index)
+    assert shape.foot is not None
+    youngs_modulus, poissons_ratio = elastic(material)
+    return wheel_influence(shape.foot, youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio)

@@ -10,14 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 from skfem import ElementHexS2
 from skfem.quadrature import get_quadrature
 
+from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.prism import prism_section
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
+from semiwear.compliance.section_outline import load_heights
+from semiwear.compliance.tooth import cubic_weights
+from semiwear.compliance.tooth_ends import end_effect
+from semiwear.compliance.tooth_stretch import ORDERS
 from semiwear.geometry.section import RackRim, ToothSection
 
 YOUNGS_MODULUS = 206000.0
@@ -276,10 +281,20 @@ def by_prism(prism, load, z, levels):
     here = np.cos(wave[:, 0] * observed)
     deflection = np.sum(here * force * prism.deflection[:, 2, height, height])
     stress = np.einsum("nz,n,nf->fz", np.cos(wave * z), force, prism.stress[:, 1, :, height])
-    # the jumps that free the ends
-    jumps = force @ prism.end_deflection[:, :, height]
-    deflection += here @ prism.end_deflection[:, :, height] @ jumps
-    return deflection, stress + np.einsum("nz,nef,e->fz", np.cos(wave * z), prism.end_stress, jumps)
+    # what free ends add, by polynomials along the width
+    ends = end_effect(
+        trapezoid(), prism, width=WIDTH, slant=0.0, youngs_modulus=YOUNGS_MODULUS, poissons_ratio=POISSONS_RATIO
+    )
+    weights, _ = cubic_weights(load_heights(HEIGHTS)[[height]], load_heights(5))
+    on_ends = np.outer(nodal_line_load(levels, start, end) @ polynomials(levels), weights).ravel()
+    seen = np.outer(polynomials(observed)[0], weights).ravel()
+    between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(prism.fillet_share)
+    freed = np.einsum("zp,pgl,l,fg->fz", polynomials(z), ends.stress, on_ends, between, optimize=True)
+    return deflection + seen @ ends.deflection @ on_ends, stress + freed
+
+
+def polynomials(z):
+    return along_width(np.atleast_1d(z) / WIDTH - 0.5, ORDERS)
 
 
 @pytest.mark.parametrize("name", LOADS)

@@ -10,7 +10,7 @@ from semiwear.compliance.tooth import _section_weights, line_compliance
 from semiwear.meshing import face_gear_pair
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.pairs import flank_pair
-from semiwear.plan.teeth import tooth_compliance, toothed
+from semiwear.plan.teeth import prisms, tooth_compliance, toothed
 from semiwear.scene import Placement
 
 
@@ -37,6 +37,7 @@ def test_twice_as_many_sections_give_the_same_deflection(shipped: sw.Scene, monk
     slices, line = np.arange(31), np.zeros(31, dtype=np.int64)
 
     def deflections() -> list[np.ndarray]:
+        prisms.cache_clear()
         toothed.cache_clear()
         gear = tooth_compliance(scene, pair, lines)[1]
         matrices = [line_compliance((gear,), line + k, slices, line)[0] for k in (0, 1)]
@@ -45,5 +46,6 @@ def test_twice_as_many_sections_give_the_same_deflection(shipped: sw.Scene, monk
     usual = deflections()
     monkeypatch.setattr(face_gear_pair, "_GEAR_SECTIONS", 2 * face_gear_pair._GEAR_SECTIONS - 1)
     fine = deflections()
+    prisms.cache_clear()
     toothed.cache_clear()
     np.testing.assert_allclose(usual, fine, rtol=0.02)

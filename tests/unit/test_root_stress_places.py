@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from semiwear.compliance.beyond_prism import BeyondOnLines
 from semiwear.compliance.tooth import BodyOnLines, LinePlaces
 from semiwear.plan import plan
 
@@ -31,7 +32,12 @@ def on_places(teeth, body: int, moved: np.ndarray) -> BodyOnLines:
     rolls = len(moved)
     profile = (here.profile[..., None] + here.slope[..., None] * moved).reshape(rolls, -1)
     face = np.broadcast_to(here.face[..., None], moved.shape).reshape(rolls, -1)
-    return BodyOnLines.of(teeth.solver.bodies[body].body, LinePlaces(profile, np.ones_like(profile), face))
+    whole, places = teeth.solver.bodies[body], LinePlaces(profile, np.ones_like(profile), face)
+    teeth_of, beyond = whole.body, None
+    if whole.beyond is not None:
+        along = face - (teeth_of.start + 0.5 * teeth_of.width)
+        beyond = BeyondOnLines.of(whole.beyond.ends, whole.beyond.width, along, teeth_of.heights(places))
+    return BodyOnLines.of(teeth_of, places, beyond)
 
 
 @pytest.mark.parametrize("body", [DRIVING, DRIVEN])

@@ -1,4 +1,4 @@
-"""What an inclined tooth has beyond its prism, on contact lines: its wheel and its oblique ends."""
+"""What a tooth has beyond its prism, on contact lines: its free ends, and the wheel under an inclined one."""
 
 from __future__ import annotations
 
@@ -9,75 +9,55 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from semiwear.compliance.inclined_wheel import OFFSETS, along_axis, elements_along, ring_compliance
+from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, elements_along, ring_compliance
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
+from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth import cubic_weights
-from semiwear.compliance.tooth_ends import HEIGHTS, EndEffect, end_effect
+from semiwear.compliance.tooth_ends import EndEffect
+from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS
 from semiwear.geometry.inclined_foot import InclinedFoot
-from semiwear.geometry.section import ToothSection
 
-__all__ = ["InclinedInfluence", "InclinedOnLines", "inclined_influence"]
+__all__ = ["BeyondOnLines", "WheelInfluence", "wheel_influence"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class InclinedInfluence:
-    """Influence of loads on an inclined tooth, less that of its prism.
+class WheelInfluence:
+    """Influence of loads on an inclined tooth through its wheel, which takes the place of the prism's ring.
 
     Attributes
     ----------
     foot : InclinedFoot
     wheel, virtual : (9, 4 P, 4 P) arrays
-        See `ring_compliance`: the wheel is put in the place of the virtual spur gear's ring.
-    ends : EndEffect
+        See `ring_compliance`: the wheel, and the virtual spur gear's ring.
     """
 
     foot: InclinedFoot
     wheel: FloatArray
     virtual: FloatArray
-    ends: EndEffect
 
 
-def inclined_influence(
-    foot: InclinedFoot, section: ToothSection, *, youngs_modulus: float, poissons_ratio: float, name: str
-) -> InclinedInfluence:
-    """Work out the influence of loads on an inclined tooth, less that of its prism.
+def wheel_influence(foot: InclinedFoot, *, youngs_modulus: float, poissons_ratio: float) -> WheelInfluence:
+    """Work out the wheel under an inclined tooth, and the ring that it takes the place of.
 
     Parameters
     ----------
     foot : InclinedFoot
-    section : ToothSection
-        Normal to the tooth.
     youngs_modulus : float [MPa]
     poissons_ratio : float
-    name : str
-        What error messages call the section.
     """
     elements = elements_along(foot.wheel)
     virtual = ring_compliance(foot.virtual, youngs_modulus, poissons_ratio, elements)
     virtual[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0  # the prism has nothing there to be exchanged
-    return InclinedInfluence(
-        foot=foot,
-        wheel=ring_compliance(foot.wheel, youngs_modulus, poissons_ratio, elements),
-        virtual=virtual,
-        ends=end_effect(
-            section,
-            width=foot.width,
-            slant=foot.slant,
-            module=foot.tooth.normal_module,
-            youngs_modulus=youngs_modulus,
-            poissons_ratio=poissons_ratio,
-            name=name,
-        ),
-    )
+    return WheelInfluence(foot, ring_compliance(foot.wheel, youngs_modulus, poissons_ratio, elements), virtual)
 
 
 @dataclass(frozen=True)
 class _Form:
-    """A quadratic form of loads at stations: rows (roll, face, q) and their change with the observer's profile.
+    """A quadratic form of loads: rows (roll, face, q) and their change with the observer's profile.
 
     The table (offsets, q, q) has the compliance for every number of teeth between, or only for none.
     """
@@ -94,7 +74,7 @@ class _Form:
 
 
 @dataclass(frozen=True)
-class InclinedOnLines:
+class BeyondOnLines:
     """The influence on contact lines.
 
     Attributes
@@ -102,43 +82,50 @@ class InclinedOnLines:
     forms : tuple
         Quadratic forms to be added to the compliance.
     ends : EndEffect
-    along : (roll, face) array [mm]
-        Places along the axis, from the middle of the body.
+    along : (roll, face) array
+        Places along the axis from the middle of the body, as shares of its width.
+    width : float [mm]
     """
 
     forms: tuple[_Form, ...]
     ends: EndEffect
     along: FloatArray
+    width: float
 
     @classmethod
     def of(
         cls,
-        influence: InclinedInfluence,
+        ends: EndEffect,
+        width: float,
         along: FloatArray,
-        radius: tuple[FloatArray, FloatArray],
         height: tuple[FloatArray, FloatArray],
-    ) -> InclinedOnLines:
+        wheel: WheelInfluence | None = None,
+        radius: tuple[FloatArray, FloatArray] | None = None,
+    ) -> BeyondOnLines:
         """Prepare for contact lines.
 
         Parameters
         ----------
-        influence : InclinedInfluence
+        ends : EndEffect
+        width : float [mm]
+            Of the body along its axis.
         along : (roll, face) array [mm]
             Places along the axis, from the middle of the body.
-        radius : two (roll, face) arrays [mm], [1]
-            Of the places about the axis, and its derivative by the driven flank's profile coordinate.
         height : two (roll, face) arrays [1], [1/mm]
-            Of the places as shares of the flank, and its derivative.
+            Of the places as shares of the flank, and its derivative by the driven flank's profile coordinate.
+        wheel : WheelInfluence, optional
+            Of an inclined tooth.
+        radius : two (roll, face) arrays [mm], [1], optional
+            Of the places about the axis, and its derivative; for a wheel.
         """
-        foot, ends = influence.foot, influence.ends
-        spread = along_axis(along / foot.width)
+        share = along / width
         weights, slopes = cubic_weights(height[0], load_heights(HEIGHTS))
-        forms = (
-            _ring_form(influence.wheel, spread, foot.on_wheel, radius),
-            _ring_form(-influence.virtual, spread, foot.on_virtual, radius),
-            _form(_shares(ends.stations, along), weights, slopes * height[1][..., None], ends.deflection[None]),
-        )
-        return cls(forms, ends, along)
+        forms = [_form(along_width(share, ORDERS), weights, slopes * height[1][..., None], ends.deflection[None])]
+        if wheel is not None and radius is not None:
+            spread = along_width(share, POLYNOMIALS)
+            forms.append(_ring_form(wheel.wheel, spread, wheel.foot.on_wheel, radius))
+            forms.append(_ring_form(-wheel.virtual, spread, wheel.foot.on_virtual, radius))
+        return cls(tuple(forms), ends, share, width)
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, teeth: IntArray, matrix: FloatArray, slope: FloatArray
@@ -167,7 +154,7 @@ class InclinedOnLines:
                     slope[block] += slopes[mine] @ moved
 
     def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """Tangential stress that oblique ends add on the loaded tooth itself.
+        """Tangential stress that free ends add on the loaded tooth itself.
 
         Parameters
         ----------
@@ -182,12 +169,13 @@ class InclinedOnLines:
         -------
         (roll, stations, F) array [MPa]
         """
-        ends = self.ends
-        on_stations = _shares(ends.stations, self.along)
+        spread = along_width(self.along, ORDERS)
         fewer, _ = cubic_weights(load_heights(loads.shape[2]), load_heights(HEIGHTS))
-        force = np.einsum("kfs,kfh,hg->ksg", on_stations, loads, fewer, optimize=True).reshape(len(loads), -1)
+        force = np.einsum("kfp,kfh,hg->kpg", spread, loads, fewer, optimize=True).reshape(len(loads), -1)
+        ends = self.ends
         between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
-        table = np.einsum("zs,sgl,fg->zfl", _shares(ends.stations, at), ends.stress, between, optimize=True)
+        observed = along_width(at / self.width, ORDERS)
+        table = np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True)
         return np.einsum("zfl,kl->kzf", table, force, optimize=True)
 
 
@@ -207,8 +195,3 @@ def _form(shares: FloatArray, value: FloatArray, slope: FloatArray, table: Float
         (shares[..., None] * part[..., None, :]).reshape(*shares.shape[:2], -1) for part in (value, slope)
     )
     return _Form(rows, slopes, table)
-
-
-def _shares(stations: FloatArray, along: FloatArray) -> FloatArray:
-    """Shares (..., S) of the two stations about each place; a place beyond the ends counts as an end."""
-    return np.stack([np.interp(along, stations, unit) for unit in np.eye(stations.size)], axis=-1)

@@ -1,0 +1,42 @@
+"""Orthonormal polynomials along the width of a body (Legendre): how loads and displacements are spread along it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["along_width", "derivatives"]
+
+FloatArray = NDArray[np.float64]
+
+
+def along_width(place: FloatArray, count: int) -> FloatArray:
+    """Orthonormal polynomials at places.
+
+    A unit load at a place, taken as the distribution of these orders that does the same work, has these as its
+    components.
+
+    Parameters
+    ----------
+    place : (...) array
+        As a share of the width from its middle, -1/2 to 1/2; beyond that it counts as an end.
+    count : int
+        Number P of orders.
+
+    Returns
+    -------
+    (..., P) array
+        Their products over the width integrate to 1 and 0.
+    """
+    inside = np.clip(2.0 * np.asarray(place), -1.0, 1.0)
+    return np.polynomial.legendre.legvander(inside, count - 1) * np.sqrt(2.0 * np.arange(count) + 1.0)
+
+
+def derivatives(count: int) -> FloatArray:
+    """Derivative of each polynomial by the place in terms of the polynomials: (P, P) array, one a column."""
+    scale = np.sqrt(2.0 * np.arange(count) + 1.0)
+    slopes = np.zeros((count, count))
+    for order in range(1, count):
+        own = np.polynomial.legendre.legder(np.eye(count)[order])
+        slopes[:order, order] = 2.0 * own[:order] * scale[order] / scale[:order]
+    return slopes
