@@ -85,7 +85,7 @@ class FrictionLoss:
         coefficient, length = self.friction.coefficient_of(conditions), teeth.lines.length
         force = conditions.line_load * length
         total = force.sum(axis=1)
-        mean = (coefficient * force).sum(axis=1) / np.where(total > 0.0, total, 1.0)
+        mean = np.where(total > 0.0, (coefficient * force).sum(axis=1) / np.where(total > 0.0, total, 1.0), np.nan)
         loss = power_loss(conditions, coefficient, length, self.speeds.sliding_in_parts)
         return {"friction_coefficient": mean, "friction_power_loss": loss}
 

@@ -159,7 +159,8 @@ def wear_profiles(
         along_width.set(xlabel=label_along(tree, body), ylabel=depth, title="Along the face width")
         for panel in (along_height, along_width):
             panel.set_ylim(bottom=0.0)
-            panel.legend()
+            legend_above(panel, 2)
+            panel.set_title(panel.get_title(loc="left"), pad=34.0)
     return along_height, along_width
 
 

@@ -23,7 +23,6 @@ from semiwear.report.markup import element
 from semiwear.report.paper import SEED_PAPER, TITLE, numbers
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
-from semiwear.results.pressing_tips import pressing_tips
 from semiwear.targets import PAGES, file_target, naming
 
 __all__ = ["write_report"]
@@ -92,7 +91,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     parts = [
         f"<header><h1>{title}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
         _section("Key numbers", sections.key_numbers(tree)),
-        _section("Tips that press", "".join(f"<p>{escape(text)}</p>" for text in pressing_tips(tree))),
+        _section("Tips that press", sections.tips_that_press(tree)),
         _section("What effects add", effects_section(tree)),
         _section("What ran, and why", sections.physics(attrs)),
         _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),

@@ -126,7 +126,10 @@ def _parabola(position: np.ndarray, values: np.ndarray) -> tuple[float, float, f
 
 def _sliding_at_pitch(evidence: Evidence) -> Outcome:
     sliding = evidence.get("engagement", "sliding_distance").sel(body="gear").isel(wear_step=-1)
-    values, roll = sliding.values, sliding["roll_position"].values
+    told = np.isfinite(sliding.values)  # nothing is told where edges alone bear
+    values, roll = sliding.values[told], sliding["roll_position"].values[told]
+    if values.size == 0:
+        return Outcome("missing", False, "At no roll position does a pair bear on its flanks.")
     share = float(np.interp(0.0, roll, values)) / float(values.max())
     why = "Zero sliding is met at the pitch point alone; the place of greatest pressure is beside it."
     return Outcome(f"{share:.1%} of the greatest sliding distance", share <= SLIDING_SHARE, why)

@@ -188,10 +188,11 @@ def _flank_text(tree: xr.DataTree, body: str = "gear") -> str:
     flank = tree["flank"].to_dataset().sel(body=body).isel(wear_step=-1)
     wear = flank["wear_depth"].values
     place = np.unravel_index(int(wear.argmax()), wear.shape)
+    height = float(flank["flank_height"].values[place])
     return (
         f"Greatest wear of the {body} {wear[place]:.3g} µm at radius "
-        f"{flank['flank_radius'].values[place]:.1f} mm "
-        f"and height {flank['flank_height'].values[place]:+.2f} mm above the {pitch_surface(tree, body)}."
+        f"{flank['flank_radius'].values[place]:.1f} mm, "
+        f"{abs(height):.2f} mm {'above' if height >= 0.0 else 'below'} the {pitch_surface(tree, body)}."
     )
 
 

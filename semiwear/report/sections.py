@@ -12,6 +12,7 @@ import xarray as xr
 
 from semiwear.report.markup import NONE, element, figure_text, table, unit_text
 from semiwear.results.missing import missing_notes
+from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
 
@@ -45,8 +46,9 @@ def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
             own = flank.sel(body=body)
             values = own["wear_depth"].values
             place = np.unravel_index(int(values.argmax()), values.shape)
-            where = f"{float(own['flank_height'].values[place]):+.2f} mm above the {pitch_surface(tree, body)}"
-            note = where.replace("-", "−") if values.any() else "at the last wear step"
+            height = float(own["flank_height"].values[place])
+            where = f"{abs(height):.2f} mm {'above' if height >= 0.0 else 'below'} the {pitch_surface(tree, body)}"
+            note = where if values.any() else "at the last wear step"
             yield f"Greatest wear, {body}", f"{values.max():.3g} µm", note
     if "history" not in tree.children:
         return
@@ -113,6 +115,11 @@ def physics(attrs: Mapping[str, str]) -> str:
     return f"{facts}<pre>{escape(attrs.get('physics', 'not stated'))}</pre>"
 
 
+def tips_that_press(tree: xr.DataTree) -> str:
+    """What presses, where, and the relief that frees it; empty where nothing does."""
+    return "".join(f"<p>{escape(text).replace(' um ', ' µm ')}</p>" for text in pressing_tips(tree))
+
+
 def wear_steps(tree: xr.DataTree) -> str:
     """One row a wear step with everything that `/history` holds."""
     history = tree["history"].to_dataset()
@@ -121,6 +128,8 @@ def wear_steps(tree: xr.DataTree) -> str:
     for name, array in history.data_vars.items():
         if str(name) in _OF_GEAR and "gear" not in worn:
             continue
+        if str(name) == "wear_depth_max_pinion" and "wear_depth_max" in history:
+            continue  # it is there among both bodies'
         for body in history["body"].values if "body" in array.dims else ("",):
             head.append(_head(str(name), array, str(body)))
             columns.append((array.sel(body=body) if body else array).values)

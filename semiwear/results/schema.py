@@ -310,6 +310,7 @@ _TABLE = (
         "coefficient of friction of the tooth pair, weighted with the load",
         "ISO/TR 14179-2:2001, Gears: thermal capacity",
         optional=True,
+        absent="the pair bears no load",
     ),
     Variable(
         "engagement",
