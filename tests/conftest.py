@@ -1,8 +1,13 @@
-"""Hypothesis profiles, and the scenes and the worn tree that many tests share."""
+"""Hypothesis profiles, and the scenes and the worn tree that many tests share.
+
+Most properties are tried on the same examples at every run. Those with the settings `strategies.fresh` draw new ones;
+the seed is printed at the end and given again with ``--hypothesis-seed``.
+"""
 
 from __future__ import annotations
 
 import os
+import random
 
 import pytest
 import xarray as xr
@@ -13,6 +18,19 @@ import semiwear as sw
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, max_examples=25)
 settings.register_profile("nightly", max_examples=500, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose a seed for new examples before hypothesis looks for one; workers get it with the options."""
+    if config.getoption("--hypothesis-seed") is None:
+        config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Say by which seed new examples were drawn."""
+    seed = config.getoption("--hypothesis-seed")
+    terminalreporter.write_line(f"new examples were drawn with --hypothesis-seed={seed}")
 
 
 @pytest.fixture(scope="session")

@@ -47,6 +47,7 @@ LONGEST = 60.0  # s of processor time that an example may take
 BALANCE = 1e-9
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}  # of the approach: rounding; the tolerance that patches are solved to
 WIDTHS = 1e-4  # of the approach: half-widths are iterated to 1e-5 of the greatest
+SOLVED = 0.75  # of the hard cases within the limits of teeth, at least
 SMALL_CHANGE = 1e-6
 SMALL_ANSWER = 1e-3  # of the greatest value: loads go with gaps over the approach, some micrometres
 
@@ -97,13 +98,27 @@ def solved(case: HardCase) -> xr.DataTree:
         return xr.DataTree()
 
 
-@given(hard_cases())
-@examples(70)
-def test_a_hard_contact_meets_its_equations_or_is_refused(case: HardCase) -> None:
-    tree = solved(case)
-    if tree.children:
-        scene = case.scene()
-        equations_hold(tree, scene.numerics.fidelity, scene.numerics.roll_positions)
+def test_a_hard_contact_meets_its_equations_or_is_refused() -> None:
+    """Most are solved: a solver that refused whatever is hard would do without."""
+    solved_of: list[bool] = []
+    refused: list[HardCase] = []
+
+    @given(hard_cases())
+    @examples(70)
+    def hold(case: HardCase) -> None:
+        tree = solved(case)
+        try:
+            scene = case.scene()
+        except sw.SceneError:  # beyond the limits of its teeth
+            refused.append(case)
+            return
+        solved_of.append(bool(tree.children))
+        if tree.children:
+            equations_hold(tree, scene.numerics.fidelity, scene.numerics.roll_positions)
+
+    hold()
+    assert sum(solved_of) >= SOLVED * len(solved_of)
+    assert len(refused) <= len(solved_of)
 
 
 def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, position: int) -> tuple[np.ndarray, Any]:
