@@ -37,7 +37,7 @@ from fem_reference.rigid_lines import RigidFlank
 from fem_reference.root_load import BODIES, RootStress
 from fem_reference.root_stress import ROOT_FROM, fillet_stress, pressure_load
 from fem_reference.solvers import factorise
-from fem_reference.tooth_mesh import LOADED, Divisions
+from fem_reference.tooth_mesh import LOADED, Divisions, FilletGrid
 from semiwear.scene import Scene, load_scene
 from validation.helical_pairs import helical_scene
 
@@ -232,7 +232,8 @@ def helical(
         run(deck, timeout=7200.0)
         results = read_frd(deck.with_suffix(".frd"))
         theirs = np.array([results["DISP"][node + 1][:3] for node in range(len(body.points))]).ravel()
-        fillet_nodes, tangent = mesh.fillets[0, LOADED].nodes[:, ::2], mesh.fillets[0, LOADED].tangents[:, ::2]
+        grid = mesh.fillets[0, LOADED]
+        fillet_nodes, tangent = grid.nodes[:, ::2], _normal_to_the_tooth(grid)[:, ::2]
         # from where root stress counts, clear of the stress of the contact itself
         counts = mesh.fillets[0, LOADED].arc[:, ::2]
         counts = counts >= ROOT_FROM * counts[-1]
@@ -247,6 +248,14 @@ def helical(
                        float(_along(frd, tangent)[counts].max()), 0.02, "MPa"),
         ]  # fmt: skip
     return found
+
+
+def _normal_to_the_tooth(fillet: FilletGrid) -> np.ndarray:
+    """Unit tangents (arc, face, 3) of the fillet's surface, across the lines that follow the tooth."""
+    down, along = fillet.tangents, np.gradient(fillet.points, fillet.face, axis=1)
+    along /= np.linalg.norm(along, axis=2, keepdims=True)
+    across = down - np.einsum("afi,afi->af", down, along)[:, :, None] * along
+    return across / np.linalg.norm(across, axis=2, keepdims=True)
 
 
 def hertz(folder: Path, *, elements_per_half_width: int = 4) -> list[Comparison]:

@@ -134,7 +134,7 @@ def test_reads_the_last_increment(tmp_path):
 def test_calculix_agrees(problem, tmp_path):
     arguments = {
         "tooth": {"divisions": Divisions(6, 6, 1, 4, 6, 8.0)},
-        "helical": {"scene": helical_scene(30.0, 6.0, "thick"), "fillet": 4, "face_size": 0.75},
+        "helical": {"scene": helical_scene(30.0, 6.0, "thick"), "fillet": 6, "face_size": 0.75},
         "hertz": {},
     }[problem]
     comparisons = getattr(calculix, problem)(tmp_path, **arguments)
