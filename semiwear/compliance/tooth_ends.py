@@ -45,7 +45,7 @@ class EndEffect:
     Attributes
     ----------
     deflection : (P H, P H) array [mm/N]
-        Of the mid-surface; symmetric.
+        Of the flank without the dents of loads; symmetric.
     stress : (P, F, P H) array [MPa/N]
         Tangential stress of the fillet on the loaded side.
     fillet_share : (F,) array
@@ -95,7 +95,9 @@ def end_effect(
     square = stretch.influence(cos(slant), 0.0)
     free = square if slant == 0.0 else stretch.influence(cos(slant), sin(slant))
     share = fillet_shares(stretch.mesh)
-    finer = _peaks(_steady(prism), prism.fillet_share) / _peaks(mirrored.stress[0, :, :HEIGHTS], share)
+    fine, coarse = _peaks(_steady(prism), prism.fillet_share), _peaks(mirrored.stress[0, :, :HEIGHTS], share)
+    # a load may stress a fillet beside it so little that neither has a peak to go by
+    finer = np.where((fine > 0.0) & (coarse > 0.0), fine / np.where(coarse > 0.0, coarse, 1.0), 1.0)
     return EndEffect(
         deflection=free.deflection - square.deflection + square.bending - mirrored.bending,
         stress=(free.stress - mirrored.stress) * np.tile(finer, ORDERS),

@@ -143,13 +143,10 @@ class Stretch:
         stiffness = _Stiffness(k00, k01, k11, derivatives(ORDERS) / self.width)
         levels = list(_levels(self.mesh))
         load = self._on_flank()
+        moved, deflection = np.zeros_like(load), np.zeros((load.shape[1],) * 2)
+        bending = np.zeros_like(deflection)
         # after half a turn the other flank is this one: z is turned, and so is what bends the tooth
         turned = np.repeat((-1.0) ** np.arange(ORDERS), HEIGHTS)
-        moved, deflection, bending = (
-            np.zeros_like(load),
-            np.zeros((load.shape[1],) * 2),
-            np.zeros((load.shape[1],) * 2),
-        )
         for sign, free in self._fields(square=lean == 0.0, mirrored=mirrored):
             unknowns = [own[free[own]] for own in levels]
             answer = np.zeros_like(deflection)
