@@ -50,15 +50,25 @@ def answers() -> dict[tuple[float, float], tuple[float, float]]:
     return found
 
 
-@pytest.mark.parametrize("share", [0.17, 0.52, 0.83])
-def test_root_stress_along_the_face(answers, share: float) -> None:
-    """Within 3 % but for loads beside the fillet near the outer end, within 4 %."""
-    for radius in (485.0, 495.0, 505.0, 520.0, 535.0, 550.0):
-        allowed = 0.04 if (radius, share) == (550.0, 0.17) else 0.03
-        assert answers[radius, share][0] == pytest.approx(1.0, abs=allowed), radius
+RADII = [480.0, 485.0, 490.0, 505.0, 520.0, 535.0, 550.0, 555.0, 560.0]
+SHARES = [0.17, 0.52, 0.83]
 
 
-@pytest.mark.parametrize("share", [0.17, 0.52, 0.83])
-def test_deflection_along_the_face(answers, share: float) -> None:
-    for radius in (480.0, 485.0, 495.0, 505.0, 520.0, 535.0, 550.0, 560.0):
-        assert answers[radius, share][1] == pytest.approx(1.0, abs=0.03), radius
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("radius", RADII)
+def test_root_stress_along_the_face(answers, radius: float, share: float) -> None:
+    """Within 3 %, and 5 % for a load at an end itself.
+
+    Beside the fillet of the outer end it is 7 %: the elements' peak stands 1.2 mm from the end there and grew by 9 %
+    when they were halved, from 2.5 to 1.25 mm.
+    """
+    allowed = 0.05 if radius in (480.0, 560.0) else 0.03
+    if (radius, share) == (560.0, 0.17):
+        allowed = 0.07
+    assert answers[radius, share][0] == pytest.approx(1.0, abs=allowed)
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("radius", RADII)
+def test_deflection_along_the_face(answers, radius: float, share: float) -> None:
+    assert answers[radius, share][1] == pytest.approx(1.0, abs=0.03)
