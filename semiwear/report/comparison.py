@@ -141,6 +141,7 @@ class Evidence:
 
     def control_depth(self) -> np.ndarray:
         """Wear depth at the control point at each wear step [um], refused where the wear does not reach."""
+        self._of_a_worn_gear()
         depth = self.history("wear_depth_control_point")
         if depth[-1] < 0.995 * self.last_depth:
             asked = f"the paper's figures are for {self.last_depth:g} µm"
@@ -162,8 +163,14 @@ class Evidence:
 
     def gear_flank(self, name: str) -> np.ndarray:
         """A flank variable of the gear over (profile, face), wear at the last step."""
+        if name == "wear_depth":
+            self._of_a_worn_gear()
         array = self.get("flank", name).sel(body="gear")
         return np.asarray((array.isel(wear_step=-1) if "wear_step" in array.dims else array).values)
+
+    def _of_a_worn_gear(self) -> None:
+        if "gear" not in self.scene.get("wear", {}).get("worn_bodies", ["gear"]):
+            raise NotComparable("the paper wears the gear, this result the pinion alone")
 
     def wear_coefficient(self) -> float:
         """Wear coefficient of the scene [mm^2/N]."""

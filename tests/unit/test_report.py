@@ -307,6 +307,16 @@ def test_wear_that_falls_short_is_not_compared():
     assert one(short, "gear's root stress rises").verdict is Verdict.AGREE
 
 
+def test_wear_of_the_pinion_alone_is_not_compared(tree):
+    """The gear's flank is unworn then: the paper's shares of its wear would be divided by zero."""
+    found = verdicts(altered(tree, "flank/wear_depth", np.zeros_like), {"wear": {"worn_bodies": ["pinion"]}})
+    for words in ("112.48", "pitch cone is close to zero", "across the face"):
+        matching = [entry for statement, entry in found.items() if words in statement]
+        assert all(entry.verdict is Verdict.NOT_COMPARED and "the pinion alone" in entry.ours for entry in matching)
+    assert one(found, "112.48").verdict is Verdict.NOT_COMPARED
+    assert one(found, "Relative sliding is close to zero").verdict is not Verdict.NOT_COMPARED
+
+
 def test_absent_variables_are_not_compared(tree):
     copy = tree.copy(deep=True)
     copy["history"] = type(copy)(copy["history"].to_dataset().drop_vars("root_stress_max"))
