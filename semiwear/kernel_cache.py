@@ -17,7 +17,7 @@ import numba
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ensure_cache"]
+__all__ = ["ensure_cache", "keep_apart"]
 
 
 def _kernel() -> None:
@@ -48,6 +48,16 @@ def ensure_cache() -> None:
         "NUMBA_CACHE_DIR to a folder that stays",
         file=sys.stderr,
     )
+
+
+def keep_apart(name: str) -> None:
+    """Keep kernels that are declared from here on in a folder of their own, apart from those of the usual kind.
+
+    numba does not see that a function which a kernel calls is another one than when the kernel was compiled.
+    """
+    folder = Path(numba.config.CACHE_DIR or _private_folder()) / name  # type: ignore[attr-defined]
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
 
 
 def _works() -> bool:

@@ -1,7 +1,7 @@
 """Hard cases by name: scenes at the limits of geometry, load, material, placement and wear, and what came of them.
 
-Grids are small and teeth mostly rigid, so that a case takes a fraction of a second. The strategies of the property
-tests draw their scenes from the same small one.
+Grids are small and teeth mostly rigid, so that a case takes a fraction of a second. The tests' own hard cases are
+changes of the same small scene.
 """
 
 from __future__ import annotations
@@ -20,48 +20,13 @@ import semiwear as sw
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.results.missing import why_missing
 from semiwear.scene import Placement, Scene
+from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, UNTIL_MESHES, scene_of
 
-__all__ = [
-    "CONFORMAL",
-    "HARD_EXAMPLES",
-    "NOMINAL_TORQUE",
-    "SHARP",
-    "SHIPPED",
-    "SMALL",
-    "UNTIL_MESHES",
-    "HardExample",
-    "Outcome",
-    "attempt",
-    "scene_of",
-]
-
-SHIPPED = sw.load_scene("face_gear_25x160")
-NOMINAL_TORQUE = SHIPPED.operation.pinion_torque_Nm
-SMALL: dict[str, Any] = {
-    "wear": None,
-    "numerics.face_slices": 21,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 5,
-    "numerics.cells_per_half_width": 3,
-    "numerics.tooth_compliance": "rigid",
-}
-UNTIL_MESHES: dict[str, Any] = {"wear.until.control_depths_um": None, "wear.control_point": None}
-SHARP = {f"gear_pair.{body}_{edge}_edge_radius_mm": 0.0 for body in ("pinion", "gear") for edge in ("tip", "end")}
-# One tooth more than the pinion's: the shaper is too small for its usual tip rounding.
-CONFORMAL: dict[str, Any] = {"gear_pair.shaper_teeth": 26, "gear_pair.shaper_tip_radius_mm": 1.0}
+__all__ = ["HARD_EXAMPLES", "HardExample", "Outcome", "attempt"]
 
 SMALL_CHANGE = 1e-6
 BALANCE = 1e-9
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}
-
-
-def scene_of(*changes: Mapping[str, Any], wears: bool = False) -> Scene:
-    """The small scene, changed; without a table [wear] unless it `wears`."""
-    merged = {key: value for key, value in SMALL.items() if key != "wear" or not wears}
-    for more in changes:
-        merged |= more
-    return SHIPPED.replace(merged)
 
 
 # ---- examples

@@ -21,14 +21,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 import semiwear as sw
 from semiwear.results.checkpoint import peek
+from tests.same_result import different_variables
 
-__all__ = ["KINDS", "Trial", "different_variables", "main", "trials"]
+__all__ = ["KINDS", "Trial", "main", "trials"]
 
-RUN_DEPENDENT = {"/diagnostics": ("seconds", "effect_seconds")}
 _SMALL = {
     "numerics.face_slices": 31,
     "numerics.roll_positions": 12,
@@ -63,23 +61,6 @@ class Trial:
     finished: list[int | None] = field(default_factory=list)
     different: list[str] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
-
-
-def different_variables(one: xr.DataTree, other: xr.DataTree) -> list[str]:
-    """Paths of what is not the same bit for bit: variables, groups, attributes; without what depends on the run."""
-    found = [f"/{group}" for group in set(one.children) ^ set(other.children)]
-    for node in one.subtree:
-        if node.path not in other.groups:
-            continue
-        a, b = node.to_dataset(inherit=False), other[node.path].to_dataset(inherit=False)
-        for name in [str(name) for name in {**a.variables, **b.variables}]:
-            if name in RUN_DEPENDENT.get(node.path, ()):
-                continue
-            same = name in a.variables and name in b.variables and a[name].dtype == b[name].dtype
-            if not same or a[name].values.tobytes() != b[name].values.tobytes() or a[name].dims != b[name].dims:
-                found.append(f"{node.path}/{name}")
-    names = {*one.attrs, *other.attrs} - {"history"}
-    return found + sorted(f"attribute {name}" for name in names if one.attrs.get(name) != other.attrs.get(name))
 
 
 def trials(changes: Mapping[str, Any], kind: str, count: int, seed: int, folder: Path) -> list[Trial]:

@@ -1,134 +1,72 @@
-"""Several numbers at once in compiled kernels: `load` and `store` them, add and multiply them like one.
+"""Numbers that compiled transforms `load`, `store`, add and multiply together: vectors, or single numbers.
 
-The compiler does not find this by itself where an array is read and written in many places at a time, since it
-cannot exclude that these overlap.
+Vectors are built with parts of numba that it does not promise to keep (`vector_lanes`). Where a release of numba does
+without them, or computes something else by them, a warning says so and the same transforms run on single numbers: the
+same results to rounding, four to eight times slower. What they are compiled to is kept in a folder of its own then.
 """
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable
+import warnings
+from types import ModuleType
 from typing import Any
 
+import numba
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba import types
-from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, models, register_model
+from numba import njit
 from numpy.typing import DTypeLike
 
-__all__ = ["lane_count", "lanes_of", "load", "store"]
+from semiwear.kernel_cache import keep_apart
 
-_BYTES = 32  # of a vector: twice as much does not pay, since the numbers of a transform leave the first-level cache
-_IR = {types.float32: ir.FloatType(), types.float64: ir.DoubleType()}
+__all__ = ["VECTORISED", "lane_count", "lanes_of", "load", "store"]
+
+
+@njit(cache=True)
+def _one(array):  # type: ignore[no-untyped-def]
+    """Numbers that `load` takes: one."""
+    return 1
+
+
+@njit(cache=True)
+def _load_one(source, index, like):  # type: ignore[no-untyped-def]
+    """A number of a flat array, in the precision of the array `like`."""
+    return like.dtype.type(source[index])
+
+
+@njit(cache=True)
+def _store_one(target, index, value):  # type: ignore[no-untyped-def]
+    """Put a number into a flat array."""
+    target[index] = value
+
+
+def _vectors() -> ModuleType | None:
+    """Vectors; None where they do not do what they should."""
+    try:
+        from semiwear.compliance import vector_lanes
+
+        return vector_lanes if vector_lanes.work() else None
+    except Exception:  # whatever a release of numba may no longer have
+        return None
+
+
+lanes_of: Any = _one
+load: Any = _load_one
+store: Any = _store_one
+_found = _vectors()
+VECTORISED = _found is not None
+"""Whether transforms take vectors."""
+if _found is not None:
+    lanes_of, load, store = _found.lanes_of, _found.load, _found.store
+else:
+    warnings.warn(
+        f"numba {numba.__version__} does not take semiwear's vectors: Fourier transforms run on single numbers, with "
+        "the same results but four to eight times slower; a newer semiwear, or an older numba, is faster",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    keep_apart("single-numbers")
 
 
 def lane_count(dtype: DTypeLike) -> int:
-    """Numbers of a kind in a vector."""
-    return _BYTES // np.dtype(dtype).itemsize
-
-
-class _Lanes(types.Type):
-    def __init__(self, dtype: Any):
-        self.dtype = dtype
-        self.count = 8 * _BYTES // dtype.bitwidth
-        super().__init__(name=f"Lanes({dtype})")
-
-
-@register_model(_Lanes)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Lanes):
-        super().__init__(manager, kind, _vector(kind.dtype, kind.count))
-
-
-def _vector(dtype: Any, count: int) -> ir.VectorType:
-    return ir.VectorType(_IR[dtype], count)
-
-
-def _convert(builder: Any, value: Any, old: Any, new: Any, count: int) -> Any:
-    if old == new:
-        return value
-    return (builder.fptrunc if new == types.float32 else builder.fpext)(value, _vector(new, count))
-
-
-def _pointer(context: Any, builder: Any, kind: Any, array: Any, index: Any, count: int) -> Any:
-    data = context.make_array(kind)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [index]), _vector(kind.dtype, count).as_pointer())
-
-
-@intrinsic
-def _lanes_of(typing: Any, array: Any) -> Any:
-    """Numbers that `load` takes in the precision of an array; a constant of the compiled code."""
-    count = _Lanes(array.dtype).count
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return context.get_constant(types.intp, count)
-
-    return types.intp(array), generate
-
-
-@intrinsic
-def _load(typing: Any, source: Any, index: Any, like: Any) -> Any:
-    """Numbers of a flat contiguous array from an index on, in the precision of the array `like`."""
-    lanes = _Lanes(like.dtype)
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        pointer = _pointer(context, builder, source, args[0], args[1], lanes.count)
-        value = builder.load(pointer, align=source.dtype.bitwidth // 8)
-        return _convert(builder, value, source.dtype, like.dtype, lanes.count)
-
-    return lanes(source, types.intp, like), generate
-
-
-@intrinsic
-def _store(typing: Any, target: Any, index: Any, value: Any) -> Any:
-    """Put numbers into a flat contiguous array from an index on, in the array's precision."""
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        converted = _convert(builder, args[2], value.dtype, target.dtype, value.count)
-        pointer = _pointer(context, builder, target, args[0], args[1], value.count)
-        builder.store(converted, pointer, align=target.dtype.bitwidth // 8)
-        return context.get_dummy_value()
-
-    return types.void(target, types.intp, value), generate
-
-
-lanes_of: Any = _lanes_of
-load: Any = _load
-store: Any = _store
-
-
-def _define(operation: Callable[..., Any], instruction: str) -> None:
-    """Lanes with lanes, or with one number for all."""
-
-    @infer_global(operation)
-    class _Template(AbstractTemplate):
-        key = operation
-
-        def generic(self, args: Any, kws: Any) -> Any:
-            if len(args) != 2 or not isinstance(args[0], _Lanes):
-                return None
-            if args[1] == args[0]:
-                return signature(args[0], *args)
-            return signature(args[0], args[0], args[0].dtype) if isinstance(args[1], types.Float) else None
-
-    def emit(builder: Any, one: Any, other: Any) -> Any:
-        return getattr(builder, instruction)(one, other, flags=("contract",))
-
-    @lower_builtin(operation, _Lanes, _Lanes)
-    def _both(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return emit(builder, *args)
-
-    @lower_builtin(operation, _Lanes, types.Float)
-    def _one_for_all(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = _vector(sig.args[0].dtype, sig.args[0].count)
-        nothing = ir.Constant(kind, ir.Undefined)
-        first = builder.insert_element(nothing, args[1], ir.Constant(ir.IntType(32), 0))
-        everywhere = ir.Constant(ir.VectorType(ir.IntType(32), kind.count), [0] * kind.count)
-        return emit(builder, args[0], builder.shuffle_vector(first, nothing, everywhere))
-
-
-_define(operator.add, "fadd")
-_define(operator.sub, "fsub")
-_define(operator.mul, "fmul")
+    """Numbers of a kind that are loaded together."""
+    return 1 if _found is None else _found.BYTES // np.dtype(dtype).itemsize

@@ -13,19 +13,15 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.contact import solve_half_space
+from tests.scenes import SMALL
 from tests.strategies.point_flanks import exported, scene_of
 
 __all__ = ["RUNS", "result"]
 
 Result = xr.DataTree | xr.Dataset
 
-_COARSE: dict[str, Any] = {
-    "numerics.face_slices": 15,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 5,
-}
-_FACE = _COARSE | {"wear.until.control_depths_um": [5.0, 20.0]}
+
+_FACE: dict[str, Any] = SMALL | {"wear.until.control_depths_um": [5.0, 20.0]}
 _MESHES = {"wear.until.control_depths_um": None, "wear.until.meshes": 2e8, "wear.control_point": None}
 _BOTH = {
     "wear.worn_bodies": ["pinion", "gear"],
@@ -33,13 +29,7 @@ _BOTH = {
 }
 _STEPS = _MESHES | {"numerics.wear_steps": 2}
 _SPEED = {"operation.pinion_speed_rpm": 600.0}
-_CYLINDER = {
-    "gear_pair.centre_distance_mm": None,
-    "numerics.face_slices": 11,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 5,
-}
+_CYLINDER = SMALL | {"gear_pair.centre_distance_mm": None, "numerics.face_slices": 11}
 _HELICAL = _CYLINDER | {"gear_pair.helix_angle_deg": 20.0}
 _INTERNAL = _CYLINDER | {
     "gear_pair.pinion_teeth": 25,

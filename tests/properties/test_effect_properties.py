@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import semiwear as sw
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
-from tests.strategies.effect_scenes import NEUTRAL, SMALL, SPEED
+from tests.strategies.effect_scenes import NEUTRAL, PLAIN, SPEED
 from tests.strategies.finite import assert_finite_or_explained
 from tests.strategies.scenes import effect_tables
 
@@ -52,7 +52,7 @@ def neutral_changes():
 
 @pytest.fixture(scope="module")
 def plain():
-    return sw.simulate(SMALL)
+    return sw.simulate(PLAIN)
 
 
 def test_every_effect_has_a_strength_of_zero():
@@ -61,19 +61,19 @@ def test_every_effect_has_a_strength_of_zero():
 
 @pytest.mark.parametrize(("name", "changes"), NEUTRAL, ids=[f"{k}-{name}" for k, (name, _) in enumerate(NEUTRAL)])
 def test_without_strength_an_effect_does_nothing(plain, name, changes):
-    scene = SMALL.replace(changes)
+    scene = PLAIN.replace(changes)
     assert scene.effects.get(name) is not None
     assert_same(sw.simulate(scene), plain)
 
 
 @pytest.mark.parametrize("fidelity", ["line", "patch"])
 def test_all_effects_without_strength_do_nothing(fidelity):
-    worn = SMALL.replace(BOTH_WORN)
+    worn = PLAIN.replace(BOTH_WORN)
     assert_same(sw.simulate(worn.replace(neutral_changes()), fidelity=fidelity), sw.simulate(worn, fidelity=fidelity))
 
 
 def test_ways_in_which_teeth_follow_alike_are_one():
-    once, twice = (SMALL.replace({"effects.pitch_error.pinion_um": [0.0, 12.0] * times}) for times in (1, 2))
+    once, twice = (PLAIN.replace({"effects.pitch_error.pinion_um": [0.0, 12.0] * times}) for times in (1, 2))
     planned = plan(twice)
     assert len(planned.wear_stepper(planned.loaded_teeth()).cases) == 2
     assert_same(sw.simulate(twice), sw.simulate(once))
@@ -86,7 +86,7 @@ def test_what_only_tells_changes_nothing_at_full_strength(plain):
         {"effects.lubrication": {"viscosity_mPas": 100.0}},
         {"effects.run_life": {"depth_limit_um": 5.0}},
     ):
-        assert_same(sw.simulate(SMALL.replace(SPEED | changes)), plain)
+        assert_same(sw.simulate(PLAIN.replace(SPEED | changes)), plain)
 
 
 # ---------------------------------------------------------------- strength grows
@@ -182,13 +182,13 @@ def assert_grows_smoothly(values, sign):
 
 @pytest.mark.parametrize(("key", "full", "watched", "sign"), CONTACT, ids=[f"{k[0]}={k[1]}" for k in CONTACT])
 def test_contact_answers_smoothly_and_the_right_way(key, full, watched, sign):
-    scene = SMALL.replace({"effects.shaft_compliance": SHAFTS}) if key.startswith("shaft") else SMALL
+    scene = PLAIN.replace({"effects.shaft_compliance": SHAFTS}) if key.startswith("shaft") else PLAIN
     values = [watched(sw.loaded_contact(scene.replace({f"effects.{key}": float(full * s)}))) for s in STRENGTHS]
     assert_grows_smoothly(values, sign)
 
 
 def test_pitch_errors_answer_smoothly():
-    trees = [sw.loaded_contact(SMALL.replace({"effects.pitch_error.pinion_um": [0.0, 12.0 * s]})) for s in STRENGTHS]
+    trees = [sw.loaded_contact(PLAIN.replace({"effects.pitch_error.pinion_um": [0.0, 12.0 * s]})) for s in STRENGTHS]
     assert_grows_smoothly([amplitude(tree) for tree in trees], +1)
     assert_grows_smoothly([greatest("load_share")(tree) for tree in trees], +1)
     # of the moved teeth half are late; the mean is of the early one's mesh
@@ -197,8 +197,8 @@ def test_pitch_errors_answer_smoothly():
 
 def test_compliance_along_the_pinion_axis_takes_no_load():
     """A spur pinion's flanks lie along its axis."""
-    soft = SMALL.replace({"effects.shaft_compliance": SHAFTS | {"axial_pinion_um_per_kN": 5.0}})
-    one, two = sw.loaded_contact(SMALL), sw.loaded_contact(soft)
+    soft = PLAIN.replace({"effects.shaft_compliance": SHAFTS | {"axial_pinion_um_per_kN": 5.0}})
+    one, two = sw.loaded_contact(PLAIN), sw.loaded_contact(soft)
     # half-widths are found to 1e-5, which leaves the approach uncertain by a hundredth of that
     np.testing.assert_allclose(two["mesh_cycle"][TE], one["mesh_cycle"][TE], rtol=1e-7)
 
@@ -217,7 +217,7 @@ def told(name):
 
 
 def spectrum(share):
-    torque = SMALL.operation.pinion_torque_Nm
+    torque = PLAIN.operation.pinion_torque_Nm
     shares = [1.0 - 0.8 * share - 0.1, 0.8 * share + 0.1]
     return {"effects.load_spectrum": {"torques_Nm": [0.5 * torque, 1.5 * torque], "shares": shares}}
 
@@ -253,7 +253,7 @@ WEAR = [
 
 @pytest.mark.parametrize(("changes", "responses"), [e[1:] for e in WEAR], ids=[e[0] for e in WEAR])
 def test_wear_answers_smoothly_and_the_right_way(changes, responses):
-    trees = [sw.simulate(SMALL.replace(changes(float(s)))) for s in STRENGTHS]
+    trees = [sw.simulate(PLAIN.replace(changes(float(s)))) for s in STRENGTHS]
     for watched, sign in responses:
         assert_grows_smoothly([watched(tree) for tree in trees], sign)
 
@@ -277,7 +277,7 @@ def test_wear_answers_smoothly_and_the_right_way(changes, responses):
 )
 def test_long_steps_are_stable_with_every_law(changes):
     """Two implicit steps are within a quarter of eight (5 % without a law); unstable ones would be off by times."""
-    two, eight = (deepest(sw.simulate(SMALL.replace(changes | {"numerics.wear_steps": n}))) for n in (2, 8))
+    two, eight = (deepest(sw.simulate(PLAIN.replace(changes | {"numerics.wear_steps": n}))) for n in (2, 8))
     assert two == pytest.approx(eight, rel=0.25)
 
 
@@ -307,8 +307,8 @@ def needs_of(names, tables):
 
 @st.composite
 def pairs(draw):
-    """Changes of `SMALL` by two effects, and which bodies wear."""
-    drawn = effect_tables(SMALL)
+    """Changes of `PLAIN` by two effects, and which bodies wear."""
+    drawn = effect_tables(PLAIN)
     names = draw(st.lists(st.sampled_from(sorted(EFFECTS)), min_size=2, max_size=2, unique=True))
     tables = {name: draw(drawn[name]) for name in names}
     if "run_life" in tables:
@@ -335,7 +335,7 @@ def assert_sound(tree, scene):
 @given(pairs())
 @settings(runs, max_examples=max(settings.default.max_examples // 3, 6))
 def test_any_two_effects_run_together(changes):
-    scene = SMALL.replace(changes)
+    scene = PLAIN.replace(changes)
     assert_sound(sw.simulate(scene), scene)
 
 
@@ -353,14 +353,14 @@ ALONE = {name: {f"effects.{name}": {}} | needs_of([name], {}) for name in EFFECT
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_runs_with_patches(name):
     """Pressure resolved in two dimensions, its wear summed in place; friction laws and films as with lines."""
-    scene = SMALL.replace(ALONE[name] | {"numerics.fidelity": "patch"})
+    scene = PLAIN.replace(ALONE[name] | {"numerics.fidelity": "patch"})
     assert_sound(sw.simulate(scene), scene)
 
 
 def test_all_effects_run_together():
     """But for the search for a life, which wears eight load cases many times over."""
     together = (changes for name, changes in ALONE.items() if name != "run_life")
-    scene = SMALL.replace(dict(chain.from_iterable(each.items() for each in together)) | BOTH_WORN)
+    scene = PLAIN.replace(dict(chain.from_iterable(each.items() for each in together)) | BOTH_WORN)
     assert len(list(scene.effects.present())) == len(EFFECTS) - 1
     assert_sound(sw.simulate(scene), scene)
 
@@ -368,10 +368,10 @@ def test_all_effects_run_together():
 @pytest.mark.parametrize("name", [name for name, kind in EFFECTS.items() if "wear" in kind.needs])
 def test_laws_of_wear_without_wear_are_refused_before_anything_is_computed(name):
     with pytest.raises(sw.SceneError, match="needed by"):
-        SMALL.replace(ALONE[name] | {"wear": None})
+        PLAIN.replace(ALONE[name] | {"wear": None})
 
 
 @pytest.mark.parametrize("name", ["flash_temperature", "lubrication", "wear_law.temperature", "wear_law.lubrication"])
 def test_effects_of_speed_without_a_speed_are_refused(name):
     with pytest.raises(sw.SceneError, match="pinion_speed_rpm"):
-        SMALL.replace({key: table for key, table in ALONE[name].items() if key.startswith("effects.")})
+        PLAIN.replace({key: table for key, table in ALONE[name].items() if key.startswith("effects.")})

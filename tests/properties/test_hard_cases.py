@@ -23,9 +23,9 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.stripe import add_near_stripe, stripe_table
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
+from tests.scenes import NOMINAL_TORQUE, scene_of
 from tests.strategies.finite import assert_finite_or_explained
 from tests.strategies.hard_cases import (
-    NOMINAL_TORQUE,
     HardCase,
     LineGap,
     gear_pairs,
@@ -34,7 +34,6 @@ from tests.strategies.hard_cases import (
     line_gaps,
     measured_flanks,
     mirrored,
-    scene_of,
     torque_factors,
     wear_maps,
     wear_runs,

@@ -9,17 +9,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
+from tests.scenes import SHIPPED, SMALL
 from tests.strategies import placements, scenes
 
-SMALL = sw.load_scene("face_gear_25x160").replace(
-    {
-        "wear": None,
-        "numerics.face_slices": 21,
-        "numerics.roll_positions": 8,
-        "numerics.harmonics": 7,
-        "numerics.profile_points": 41,
-    }
-)
+UNWORN = SHIPPED.replace(SMALL | {"wear": None})
 
 # a share of the profile's examples, since each is a loaded contact, and shrinking is as slow
 few = settings(
@@ -60,7 +53,7 @@ def test_equations_of_contact_hold(scene):
 @few
 def test_approach_and_pressure_grow_with_torque(torque, factor, placement):
     low, high = (
-        sw.loaded_contact(SMALL.replace({"operation.pinion_torque_Nm": value}), placement=placement)
+        sw.loaded_contact(UNWORN.replace({"operation.pinion_torque_Nm": value}), placement=placement)
         for value in (torque, factor * torque)
     )
     name = "transmission_error_loaded"
@@ -87,11 +80,11 @@ def test_no_wear_is_zero_wear(scene):
 @few
 def test_even_wear_only_delays_the_contact(depth):
     """The same depth everywhere moves the gear, and nothing else."""
-    even = np.full((SMALL.numerics.profile_points, SMALL.numerics.face_slices), depth)
-    one, two = sw.loaded_contact(SMALL), sw.loaded_contact(SMALL, wear_depth=even)
+    even = np.full((UNWORN.numerics.profile_points, UNWORN.numerics.face_slices), depth)
+    one, two = sw.loaded_contact(UNWORN), sw.loaded_contact(UNWORN, wear_depth=even)
     for name in ("load_share", "contact_pressure_max", "line_load", "root_stress"):
         same(one, two, "engagement", name, tolerance=1e-3)
-    base_radius = SMALL.gear_pair.pinion_pitch_radius_mm * np.cos(np.radians(SMALL.gear_pair.pressure_angle_deg))
+    base_radius = UNWORN.gear_pair.pinion_pitch_radius_mm * np.cos(np.radians(UNWORN.gear_pair.pressure_angle_deg))
     lag = 1e-3 * depth / base_radius * 25.0 / 160.0 * np.degrees(1.0) * 3600.0
     for name in ("transmission_error_loaded", "transmission_error_unloaded"):
         moved = one["mesh_cycle"][name].values - two["mesh_cycle"][name].values
@@ -112,8 +105,8 @@ def test_drive_and_coast_flank_are_mirror_images(placement):
     mirrored = dataclasses.replace(
         placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad
     )
-    one = sw.loaded_contact(SMALL, placement=placement)
-    two = sw.loaded_contact(SMALL.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
+    one = sw.loaded_contact(UNWORN, placement=placement)
+    two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
     for group in ("engagement", "mesh_cycle"):
         assert two[group].dataset.equals(one[group].dataset)
 
@@ -122,15 +115,15 @@ def test_drive_and_coast_flank_are_mirror_images(placement):
 @fewer
 def test_contact_scales_with_the_size_of_the_gears(factor):
     """All lengths times s, torque times s^3: the same pressures, stresses and shares, line loads times s."""
-    pair = SMALL.gear_pair
+    pair = UNWORN.gear_pair
     lengths = {
         f"gear_pair.{entry.name}": factor * getattr(pair, entry.name)
         for entry in dataclasses.fields(pair)
         if entry.name.endswith("_mm")
     }
-    torque = SMALL.operation.pinion_torque_Nm * factor**3
-    one = sw.loaded_contact(SMALL)
-    two = sw.loaded_contact(SMALL.replace({**lengths, "operation.pinion_torque_Nm": torque}))
+    torque = UNWORN.operation.pinion_torque_Nm * factor**3
+    one = sw.loaded_contact(UNWORN)
+    two = sw.loaded_contact(UNWORN.replace({**lengths, "operation.pinion_torque_Nm": torque}))
     for name in ("load_share", "contact_pressure_max", "root_stress"):
         same(one, two, "engagement", name, tolerance=1e-3)
     same(one, two, "engagement", "line_load", factor, tolerance=1e-3)
@@ -141,13 +134,13 @@ def test_contact_scales_with_the_size_of_the_gears(factor):
 @given(st.floats(0.3, 3.0))
 @fewer
 def test_stiffness_and_torque_together_change_pressures_alone(factor):
-    one = sw.loaded_contact(SMALL)
+    one = sw.loaded_contact(UNWORN)
     two = sw.loaded_contact(
-        SMALL.replace(
+        UNWORN.replace(
             {
-                "operation.pinion_torque_Nm": factor * SMALL.operation.pinion_torque_Nm,
-                "material.pinion.youngs_modulus_MPa": factor * SMALL.material.pinion.youngs_modulus_MPa,
-                "material.gear.youngs_modulus_MPa": factor * SMALL.material.gear.youngs_modulus_MPa,
+                "operation.pinion_torque_Nm": factor * UNWORN.operation.pinion_torque_Nm,
+                "material.pinion.youngs_modulus_MPa": factor * UNWORN.material.pinion.youngs_modulus_MPa,
+                "material.gear.youngs_modulus_MPa": factor * UNWORN.material.gear.youngs_modulus_MPa,
             }
         )
     )

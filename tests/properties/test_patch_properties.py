@@ -13,22 +13,20 @@ import semiwear as sw
 from semiwear.compliance.love import love_coefficients
 from semiwear.plan import plan
 from semiwear.results import check_tree
+from tests.scenes import MEDIUM, SHIPPED
 
-SMALL = sw.load_scene("face_gear_25x160").replace(
-    {
+PATCHES = SHIPPED.replace(
+    MEDIUM
+    | {
         "wear.until.control_depths_um": None,
         "wear.control_point": None,
         "wear.until.meshes": 1e9,
         "numerics.wear_steps": 2,
         "numerics.fidelity": "patch",
         "numerics.cells_per_half_width": 4,
-        "numerics.face_slices": 31,
-        "numerics.roll_positions": 12,
-        "numerics.profile_points": 81,
-        "numerics.harmonics": 9,
     }
 )
-SHAPE = (81, 31)  # profile, face
+SHAPE = (PATCHES.numerics.profile_points, PATCHES.numerics.face_slices)
 
 few = settings(
     max_examples=max(settings.default.max_examples // 4, 4),
@@ -60,7 +58,7 @@ def wear_maps(draw: st.DrawFn) -> np.ndarray:
 @given(wear_maps(), torques)
 @few
 def test_equations_of_contact_hold(depth, torque):
-    scene = SMALL.replace({"operation.pinion_torque_Nm": torque})
+    scene = PATCHES.replace({"operation.pinion_torque_Nm": torque})
     tree = sw.loaded_contact(scene, wear_depth=depth)
     assert tree["diagnostics"].load_balance_residual.item() < 1e-9
     assert tree["diagnostics"].complementarity_residual.item() < 1e-6
@@ -75,7 +73,7 @@ def test_equations_of_contact_hold(depth, torque):
 @fewer
 def test_cells_press_where_the_gap_is_closed(depth, torque):
     """The displacement anew, from the forces and Love's coefficients, without the solver."""
-    teeth = plan(SMALL.replace({"operation.pinion_torque_Nm": torque, "numerics.tooth_compliance": "rigid"}))
+    teeth = plan(PATCHES.replace({"operation.pinion_torque_Nm": torque, "numerics.tooth_compliance": "rigid"}))
     teeth = teeth.loaded_teeth()
     state = teeth.load(np.ascontiguousarray(1e-3 * depth.T))
     solver, loads = teeth.solver, state.loads
@@ -112,7 +110,7 @@ def love(solver, shape):
 @fewer
 def test_approach_grows_with_torque(depth, torque, factor):
     low, high = (
-        sw.loaded_contact(SMALL.replace({"operation.pinion_torque_Nm": value}), wear_depth=depth)["mesh_cycle"]
+        sw.loaded_contact(PATCHES.replace({"operation.pinion_torque_Nm": value}), wear_depth=depth)["mesh_cycle"]
         for value in (torque, factor * torque)
     )
     assert (high.transmission_error_loaded < low.transmission_error_loaded).all()
@@ -122,7 +120,7 @@ def test_approach_grows_with_torque(depth, torque, factor):
 @fewer
 def test_even_wear_only_delays_the_contact(depth):
     """The same depth everywhere moves the gear, and nothing else."""
-    one, two = sw.loaded_contact(SMALL), sw.loaded_contact(SMALL, wear_depth=np.full(SHAPE, depth))
+    one, two = sw.loaded_contact(PATCHES), sw.loaded_contact(PATCHES, wear_depth=np.full(SHAPE, depth))
     for name in ("load_share", "contact_pressure_max", "line_load", "root_stress"):
         greatest = float(np.abs(one["engagement"][name]).max())
         np.testing.assert_allclose(
@@ -133,7 +131,7 @@ def test_even_wear_only_delays_the_contact(depth):
 @given(meshes, mappings)
 @few
 def test_wear_never_shrinks(count, mapping):
-    scene = SMALL.replace({"wear.until.meshes": count, "numerics.wear_mapping": mapping, "numerics.wear_steps": 3})
+    scene = PATCHES.replace({"wear.until.meshes": count, "numerics.wear_mapping": mapping, "numerics.wear_steps": 3})
     depth = sw.simulate(scene)["flank"].wear_depth.values
     assert np.isfinite(depth).all()
     assert (depth[0] == 0.0).all()
@@ -144,7 +142,7 @@ def test_wear_never_shrinks(count, mapping):
 @given(st.floats(0.1, 10.0), mappings)
 @fewer
 def test_meshes_and_wear_coefficient_count_as_their_product(factor, mapping):
-    scene = SMALL.replace({"numerics.wear_mapping": mapping})
+    scene = PATCHES.replace({"numerics.wear_mapping": mapping})
     one = sw.simulate(scene)
     two = sw.simulate(
         scene.replace(
@@ -162,7 +160,7 @@ def test_meshes_and_wear_coefficient_count_as_their_product(factor, mapping):
 @given(wear_maps(), torques)
 @fewer
 def test_coast_mirrors_drive(depth, torque):
-    scene = SMALL.replace({"operation.pinion_torque_Nm": torque})
+    scene = PATCHES.replace({"operation.pinion_torque_Nm": torque})
     one, two = (
         sw.loaded_contact(scene.replace({"operation.loaded_flank": flank}), wear_depth=depth)
         for flank in ("drive", "coast")
@@ -174,7 +172,7 @@ def test_coast_mirrors_drive(depth, torque):
 @given(meshes, mappings, torques)
 @fewer
 def test_the_tree_keeps_the_schema_and_is_saved_as_it_is(count, mapping, torque):
-    scene = SMALL.replace(
+    scene = PATCHES.replace(
         {"wear.until.meshes": count, "numerics.wear_mapping": mapping, "operation.pinion_torque_Nm": torque}
     )
     tree = sw.simulate(scene)

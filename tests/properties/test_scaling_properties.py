@@ -10,16 +10,10 @@ import pytest
 
 import semiwear as sw
 from semiwear.scene import scene_from_dict
+from tests.scenes import TINY
 from tests.strategies.point_flanks import exported, scene_of
 from tests.strategies.scaling import dimensionless_difference, scaled, scaled_grid
 
-COARSE = {
-    "numerics.roll_positions": 8,
-    "numerics.face_slices": 11,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 5,
-    "numerics.cells_per_half_width": 3,
-}
 FACE_GEAR = {
     "gear_pair": {
         "type": "face_gear",
@@ -71,7 +65,9 @@ def pairs(tmp_path_factory):
     points = data["gear_pair"]
     data["gear_pair"] = {name: value for name, value in points.items() if not name.endswith("_edge_radius_mm")}
     scenes["points"] = scene_of(data)
-    return {name: scene.replace(COARSE) for name, scene in scenes.items()}, folder
+    return {
+        name: scene.replace(TINY | {"numerics.cells_per_half_width": 3}) for name, scene in scenes.items()
+    }, folder
 
 
 def test_the_pairs_leave_their_defaults_to_the_package(pairs):

@@ -10,7 +10,7 @@ import pytest
 import semiwear as sw
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
-from tests.strategies.effect_scenes import NEUTRAL, SMALL, SPEED
+from tests.strategies.effect_scenes import NEUTRAL, PLAIN, SPEED
 
 PINION_TEETH, GEAR_TEETH, MODULE = 25, 160, 6.35
 PRESSURE_ANGLE = radians(25.0)
@@ -18,11 +18,11 @@ BASE_RADIUS = 0.5 * MODULE * PINION_TEETH * cos(PRESSURE_ANGLE)
 AXIS_OFFSET = 0.5 * MODULE * (28 - 25)
 CURVATURE = 3.041e-2  # 1/mm, relative, across the line at the pitch point
 ARCSEC_PER_MM = PINION_TEETH / GEAR_TEETH / BASE_RADIUS * np.degrees(1.0) * 3600.0
-TORQUE = 1e3 * SMALL.operation.pinion_torque_Nm  # N mm
+TORQUE = 1e3 * PLAIN.operation.pinion_torque_Nm  # N mm
 GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K)
 
 # so little wear that loads stay as they are: depths are then linear in what the wear coefficient is multiplied by
-FAINT = SMALL.replace({"wear.until.meshes": 1e4, "numerics.wear_steps": 1})
+FAINT = PLAIN.replace({"wear.until.meshes": 1e4, "numerics.wear_steps": 1})
 LINEAR = 1e-3  # of the greatest depth: 2 nm, where light slices are pressed by some um; and factors are found so well
 
 # design, section 4: where the unloaded contact passes the pitch point when the pinion is displaced, instead of 508 mm
@@ -40,7 +40,7 @@ CONTACT_RADIUS = [
 
 
 def loaded(changes, **arguments):
-    return sw.loaded_contact(SMALL.replace(changes), **arguments)
+    return sw.loaded_contact(PLAIN.replace(changes), **arguments)
 
 
 def centre_of_load(tree):
@@ -54,7 +54,7 @@ def centre_of_load(tree):
 @pytest.mark.parametrize(("field", "value", "radius"), CONTACT_RADIUS)
 def test_misalignment_of_the_table_moves_the_pattern(field, value, radius):
     table = {f"effects.misalignment.{field}": value}
-    contact = sw.tooth_contact_analysis(SMALL.replace(table))
+    contact = sw.tooth_contact_analysis(PLAIN.replace(table))
     place = contact.path_of_contact.interp(roll_position=0.0)
     assert float(np.hypot(place.sel(axis="x"), place.sel(axis="z"))) == pytest.approx(radius, abs=0.3)
     # the load follows, held back by the ends of the face
@@ -100,7 +100,7 @@ def test_tip_relief_shortens_the_loaded_path_at_its_end(body, end):
 
 @pytest.mark.parametrize("body", ["pinion", "gear"])
 def test_crowning_draws_the_load_to_the_middle_of_the_face(body):
-    low, high = SMALL.gear_pair.gear_inner_radius_mm, SMALL.gear_pair.gear_outer_radius_mm
+    low, high = PLAIN.gear_pair.gear_inner_radius_mm, PLAIN.gear_pair.gear_outer_radius_mm
     trees = [loaded({f"effects.modification.{body}.crowning_um": depth}) for depth in (0.0, 20.0, 40.0)]
     away = [abs(centre_of_load(tree) - 0.5 * (low + high)) for tree in trees]
     assert away[0] > away[1] > away[2]
@@ -118,7 +118,7 @@ def test_a_grid_of_deviations_is_the_modification_that_it_describes(body, tmp_pa
     places = np.linspace(0.0, 1.0, 5)
     write_deviation_grid(tmp_path / "slope.csv", places, places, np.tile(-20.0 * places, (5, 1)))
     from_file, by_name = (
-        plan(SMALL.replace({f"effects.modification.{body}.{field}": value})).loaded_teeth()
+        plan(PLAIN.replace({f"effects.modification.{body}.{field}": value})).loaded_teeth()
         for field, value in (("file", str(tmp_path / "slope.csv")), ("lead_slope_um", 20.0))
     )
     assert by_name.modification.max() > 0.019
@@ -163,7 +163,7 @@ def rubbing():
     The friction of a slice that slides hardly faster than its surfaces stretch is less by Carter's share; relative
     curvature and rolling speed are taken as they are at the pitch point.
     """
-    scene = SMALL.replace({"effects.friction.coefficient": 0.1, "numerics.face_slices": 41})
+    scene = PLAIN.replace({"effects.friction.coefficient": 0.1, "numerics.face_slices": 41})
     tree = sw.loaded_contact(scene)
     met = contact_places(scene, tree)
     pinion, gear = velocities(met.position)
@@ -197,8 +197,8 @@ def test_friction_loss_is_force_times_sliding(rubbing):
 
 
 def test_the_efficiency_of_a_run_is_one_less_the_loss():
-    tree = sw.simulate(SMALL.replace({"effects.friction.coefficient": 0.1}))
-    loss = tree["engagement"].friction_power_loss.isel(wear_step=0).values.sum() / SMALL.numerics.roll_positions
+    tree = sw.simulate(PLAIN.replace({"effects.friction.coefficient": 0.1}))
+    loss = tree["engagement"].friction_power_loss.isel(wear_step=0).values.sum() / PLAIN.numerics.roll_positions
     found = float(tree["history"].mesh_efficiency[0])
     assert found == pytest.approx(1.0 - loss / (1e-3 * TORQUE), abs=1e-12)
     assert "friction_power_loss_mean" not in tree["history"]
@@ -208,7 +208,7 @@ def test_a_speed_makes_the_loss_a_number_of_watts():
     one = sw.simulate(FAINT.replace({"effects.friction": {}}))["history"]
     two = sw.simulate(FAINT.replace(SPEED | {"effects.friction": {}}))["history"]
     np.testing.assert_allclose(two.mesh_efficiency, one.mesh_efficiency, rtol=1e-12)
-    power = SMALL.operation.pinion_torque_Nm * 300.0 * np.pi / 30.0
+    power = PLAIN.operation.pinion_torque_Nm * 300.0 * np.pi / 30.0
     np.testing.assert_allclose(two.friction_power_loss_mean, (1.0 - one.mesh_efficiency) * power, rtol=1e-9)
 
 

@@ -13,7 +13,7 @@ import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.mapping import Worn
 from semiwear.wear.swept_line import fresh_sweep, partner_wear_of_mesh, sweep
-from tests.strategies.effect_scenes import SMALL
+from tests.strategies.effect_scenes import PLAIN
 
 PINION_TEETH, GEAR_TEETH = 25, 160
 RATIO = GEAR_TEETH / PINION_TEETH
@@ -256,12 +256,12 @@ def test_depths_where_the_flanks_meet_are_as_their_line_speeds(one_step):
 
 
 def depths(changes):
-    return sw.simulate(SMALL.replace(changes))["flank"].wear_depth.values
+    return sw.simulate(PLAIN.replace(changes))["flank"].wear_depth.values
 
 
 def test_a_gear_that_hardly_wears_leaves_the_pinion_alone():
     alone = depths({"wear.worn_bodies": ["pinion"]})
-    meshes = SMALL.wear.until.meshes
+    meshes = PLAIN.wear.until.meshes
     few = {"wear.until.meshes": 1e-8 * meshes, "wear.coefficient_mm2_per_N": {"pinion": 1e-5, "gear": 1e-16}}
     both = depths(BOTH | few)
     assert alone[-1, 0].max() > 10.0
@@ -293,7 +293,7 @@ def test_long_steps_of_both_are_stable():
 @pytest.mark.parametrize("depth", [0.001, 0.05])
 def test_an_even_depth_off_either_flank_only_delays(depth):
     """Off the pinion or off the gear: the separation grows by it everywhere, and all else stays."""
-    physics = plan(SMALL.replace(BOTH))
+    physics = plan(PLAIN.replace(BOTH))
     teeth = physics.loaded_teeth()
     gear, pinion = np.zeros(teeth.grid.profile.shape), np.zeros(teeth.partner.grid.profile.shape)
     fresh = teeth.load(gear, None, pinion)

@@ -1,19 +1,16 @@
-"""One small scene that the tests of effects share, and every effect with strength zero."""
+"""A plain small scene that the tests of effects share, and every effect with strength zero."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from tests.strategies.scenes import SHIPPED
+from tests.scenes import MEDIUM, SHIPPED
 
-__all__ = ["NEUTRAL", "SMALL", "SPEED"]
+__all__ = ["NEUTRAL", "PLAIN", "SPEED"]
 
-SMALL = SHIPPED.replace(
-    {
-        "numerics.face_slices": 21,
-        "numerics.roll_positions": 12,
-        "numerics.profile_points": 61,
-        "numerics.harmonics": 9,
+PLAIN = SHIPPED.replace(
+    MEDIUM
+    | {
         "numerics.wear_steps": 2,
         "wear.until.meshes": 2e9,
         "wear.control_point": None,
@@ -21,7 +18,7 @@ SMALL = SHIPPED.replace(
 )
 SPEED: dict[str, Any] = {"operation.pinion_speed_rpm": 300.0}
 
-_TORQUE = SMALL.operation.pinion_torque_Nm
+_TORQUE = PLAIN.operation.pinion_torque_Nm
 _RIGID_SHAFTS = {
     f"{freedom}_{unit}": 0.0
     for unit, freedoms in {
@@ -32,7 +29,7 @@ _RIGID_SHAFTS = {
 }
 _ONE_HARDNESS = {"surface_hardness_HV": 600.0, "core_hardness_HV": 600.0, "case_depth_um": 10.0}
 
-# Name of the effect, and changes of `SMALL` with which its table is there and does nothing.
+# Name of the effect, and changes of `PLAIN` with which its table is there and does nothing.
 NEUTRAL: tuple[tuple[str, dict[str, Any]], ...] = (
     ("misalignment", {"effects.misalignment": {}}),
     ("modification.pinion", {"effects.modification.pinion": {}}),

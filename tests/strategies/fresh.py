@@ -7,4 +7,4 @@ from hypothesis import settings
 __all__ = ["fresh"]
 
 fresh = settings(derandomize=False)
-"""The seed is printed by `tests/conftest.py`; these properties are cheap and hold for whatever is drawn."""
+"""The seed is printed by `conftest.py`; these properties are cheap and hold for whatever is drawn."""

@@ -1,7 +1,7 @@
 """Hard cases: scenes at the limits of geometry, load and material, placements, worn and measured flanks, bare gaps.
 
-Grids are small and teeth mostly rigid, so that an example takes a fraction of a second. The small scene is that of
-`validation.hard_cases`, where the cases with names are.
+Grids are small and teeth mostly rigid, so that an example takes a fraction of a second. The cases with names are in
+`tests/unit/test_hard_scenes.py`.
 """
 
 from __future__ import annotations
@@ -17,15 +17,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from semiwear.scene import Placement, Scene
-from validation.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, SMALL, UNTIL_MESHES, scene_of
+from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, UNTIL_MESHES, scene_of
 
 __all__ = [
-    "CONFORMAL",
-    "NOMINAL_TORQUE",
-    "SHARP",
-    "SHIPPED",
-    "SMALL",
-    "UNTIL_MESHES",
     "HardCase",
     "Hung",
     "LineGap",
@@ -36,7 +30,6 @@ __all__ = [
     "line_gaps",
     "measured_flanks",
     "mirrored",
-    "scene_of",
     "torque_factors",
     "wear_maps",
     "wear_runs",

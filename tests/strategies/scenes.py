@@ -7,9 +7,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from semiwear.scene import EFFECTS, Placement, Scene, load_scene
-
-SHIPPED = load_scene("face_gear_25x160")
+from semiwear.scene import EFFECTS, Placement, Scene
+from tests.scenes import SHIPPED
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:

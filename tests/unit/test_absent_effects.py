@@ -15,7 +15,7 @@ import semiwear as sw
 from semiwear.contact.line_contact import LineContact
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
-from tests.strategies.effect_scenes import SMALL, SPEED
+from tests.strategies.effect_scenes import PLAIN, SPEED
 
 ROOT = Path(sw.__file__).parents[1]
 RUBBING = {"semiwear.contact.friction", "semiwear.contact.conditions", "semiwear.contact.line_conditions"}
@@ -79,7 +79,7 @@ TABLES = {
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 5.0]},
     "run_life": {"effects.run_life.depth_limit_um": 1.0},
 }
-TINY = SMALL.replace({"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.tooth_compliance": "rigid"})
+TINY = PLAIN.replace({"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.tooth_compliance": "rigid"})
 
 
 def table(name):

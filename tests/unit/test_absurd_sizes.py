@@ -18,8 +18,7 @@ from semiwear.measured.files import read_measured
 from semiwear.meshing.deviation_grid import read_deviation_grid
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import load, parse_scene, reading, scene_files, scene_from_dict
-
-SHIPPED = sw.load_scene("face_gear_25x160")
+from tests.scenes import SHIPPED
 
 
 @contextmanager

@@ -21,13 +21,10 @@ from semiwear.scene.tables import RESOLUTION
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Worn
 from semiwear.wear.two_stage import EVENEST, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
-from validation.kills import different_variables
+from tests.same_result import different_variables
+from tests.scenes import TINY
 
-COARSE = {
-    "numerics.face_slices": 11,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 31,
-    "numerics.harmonics": 3,
+TWO_DEPTHS = TINY | {
     "wear.until.control_depths_um": [2.0, 4.0],
     "wear.control_point.height_mm": -2.5,
 }
@@ -316,7 +313,7 @@ def test_adaptive_steps_go_on_where_the_last_ones_ended():
 
 @pytest.fixture(scope="module")
 def asked(shipped):
-    scene = shipped.replace(COARSE | {"numerics.roll_positions": None, "numerics.accuracy": 0.4})
+    scene = shipped.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 0.4})
     return scene, sw.simulate(scene)
 
 
@@ -341,7 +338,7 @@ def test_given_numbers_stay_and_chosen_ones_are_in_the_scene_of_the_result(asked
 
 
 def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, monkeypatch):
-    scene = shipped.replace(COARSE | {"numerics.roll_positions": None, "numerics.accuracy": 1e-3})
+    scene = shipped.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 1e-3})
     within = tuple(replace(p, start=8, most=9) for p in resolution.PARAMETERS)
     monkeypatch.setattr(run, "parameters_of", lambda numerics: within[:1])
     with pytest.raises(sw.ConvergenceError, match=r"accuracy 0\.001 not reached") as caught:
@@ -396,7 +393,7 @@ def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
 
 def test_the_command_line_runs_to_an_accuracy(shipped, tmp_path, capsys):
     file, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
-    file.write_text(shipped.replace(COARSE | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")
+    file.write_text(shipped.replace(TWO_DEPTHS | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")
     assert main(["run", str(file), "-o", str(output)]) == 0
     assert "0.4 asked for" in sw.open_results(output).attrs["accuracy"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["scene.toml", "worn.nc"]

@@ -7,15 +7,9 @@ from semiwear.cli import main
 from semiwear.report.effects import effects_section
 from semiwear.report.markup import figure_text
 from semiwear.screen import ScreenedEffect, Screening
+from tests.scenes import TINY
 
-TINY = {
-    "numerics.face_slices": 9,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 31,
-    "numerics.harmonics": 3,
-    "wear.until.meshes": 1e8,
-    "numerics.wear_steps": 1,
-}
+LIFE = TINY | {"wear.until.meshes": 1e8, "numerics.wear_steps": 1}
 
 
 @pytest.fixture
@@ -51,7 +45,7 @@ def test_screen_of_an_unknown_scene_is_an_error(asked, capsys):
 
 def test_plan_shows_shares_of_an_earlier_run(tmp_path, capsys):
     scene = sw.load_scene("face_gear_25x160").replace(
-        TINY | {"effects.run_life.depth_limit_um": 2.0, "operation.pinion_speed_rpm": 100.0}
+        LIFE | {"effects.run_life.depth_limit_um": 2.0, "operation.pinion_speed_rpm": 100.0}
     )
     tree = sw.simulate(scene)
     sw.save(tree, tmp_path / "worn.nc")
@@ -69,7 +63,7 @@ def test_plan_with_a_missing_result_is_an_error(tmp_path, capsys):
 
 
 def test_run_tells_the_life(tmp_path, capsys):
-    settings = [word for key, value in TINY.items() for word in ("--set", f"{key}={value}")]
+    settings = [word for key, value in LIFE.items() for word in ("--set", f"{key}={value}")]
     done = main(["run", "face_gear_25x160", *settings, "--set", "effects.run_life={depth_limit_um = 2.0}"])
     assert done == 0
     assert "life until 2 um: " in capsys.readouterr().out
@@ -77,7 +71,7 @@ def test_run_tells_the_life(tmp_path, capsys):
 
 def test_a_page_shows_what_effects_add():
     changes = {"effects.friction": {}, "operation.pinion_speed_rpm": 100.0}
-    plain, rubbing = (sw.simulate(sw.load_scene("face_gear_25x160").replace(TINY | more)) for more in ({}, changes))
+    plain, rubbing = (sw.simulate(sw.load_scene("face_gear_25x160").replace(LIFE | more)) for more in ({}, changes))
     assert effects_section(plain) == ""
     section = effects_section(rubbing)
     assert section.count("<img") == 2

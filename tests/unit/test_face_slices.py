@@ -10,6 +10,7 @@ import semiwear as sw
 from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.contact_lines import face_stations
 from semiwear.plan import plan
+from tests.scenes import SHIPPED, TINY
 
 
 @pytest.mark.parametrize("slices", [7, 11, 31, 40, 61, 128, 161, 401])
@@ -55,11 +56,8 @@ def test_misalignment_leaves_the_slices_where_they_are():
     np.testing.assert_array_equal(one, two)
 
 
-COARSE = {"numerics.roll_positions": 8, "numerics.harmonics": 3, "numerics.profile_points": 31}
-
-
 def test_a_wear_depth_brings_its_slices():
-    scene = sw.load_scene("face_gear_25x160").replace(COARSE | {"numerics.face_slices": 15})
+    scene = SHIPPED.replace(TINY | {"numerics.face_slices": 15})
     other = np.linspace(481.0, 559.0, 40)
     depth = xr.DataArray(np.full((31, 40), 5.0), dims=("profile", "face"), coords={"face": other})
     tree = sw.loaded_contact(scene, [0.0], depth)
@@ -72,14 +70,14 @@ def test_a_wear_depth_brings_its_slices():
 
 @pytest.mark.parametrize("face", [[481.0, 500.0, 559.0], [559.0, 520.0, 481.0]])
 def test_uneven_slices_are_refused(face):
-    scene = sw.load_scene("face_gear_25x160").replace(COARSE)
+    scene = SHIPPED.replace(TINY)
     depth = xr.DataArray(np.zeros((31, 3)), dims=("profile", "face"), coords={"face": face})
     with pytest.raises(sw.SceneError, match=r"wear_depth\.face.*even"):
         sw.loaded_contact(scene, [0.0], depth)
 
 
 def test_slices_off_the_flank_are_refused():
-    scene = sw.load_scene("face_gear_25x160").replace(COARSE)
+    scene = SHIPPED.replace(TINY)
     depth = xr.DataArray(np.zeros((31, 61)), dims=("profile", "face"), coords={"face": np.arange(61)})
     with pytest.raises(sw.SceneError, match=r"wear_depth\.face.*0 to 60 mm.*480 to 560"):
         sw.loaded_contact(scene, [0.0], depth)

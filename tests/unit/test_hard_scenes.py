@@ -16,9 +16,8 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
+from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
 from tests.strategies.finite import assert_finite_or_explained
-from validation.hard_cases import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
-from validation.standing_contact import EXPLICIT_LIMIT, roughness_after, strips
 
 FIDELITIES = ["line", "patch"]
 COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}
@@ -350,25 +349,6 @@ def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity,
     with pytest.raises(sw.ConvergenceError, match=r"the tooth is gone long before; ask for fewer") as error:
         worn(changes, fidelity)
     assert error.value.result is not None
-
-
-STRIPS = strips(60)
-
-
-def test_the_limit_of_explicit_steps_is_twice_the_least_eigenvalue():
-    assert pytest.approx(1.485, abs=1e-3) == EXPLICIT_LIMIT
-    assert 2.0 * np.linalg.eigvalsh(STRIPS)[0] == pytest.approx(EXPLICIT_LIMIT, rel=5e-3)
-
-
-@pytest.mark.parametrize(("factor", "stable"), [(0.9, True), (0.97, True), (1.1, False), (1.5, False)])
-def test_explicit_steps_lose_stability_at_the_limit(factor, stable):
-    grown = roughness_after(factor * EXPLICIT_LIMIT, implicit=False)
-    assert grown < 1.0 if stable else grown > 10.0
-
-
-@pytest.mark.parametrize("factor", [0.9, 1.5, 10.0, 1e3, 1e6])
-def test_implicit_steps_are_stable_however_long(factor):
-    assert roughness_after(factor * EXPLICIT_LIMIT, implicit=True) < 1.0
 
 
 def test_gears_lose_stability_with_explicit_steps_of_many_micrometres_only():

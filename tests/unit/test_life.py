@@ -10,12 +10,9 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.two_stage import TwoStageStepper
+from tests.scenes import TINY
 
-TINY = {
-    "numerics.face_slices": 11,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 31,
-    "numerics.harmonics": 3,
+LIFE = TINY | {
     "wear.until.meshes": 1e8,
     "wear.control_point": None,
     "numerics.wear_steps": 1,
@@ -25,7 +22,7 @@ TINY = {
 
 @pytest.fixture(scope="module")
 def tiny(shipped):
-    return shipped.replace(TINY)
+    return shipped.replace(LIFE)
 
 
 @pytest.fixture(scope="module")

@@ -25,15 +25,10 @@ from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek
 from semiwear.results.run_identity import differences, run_identity
 from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.stepping import WearState, WearStepper
-from validation.kills import different_variables
+from tests.same_result import different_variables
+from tests.scenes import SMALL
 
-SMALL = {
-    "numerics.face_slices": 15,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 41,
-    "numerics.harmonics": 3,
-    "wear.until.control_depths_um": [4.0, 9.0],
-}
+TWO_DEPTHS = SMALL | {"wear.until.control_depths_um": [4.0, 9.0]}
 PATCH = {"numerics.fidelity": "patch"}
 UNTIL_MESHES = {"wear.until.control_depths_um": None, "wear.until.meshes": 4e8, "wear.control_point": None}
 SCENES = {
@@ -53,7 +48,7 @@ SCENES = {
 
 @pytest.fixture(scope="module")
 def small(shipped):
-    return shipped.replace(SMALL)
+    return shipped.replace(TWO_DEPTHS)
 
 
 class Stop(Exception):

@@ -8,13 +8,7 @@ import pytest
 import semiwear as sw
 from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
-
-TINY = {
-    "numerics.face_slices": 11,
-    "numerics.roll_positions": 8,
-    "numerics.profile_points": 31,
-    "numerics.harmonics": 3,
-}
+from tests.scenes import TINY
 
 
 @pytest.fixture(scope="module")

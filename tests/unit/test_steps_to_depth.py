@@ -6,14 +6,10 @@ import pytest
 
 import semiwear as sw
 from semiwear.wear.stepping import WearStepper
+from tests.scenes import TINY
 
 DEPTHS = [4.0, 8.0]  # um
-COARSE = {
-    "numerics.face_slices": 11,
-    "numerics.roll_positions": 8,
-    "numerics.harmonics": 9,
-    "wear.until.control_depths_um": DEPTHS,
-}
+FOUR_DEPTHS = TINY | {"wear.until.control_depths_um": DEPTHS}
 
 
 def worn_in_jumps(monkeypatch, size):
@@ -28,9 +24,9 @@ def worn_in_jumps(monkeypatch, size):
 
 
 def test_a_depth_that_jumps_a_little_over_the_one_asked_for_is_met(shipped, monkeypatch):
-    smooth = sw.simulate(shipped.replace(COARSE))["history"].to_dataset()
+    smooth = sw.simulate(shipped.replace(FOUR_DEPTHS))["history"].to_dataset()
     worn_in_jumps(monkeypatch, 2e-4 * 4e-3)
-    jumping = sw.simulate(shipped.replace(COARSE))["history"].to_dataset()
+    jumping = sw.simulate(shipped.replace(FOUR_DEPTHS))["history"].to_dataset()
     assert jumping.meshes.values == pytest.approx(smooth.meshes.values, rel=1e-3)
     assert jumping.wear_depth_control_point.values[1:] == pytest.approx(DEPTHS, rel=3e-4)
 
@@ -38,4 +34,4 @@ def test_a_depth_that_jumps_a_little_over_the_one_asked_for_is_met(shipped, monk
 def test_one_that_jumps_far_over_it_is_not(shipped, monkeypatch):
     worn_in_jumps(monkeypatch, 4e-4)
     with pytest.raises(sw.ConvergenceError, match="no number of meshes wears the control point"):
-        sw.simulate(shipped.replace(COARSE))
+        sw.simulate(shipped.replace(FOUR_DEPTHS))

@@ -6,15 +6,10 @@ import numpy as np
 import pytest
 
 from semiwear.wear.adaptive import AdaptiveStepper
+from tests.scenes import COARSE
 from validation.wear_schemes import life_of
 
 LIFE = 1e10  # meshes: some 64 um at most
-COARSE = {
-    "numerics.face_slices": 31,
-    "numerics.roll_positions": 12,
-    "numerics.profile_points": 101,
-    "numerics.harmonics": 9,
-}
 
 
 @pytest.fixture(scope="module")

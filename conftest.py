@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import os
 import random
+from collections.abc import Callable
 
 import pytest
 import xarray as xr
+from filelock import FileLock
 from hypothesis import settings
 
 import semiwear as sw
@@ -46,6 +48,23 @@ def small(shipped: sw.Scene) -> sw.Scene:
 
 
 @pytest.fixture(scope="session")
-def worn(shipped: sw.Scene) -> xr.DataTree:
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[], xr.DataTree]], xr.DataTree]:
+    """Results by name that the workers of a machine compute once: the first computes and stores, the others read."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # each worker has its own in it
+
+    def result(name: str, compute: Callable[[], xr.DataTree]) -> xr.DataTree:
+        path = folder / f"{name}.nc"
+        with FileLock(f"{path}.lock"):
+            if not path.is_file():
+                sw.save(compute(), path)
+        return sw.open_results(path)
+
+    return result
+
+
+@pytest.fixture(scope="session")
+def worn(shipped: sw.Scene, once: Callable[[str, Callable[[], xr.DataTree]], xr.DataTree]) -> xr.DataTree:
     """The shipped scene, worn."""
-    return sw.simulate(shipped)
+    return once("worn", lambda: sw.simulate(shipped))

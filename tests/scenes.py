@@ -1,0 +1,59 @@
+"""Small scenes that tests share: grids from the coarsest on, and the shipped face gear with teeth that are rigid.
+
+A test says what it needs beyond a grid; where an answer does not depend on the grid, `TINY` is enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import semiwear as sw
+from semiwear.scene import Scene
+
+__all__ = [
+    "COARSE",
+    "CONFORMAL",
+    "MEDIUM",
+    "NOMINAL_TORQUE",
+    "RIGID",
+    "SHARP",
+    "SHIPPED",
+    "SMALL",
+    "TINY",
+    "UNTIL_MESHES",
+    "scene_of",
+]
+
+
+def _grid(face_slices: int, roll_positions: int, profile_points: int, harmonics: int) -> dict[str, Any]:
+    return {
+        "numerics.face_slices": face_slices,
+        "numerics.roll_positions": roll_positions,
+        "numerics.profile_points": profile_points,
+        "numerics.harmonics": harmonics,
+    }
+
+
+TINY = _grid(11, 8, 31, 3)
+SMALL = _grid(15, 8, 41, 5)
+MEDIUM = _grid(21, 12, 61, 9)
+COARSE = _grid(31, 12, 101, 9)
+
+SHIPPED = sw.load_scene("face_gear_25x160")
+NOMINAL_TORQUE = SHIPPED.operation.pinion_torque_Nm
+RIGID = _grid(21, 8, 41, 5) | {"numerics.cells_per_half_width": 3, "numerics.tooth_compliance": "rigid"}
+"""Teeth that do not bend, so that a hard case takes a fraction of a second."""
+
+UNTIL_MESHES: dict[str, Any] = {"wear.until.control_depths_um": None, "wear.control_point": None}
+SHARP = {f"gear_pair.{body}_{edge}_edge_radius_mm": 0.0 for body in ("pinion", "gear") for edge in ("tip", "end")}
+# One tooth more than the pinion's: the shaper is too small for its usual tip rounding.
+CONFORMAL: dict[str, Any] = {"gear_pair.shaper_teeth": 26, "gear_pair.shaper_tip_radius_mm": 1.0}
+
+
+def scene_of(*changes: Mapping[str, Any], wears: bool = False) -> Scene:
+    """The shipped face gear with rigid teeth, changed; without a table [wear] unless it `wears`."""
+    merged: dict[str, Any] = dict(RIGID) if wears else {"wear": None} | RIGID
+    for more in changes:
+        merged |= more
+    return SHIPPED.replace(merged)
