@@ -67,7 +67,7 @@ class SupportedBody:
     @property
     def size(self) -> int:
         """Unknowns of the body, held ones included."""
-        return self.stiffness.shape[0]
+        return int(self.stiffness.shape[0])
 
     def compliance(self, unit_loads: csr_matrix) -> FloatArray:
         """Displacements that loads see of one another, B' K^-1 B.

@@ -178,7 +178,7 @@ class CylindricalMotion:
         """Rotation (3, 3) of a body in its own frame that brings the tooth of a pair to tooth 0."""
         flank, tooth = (self.pinion, pair) if body == "pinion" else (self.gear, -pair)
         angle = -flank.facing * 2.0 * pi * tooth / flank.tooth.teeth
-        return Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
+        return np.asarray(Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix())
 
     # --- flanks ----------------------------------------------------------------------------------------------
 

@@ -156,7 +156,7 @@ class Deposit:
 
     def __call__(self, pressures: FloatArray) -> FloatArray:
         """Sum of p |v_s| dt, (profile, face), of (roll, face, offset) pressures [N/mm]."""
-        return (self.operator @ pressures.ravel()).reshape(self.profile.shape)
+        return np.asarray((self.operator @ pressures.ravel()).reshape(self.profile.shape))
 
 
 def marched(fresh: RigidFlank, rolls: FloatArray, pressures: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -62,7 +62,7 @@ def reference_half_width(pair: PairMotion) -> float:
     m = 1.0 - ratio**2
     shape = float(ellipk(m) - ellipe(m)) / m
     major = (3.0 * force * shape / (pi * effective_modulus(pair.scene) * along)) ** (1.0 / 3.0)
-    return ratio * major
+    return float(ratio * major)
 
 
 def _principal_curvatures(pair: PairMotion) -> tuple[float, float]:
@@ -125,4 +125,4 @@ def beside_edges(
     if len(pressed):
         near = np.abs(place[:, None] - pressed).min(axis=1) < _ALONG * half_width
         aside = aside | near[slice_of]
-    return aside
+    return np.asarray(aside)

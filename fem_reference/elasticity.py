@@ -145,7 +145,7 @@ class ElasticBody:
         columns = displacement.shape[1:]
         if points_on == "nodes":
             wanted = np.arange(len(self.points)) if nodes is None else np.asarray(nodes)
-            return (self.stress_operator(wanted) @ displacement).reshape(len(wanted), 6, *columns)
+            return np.asarray((self.stress_operator(wanted) @ displacement).reshape(len(wanted), 6, *columns))
         result = np.empty((len(self.elements), 8, 6, *columns))
         for start in range(0, len(self.elements), _BATCH):
             part = slice(start, start + _BATCH)
@@ -157,7 +157,7 @@ class ElasticBody:
     def gauss_points(self) -> FloatArray:
         """Places of the 2 x 2 x 2 Gauss points: (elements, 8, 3) array [mm]."""
         values = np.array([self._kind.element.lbasis(_gauss(3)[0], a)[0] for a in range(self.elements.shape[1])])
-        return np.einsum("aq,mai->mqi", values, self.points[self.elements])
+        return np.asarray(np.einsum("aq,mai->mqi", values, self.points[self.elements]))
 
     def stress_operator(self, nodes: IntArray) -> csr_matrix:
         """Matrix that turns a displacement into the nodal stress at some nodes: (6 nodes, 3 n) [MPa/mm]."""

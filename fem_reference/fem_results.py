@@ -53,7 +53,7 @@ def line_load(found: PairResult, pair: PairMotion) -> FloatArray:
     share = np.diff(below)
     # the line is known up to the ends' roundings; slices may lie beyond
     line = make_interp_spline(found.line.face, found.line.position, k=1)
-    return share / np.linalg.norm(np.diff(line(ends), axis=0), axis=1)
+    return np.asarray(share / np.linalg.norm(np.diff(line(ends), axis=0), axis=1))
 
 
 @dataclass(frozen=True)

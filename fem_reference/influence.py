@@ -264,7 +264,7 @@ def _face_direction(mesh: ToothMesh, tooth: int, column: int) -> FloatArray:
     nodes = mesh.middles[tooth][0, ::2]
     ends = mesh.mesh.doflocs[:, nodes[[0, -1]]]
     direction = ends[:, 1] - ends[:, 0]
-    return direction / np.linalg.norm(direction)
+    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def _stress_operator(body: ElasticBody, mesh: ToothMesh, tooth: int, every: int) -> csr_matrix:

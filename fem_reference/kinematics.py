@@ -168,7 +168,7 @@ class PairKinematics:
         """Rotation (3, 3) of a body in its own frame that brings the tooth of a pair to tooth 0."""
         about = np.array([0.0, 0.0, 1.0]) if body == "pinion" else np.array([0.0, 1.0, 0.0])
         teeth = self.pinion.teeth if body == "pinion" else self.gear.gear_teeth
-        return Rotation.from_rotvec(2.0 * pi * pair / teeth * about).as_matrix()
+        return np.asarray(Rotation.from_rotvec(2.0 * pi * pair / teeth * about).as_matrix())
 
     # --- flanks ----------------------------------------------------------------------------------------------
 

@@ -103,7 +103,7 @@ class Mortar:
     def pressure(self, force: FloatArray) -> FloatArray:
         """Pressure at the nodes under forces (k,) [MPa]."""
         extra = (self.beside != np.arange(len(self.nodes))).astype(float)
-        return (force + extra * force[self.beside]) / (self.weight + extra * self.weight[self.beside])
+        return np.asarray((force + extra * force[self.beside]) / (self.weight + extra * self.weight[self.beside]))
 
     def average(self, field: Field) -> FloatArray:
         """A quantity seen by the slave nodes, (k,).
@@ -117,13 +117,15 @@ class Mortar:
             size of a facet: this moves the approach, hardly the pressure.
         """
         if callable(field):
-            return self.sampling @ np.broadcast_to(np.asarray(field(self.points), dtype=float), len(self.points))
+            return np.asarray(
+                self.sampling @ np.broadcast_to(np.asarray(field(self.points), dtype=float), len(self.points))
+            )
         values = np.asarray(field, dtype=float)
         return np.full(len(self.nodes), values[()]) if values.ndim == 0 else values[self.nodes]
 
     def from_master(self, values: FloatArray) -> FloatArray:
         """Values at the nodes of the master body, such as its wear depth, as the slave nodes see them."""
-        return self.transfer @ values
+        return np.asarray(self.transfer @ values)
 
     def unit_loads(self) -> tuple[csr_matrix, csr_matrix]:
         """Loads on the unknowns of slave and master for unit forces F, (3 n, k) each.
@@ -261,7 +263,7 @@ def _frames(surface: Surface) -> FloatArray:
 
 def _flatten(corner: FloatArray, centre: FloatArray, frame: FloatArray) -> FloatArray:
     """Corners (f, 4, 3) projected onto the planes through the centres, (f, 4, 2)."""
-    return np.einsum("fak,fik->fai", corner - centre[:, None], frame)
+    return np.asarray(np.einsum("fak,fik->fai", corner - centre[:, None], frame))
 
 
 def _dual_functions(slave: Surface, element: IntArray, shape: FloatArray, area: FloatArray) -> FloatArray:
@@ -274,7 +276,7 @@ def _dual_functions(slave: Surface, element: IntArray, shape: FloatArray, area: 
     good = share.sum(axis=1) > SLIVER * whole
     coefficients = np.repeat(np.eye(4)[None], count, axis=0)
     coefficients[good] = share[good][:, :, None] * np.linalg.inv(mass[good])
-    return np.einsum("qab,qb->qa", coefficients[element], shape)
+    return np.asarray(np.einsum("qab,qb->qa", coefficients[element], shape))
 
 
 def _interpolation(quads: IntArray, shape: FloatArray, size: int) -> csr_matrix:

@@ -242,4 +242,4 @@ def line_speed(pair: PairMotion, before: FloatArray, after: FloatArray, rolls: f
     moved = (after - before) / rolls * pair.pinion_teeth / (2.0 * pi)
     along = np.gradient(0.5 * (before + after), axis=0)
     along /= np.linalg.norm(along, axis=-1)[:, None]
-    return np.linalg.norm(moved - np.sum(moved * along, -1)[:, None] * along, axis=-1)
+    return np.asarray(np.linalg.norm(moved - np.sum(moved * along, -1)[:, None] * along, axis=-1))

@@ -211,7 +211,7 @@ def _growing(count: int, first: float) -> FloatArray:
     k = np.arange(count + 1) / count
     if count == 1 or first >= k[1]:
         return k
-    return k ** min(np.log(first) / np.log(k[1]), _STEEPEST)
+    return np.asarray(k ** min(np.log(first) / np.log(k[1]), _STEEPEST))
 
 
 def _across_corners(
@@ -302,7 +302,7 @@ def _profiles(
         def size(profile: FloatArray) -> FloatArray:
             outside = np.maximum(np.abs(profile - line[k]) - refinement.profile_half_range, 0.0)
             wanted = refinement.element_size_profile + refinement.growth * outside
-            return np.minimum(wanted, (high - low) / divisions.flank)
+            return np.asarray(np.minimum(wanted, (high - low) / divisions.flank))
 
         return equal_shares(low, high, size, count)
 
@@ -382,4 +382,4 @@ def _fillet_points(surface: ToothSurface, face: float, elements: int) -> FloatAr
     bounds = np.interp([0.0, middle, length[-1]], length, even)
     shares = [np.linspace(a, b, elements // 2 + 1) for a, b in ((bounds[0], bounds[1]), (bounds[1], bounds[2]))]
     corners = np.interp(np.concatenate([shares[0], shares[1][1:]]), even, length)
-    return curve(with_middles(corners))
+    return np.asarray(curve(with_middles(corners)))

@@ -78,7 +78,7 @@ class RigidLine:
         above = np.minimum(self.gap_across, _FAR) - np.minimum(self.gap + rise, _FAR)[:, None]
         low, high = np.minimum(above[:, 1:], above[:, :-1]), np.maximum(above[:, 1:], above[:, :-1])
         share = np.clip(-low / np.maximum(high - low, 1e-15), 0.0, 1.0)
-        return 0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0])
+        return np.asarray(0.5 * share.sum(axis=1) * (self.across[:, 1] - self.across[:, 0]))
 
     def farthest(self, rise: FloatArray, middle: FloatArray) -> float:
         """Greatest distance from `middle` (face,) of what lies less than `rise` (face,) above the valley [mm].

@@ -101,7 +101,7 @@ def _condensed(body: ElasticBody, held: IntArray, low: IntArray, high: IntArray)
     inner = np.setdiff1d(body.free_dofs(held), border)
     rows = csr_matrix(body.stiffness)
     result = rows[border][:, border].toarray()
-    return result - compliance_by_parts(rows, inner, body.points, rows[:, border])
+    return np.asarray(result - compliance_by_parts(rows, inner, body.points, rows[:, border]))
 
 
 def _chain(one: FloatArray, count: int, turn: FloatArray) -> FloatArray:
@@ -134,4 +134,4 @@ def _turned(matrix: FloatArray, rotation: FloatArray) -> FloatArray:
     """A stiffness whose nodes all turn by a rotation."""
     n = len(matrix) // 3
     blocks = matrix.reshape(n, 3, n, 3)
-    return np.einsum("ij,ajbk,lk->aibl", rotation, blocks, rotation, optimize=True).reshape(3 * n, 3 * n)
+    return np.asarray(np.einsum("ij,ajbk,lk->aibl", rotation, blocks, rotation, optimize=True).reshape(3 * n, 3 * n))

@@ -109,7 +109,7 @@ def pressure_load(
     flank, element, step = mesh.flanks[tooth, side], _FACES[body.element], _step(body)
     points, weights = get_quadrature(element.refdom, 6)
 
-    def of_faces(values: NDArray, kind: Any) -> NDArray:
+    def of_faces(values: NDArray[Any], kind: Any) -> NDArray[Any]:
         _, rows, columns = _element_faces(flank.nodes, step, kind)
         return values[rows, columns]
 

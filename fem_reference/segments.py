@@ -33,7 +33,7 @@ _ETA = np.array([-1.0, -1.0, 1.0, 1.0])
 def signed_area(polygon: FloatArray) -> FloatArray:
     """Area of (..., n, 2) polygons, positive when counter-clockwise."""
     following = np.roll(polygon, -1, axis=-2)
-    return 0.5 * (polygon[..., 0] * following[..., 1] - polygon[..., 1] * following[..., 0]).sum(axis=-1)
+    return np.asarray(0.5 * (polygon[..., 0] * following[..., 1] - polygon[..., 1] * following[..., 0]).sum(axis=-1))
 
 
 def clip(subject: FloatArray, window: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -64,7 +64,7 @@ class _Pardiso:
         weakref.finalize(self, _free, solver)
 
     def solve(self, rhs: FloatArray) -> FloatArray:
-        return self._solver.solve(self._matrix, np.asfortranarray(rhs, dtype=float)).reshape(rhs.shape)
+        return np.asarray(self._solver.solve(self._matrix, np.asfortranarray(rhs, dtype=float)).reshape(rhs.shape))
 
 
 def _free(solver: Any) -> None:
@@ -79,7 +79,7 @@ class _SuperLU:
         self._factor = splu(csc_matrix(matrix), **symmetric)
 
     def solve(self, rhs: FloatArray) -> FloatArray:
-        return self._factor.solve(np.asarray(rhs, dtype=float))
+        return np.asarray(self._factor.solve(np.asarray(rhs, dtype=float)))
 
 
 def factorise(matrix: spmatrix, *, places: FloatArray | None = None, prefer: str = "auto") -> Factor:

@@ -50,7 +50,7 @@ class Surface:
     @cached_property
     def centres(self) -> FloatArray:
         """Middle of each quadrilateral [mm]."""
-        return self.points[self.quads].mean(axis=1)
+        return np.asarray(self.points[self.quads].mean(axis=1))
 
     @cached_property
     def area_vectors(self) -> FloatArray:
@@ -89,7 +89,7 @@ class Surface:
 def sphere_of(surface: Surface) -> FloatArray:
     """Greatest distance of a corner from the middle of each quadrilateral [mm]."""
     offsets = surface.points[surface.quads] - surface.centres[:, None]
-    return np.linalg.norm(offsets, axis=2).max(axis=1)
+    return np.asarray(np.linalg.norm(offsets, axis=2).max(axis=1))
 
 
 def outward_quads(mesh: skfem.MeshHex, facets: IntArray) -> IntArray:
@@ -110,4 +110,4 @@ def outward_quads(mesh: skfem.MeshHex, facets: IntArray) -> IntArray:
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     inward = np.einsum("fk,fk->f", normal, corner.mean(axis=1) - inside) < 0.0
     quads[inward] = quads[inward][:, ::-1]
-    return quads
+    return np.asarray(quads)

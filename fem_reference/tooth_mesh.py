@@ -74,7 +74,7 @@ class FilletGrid:
         """Unit tangents (arc, face, 3) down the fillet in the section, by splines through the points."""
         columns = [CubicSpline(a, p)(a, 1) for a, p in zip(self.arc.T, self.points.swapaxes(0, 1), strict=True)]
         tangents = np.stack(columns, axis=1)
-        return tangents / np.linalg.norm(tangents, axis=2, keepdims=True)
+        return np.asarray(tangents / np.linalg.norm(tangents, axis=2, keepdims=True))
 
 
 @dataclass(frozen=True)

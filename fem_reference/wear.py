@@ -90,7 +90,7 @@ def flank_profile(pair: PairMotion, face: FloatArray) -> FloatArray:
     index = np.arange(points)[:, None]
     below = root + (middle - root) * index / split
     above = middle + (tip - middle) * (index - split) / np.maximum(points - 1 - split, 1)
-    return np.where(index <= split, below, above)
+    return np.asarray(np.where(index <= split, below, above))
 
 
 def wear_depth_of(given: ArrayLike | xr.Dataset | xr.DataTree | xr.DataArray | None, pair: PairMotion) -> WearDepth:

@@ -170,7 +170,7 @@ def _on_path(teeth: LoadedTeeth) -> BoolArray:
     inside &= lines.separation[0] < teeth.solver.reach
     # where a line stops or turns at a border its speed is none of the flank's
     inside[1:-1] &= inside[2:] & inside[:-2]
-    return inside
+    return np.asarray(inside)
 
 
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:

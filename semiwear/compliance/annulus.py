@@ -120,7 +120,7 @@ class _Harmonic:
         options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
         unit = np.zeros((stiffness.shape[0], self.loaded.size))
         unit[self.loaded, np.arange(self.loaded.size)] = 1.0
-        return splu(stiffness.tocsc(), **options).solve(unit)[self.loaded]
+        return np.asarray(splu(stiffness.tocsc(), **options).solve(unit)[self.loaded])
 
 
 def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -176,7 +176,7 @@ class BeyondOnLines:
         between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
         observed = along_width(at / self.width, ORDERS)
         table = np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True)
-        return np.einsum("zfl,kl->kzf", table, force, optimize=True)
+        return np.asarray(np.einsum("zfl,kl->kzf", table, force, optimize=True))
 
 
 def _ring_form(

@@ -42,7 +42,9 @@ def frequencies(n: int, padded: bool) -> NDArray[np.int64]:
     return np.concatenate([np.arange(0, n + 1, 2), np.arange(1, n + 1, 2)])
 
 
-def in_lanes(factors: NDArray[np.float64], shape: tuple[int, int], padded: bool, dtype: DTypeLike) -> NDArray:
+def in_lanes(
+    factors: NDArray[np.float64], shape: tuple[int, int], padded: bool, dtype: DTypeLike
+) -> NDArray[np.floating]:
     """Factors as `convolve` wants them.
 
     Parameters

@@ -214,4 +214,4 @@ class InfluenceOnLines:
                 stress += seen
         faces = self.body.faces
         along, _ = cubic_weights(np.linspace(faces[0], faces[-1], stations), faces)
-        return np.maximum((stress.reshape(-1, fillet, count) @ along.T).max(axis=(1, 2)), 0.0)
+        return np.asarray(np.maximum((stress.reshape(-1, fillet, count) @ along.T).max(axis=(1, 2)), 0.0))

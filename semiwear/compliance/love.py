@@ -112,5 +112,5 @@ def love_coefficients(shape: tuple[int, int], cell: tuple[float, float]) -> Floa
     (nx, ny), (dx, dy) = shape, cell
     rules = _POINTS_8, _WEIGHTS_8, _POINTS_4, _WEIGHTS_4
     if dx <= dy:
-        return _love(nx, ny, dx, dy, *rules) / pi
+        return np.asarray(_love(nx, ny, dx, dy, *rules) / pi)
     return np.ascontiguousarray(_love(ny, nx, dy, dx, *rules).T) / pi

@@ -189,7 +189,7 @@ def _on_one_pattern(matrices: list[csc_matrix]) -> tuple[FloatArray, IntArray, I
 def _places(matrix: csc_matrix) -> IntArray:
     """Places of a sparse matrix's entries, column after column."""
     size = matrix.shape[0]
-    return np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices
+    return np.asarray(np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices)
 
 
 def _unknowns(nodes: IntArray) -> IntArray:

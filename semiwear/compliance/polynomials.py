@@ -29,7 +29,7 @@ def along_width(place: FloatArray, count: int) -> FloatArray:
         Their products over the width integrate to 1 and 0.
     """
     inside = np.clip(2.0 * np.asarray(place), -1.0, 1.0)
-    return np.polynomial.legendre.legvander(inside, count - 1) * np.sqrt(2.0 * np.arange(count) + 1.0)
+    return np.asarray(np.polynomial.legendre.legvander(inside, count - 1) * np.sqrt(2.0 * np.arange(count) + 1.0))
 
 
 def derivatives(count: int) -> FloatArray:

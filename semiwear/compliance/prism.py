@@ -378,7 +378,7 @@ def fillet_shares(mesh: SectionMesh) -> FloatArray:
     steps = np.linalg.norm(np.diff(mesh.nodes[mesh.fillet], axis=0), axis=1)
     arc = np.concatenate([[0.0], np.cumsum(steps)])
     edges = arc[2 * np.arange(len(arc) // 2)[:, None] + np.arange(3)]
-    return (edges @ np.array(_edge_values(np.array([-1.0, 1.0]) / np.sqrt(3.0)))).ravel() / arc[-1]
+    return np.asarray((edges @ np.array(_edge_values(np.array([-1.0, 1.0]) / np.sqrt(3.0)))).ravel() / arc[-1])
 
 
 def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -407,7 +407,7 @@ def _between_harmonics(solved: FloatArray, values: FloatArray, wanted: FloatArra
     if len(solved) == len(wanted):
         return values
     mirrored = np.concatenate([-solved[:0:-1], solved])
-    return make_interp_spline(mirrored, np.concatenate([values[:0:-1], values]), k=5)(wanted)
+    return np.asarray(make_interp_spline(mirrored, np.concatenate([values[:0:-1], values]), k=5)(wanted))
 
 
 def _check_numbers(

@@ -202,7 +202,7 @@ def jacobians(mesh: SectionMesh, points: FloatArray) -> FloatArray:
     (m, q, 2, 2) array [mm]
     """
     gradients = np.array([ELEMENT.lbasis(points, a)[1] for a in range(mesh.elements.shape[1])])  # (9, 2, q)
-    return np.einsum("mai,ajq->mqij", mesh.nodes[mesh.elements], gradients)
+    return np.asarray(np.einsum("mai,ajq->mqij", mesh.nodes[mesh.elements], gradients))
 
 
 # --- blocks ------------------------------------------------------------------------------------------------
@@ -253,7 +253,7 @@ def _elements(grid: IntArray) -> IntArray:
     column, row = (2 * ELEMENT.doflocs.T).round().astype(int)
     first = 2 * np.arange(grid.shape[0] // 2)[:, None, None]
     second = 2 * np.arange(grid.shape[1] // 2)[None, :, None]
-    return grid[first + row, second + column].reshape(-1, len(row))
+    return np.asarray(grid[first + row, second + column].reshape(-1, len(row)))
 
 
 # --- checks ------------------------------------------------------------------------------------------------

@@ -94,7 +94,7 @@ class _Curve:
 
     def tangent(self, at: FloatArray) -> FloatArray:
         derivative = self.spline(at, 1)
-        return derivative / np.linalg.norm(derivative, axis=-1, keepdims=True)
+        return np.asarray(derivative / np.linalg.norm(derivative, axis=-1, keepdims=True))
 
 
 def midpoints(corners: FloatArray) -> FloatArray:
@@ -137,7 +137,7 @@ def fillet_stations(section: ToothSection, elements: int) -> FloatArray:
         even = (part - start) / (end - start) + (bend - bend[0]) / max(bend[-1] - bend[0], 1e-12)
         corners = np.interp(np.linspace(0.0, even[-1], elements // 2 + 1), even, part)
         stations.append(midpoints(corners))
-    return curve.spline(np.concatenate([stations[0], stations[1][1:]]))
+    return np.asarray(curve.spline(np.concatenate([stations[0], stations[1][1:]])))
 
 
 def root_land(

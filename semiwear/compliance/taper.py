@@ -75,7 +75,7 @@ class Taper:
     def splines(self, face: FloatArray) -> FloatArray:
         """Values of the splines at face coordinates, (..., N)."""
         inside = np.clip(face, self.knots[0], self.knots[-1])
-        return _splines(self.knots)(inside)
+        return np.asarray(_splines(self.knots)(inside))
 
 
 def _splines(knots: FloatArray) -> BSpline:
@@ -397,4 +397,4 @@ def _solved(
 def _at_root(section: _Reduced, root: FloatArray) -> FloatArray:
     """Splines from the Gauss points of a fillet to points of the root."""
     share = section.fillet_share
-    return CubicSpline(share, np.eye(len(share)))(root)
+    return np.asarray(CubicSpline(share, np.eye(len(share)))(root))

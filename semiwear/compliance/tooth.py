@@ -152,7 +152,7 @@ def _of_root(section: PrismSection, stress: FloatArray) -> FloatArray:
     """Stress (..., fillet point, load) of a prism at points of the root, by cubic splines along the fillet."""
     at = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
     between = make_interp_spline(section.fillet_share, np.eye(len(section.fillet_share)), k=3)(at)
-    return between @ stress
+    return np.asarray(between @ stress)
 
 
 class Elastic(Protocol):
@@ -455,4 +455,4 @@ def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, moved: Flo
     # and the observer is then its neighbour on the other side
     result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
     result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
-    return np.maximum((result.max(axis=2) @ _BETWEEN_STATIONS.T).max(axis=1), 0.0)
+    return np.asarray(np.maximum((result.max(axis=2) @ _BETWEEN_STATIONS.T).max(axis=1), 0.0))

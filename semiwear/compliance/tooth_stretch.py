@@ -56,7 +56,7 @@ def _axial_basis() -> FloatArray:
     basis = np.eye(ORDERS)
     for order in range(2, ORDERS):
         basis[order - 2, order] = -at_end[order] / at_end[order - 2]
-    return basis / np.linalg.norm(basis, axis=0)
+    return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
 _AXIAL = _axial_basis()
@@ -166,7 +166,7 @@ class Stretch:
         mesh = self.mesh
         rows = np.zeros((len(mesh.nodes), 3, HEIGHTS))
         rows[mesh.flank, :2, np.arange(HEIGHTS)] = mesh.flank_normal
-        return np.einsum("nch,pq->ncpqh", rows, np.eye(ORDERS)).reshape(rows.shape[0] * 3 * ORDERS, -1)
+        return np.asarray(np.einsum("nch,pq->ncpqh", rows, np.eye(ORDERS)).reshape(rows.shape[0] * 3 * ORDERS, -1))
 
     def _fields(self, *, square: bool, mirrored: bool) -> Iterator[tuple[float, BoolArray]]:
         """Fields that loads of the same symmetry cause: the sign that half a turn gives them, and their unknowns."""

@@ -50,7 +50,7 @@ class ContactConditions:
     @property
     def sum_speed(self) -> FloatArray:
         """Magnitude of the sum velocity |v1 + v2| across the line [mm/s]."""
-        return np.abs(self.surface_speed[0] + self.surface_speed[1])
+        return np.asarray(np.abs(self.surface_speed[0] + self.surface_speed[1]))
 
     @property
     def entraining_speed(self) -> FloatArray:
@@ -60,7 +60,7 @@ class ContactConditions:
     @property
     def sliding_direction(self) -> FloatArray:
         """Sign of v1 - v2 across the line: +1 where the driving surface is the faster one."""
-        return np.sign(self.surface_speed[0] - self.surface_speed[1])
+        return np.asarray(np.sign(self.surface_speed[0] - self.surface_speed[1]))
 
     def where_loaded(self, values: FloatArray) -> FloatArray:
         """Values of the loaded slices and 1 elsewhere, so that any power of them is finite."""

@@ -83,7 +83,7 @@ class Complementarity:
     error: float
 
 
-def _of(values, i):  # type: ignore[no-untyped-def]
+def _of(values: Any, i: Any) -> Any:
     """Value of a cell, in compiled code: of an array, or the same for all."""
 
 

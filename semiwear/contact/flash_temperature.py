@@ -93,9 +93,9 @@ class FlashTemperature:
 
     def _fast(self, peclet: FloatArray) -> FloatArray:
         standing = 2.0 * pi / (log(4.0 * self.aspect) + 0.5)
-        return np.maximum(np.sqrt(peclet).sum(axis=0) / _FAST, standing)
+        return np.asarray(np.maximum(np.sqrt(peclet).sum(axis=0) / _FAST, standing))
 
     def _any_speed(self, peclet: FloatArray) -> FloatArray:
         held = np.hypot(peclet, exp(-_EULER) / self.aspect)
         slow = (_SLOW / (2.0 * pi * _FAST)) ** 2
-        return (pi / np.arcsinh(pi * _FAST * np.sqrt(held + slow) / held)).sum(axis=0)
+        return np.asarray((pi / np.arcsinh(pi * _FAST * np.sqrt(held + slow) / held)).sum(axis=0))

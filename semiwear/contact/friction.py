@@ -77,7 +77,7 @@ class Friction:
             rough = 0.048 * self.roughness_um**0.25
         else:
             rough = 0.045 * 3.8 * (self.roughness_um / self.reference_diameter_mm) ** 0.25
-        return rough * self.lubricant_factor * self.viscosity_mPas**-0.05
+        return float(rough * self.lubricant_factor * self.viscosity_mPas**-0.05)
 
 
 def power_loss(
@@ -104,7 +104,7 @@ def power_loss(
     """
     speed = conditions.sliding_speed[None] if speed is None else speed
     share = share_of_full_friction(speed, full_sliding_speed(conditions, friction))
-    return _WATT * (friction * conditions.line_load * length * (share * speed).mean(axis=0)).sum(axis=-1)
+    return np.asarray(_WATT * (friction * conditions.line_load * length * (share * speed).mean(axis=0)).sum(axis=-1))
 
 
 def mesh_efficiency(loss: FloatArray, roll: FloatArray, input_power: float) -> float:

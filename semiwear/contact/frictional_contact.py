@@ -101,7 +101,7 @@ class FrictionalContact:
         lever = np.mean(share * speeds.sliding_with_driving[:, roll, face], axis=0)
         each = np.zeros(loads.force.shape)
         each[roll, face] = coefficient[roll, face] * loads.force[roll, face] * lever
-        return each.sum(axis=1).reshape(-1, self.torque.size).sum(axis=0)
+        return np.asarray(each.sum(axis=1).reshape(-1, self.torque.size).sum(axis=0))
 
     def solve(
         self,

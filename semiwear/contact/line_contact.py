@@ -64,7 +64,7 @@ def _least_separation(lines: ContactLines) -> FloatArray:
     nearer = np.hypot(1.0, slope) - 1.0
     at_low = np.where((lines.profile <= lines.low) & (slope > 0.0), nearer * lines.low_edge_radius, 0.0)
     at_high = np.where((lines.profile >= lines.high) & (slope < 0.0), nearer * lines.high_edge_radius, 0.0)
-    return lines.separation[0] - np.maximum(at_low, at_high)
+    return np.asarray(lines.separation[0] - np.maximum(at_low, at_high))
 
 
 @dataclass

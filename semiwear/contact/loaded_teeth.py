@@ -149,7 +149,7 @@ class LoadedTeeth:
             return values
         following = np.concatenate([values[1:], values[-1:]])
         share = (np.arange(steps) / steps)[None, :, None]
-        return ((1.0 - share) * values[:, None] + share * following[:, None]).reshape(-1, values.shape[1])
+        return np.asarray(((1.0 - share) * values[:, None] + share * following[:, None]).reshape(-1, values.shape[1]))
 
     def pressures(self, state: LoadedState) -> SlicePressures:
         """Greatest pressures of every slice.

@@ -49,7 +49,7 @@ def tip_load_share(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     moment = state.loads.force * teeth.lines.lever_arm
     total = moment.sum(axis=1).reshape(teeth.rolls.pairs, -1).sum(axis=0)
     borne = np.sum(moment * pressed_tips(teeth, state), axis=2)
-    return (borne / np.tile(total, teeth.rolls.pairs)).T
+    return np.asarray((borne / np.tile(total, teeth.rolls.pairs)).T)
 
 
 def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:

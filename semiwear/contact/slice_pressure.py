@@ -50,7 +50,7 @@ def _flamant() -> FloatArray:
     s = np.arange(_CELLS[0], dtype=float)
     high, low = s + 0.5, np.abs(s - 0.5)
     whole = high * np.log(high) - np.where(s > 0, 1.0, -1.0) * low * np.log(low) - 1.0
-    return log(2.0 * _CELLS[0]) - whole
+    return np.asarray(log(2.0 * _CELLS[0]) - whole)
 
 
 _INFLUENCE = _flamant()

@@ -207,13 +207,13 @@ def maximum_shear(stress: FloatArray) -> FloatArray:
     j3 = xx * (yy * zz - yz**2) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     root = np.sqrt(j2)
     cosine = 1.5 * sqrt(3.0) * j3 / np.maximum(root**3, np.finfo(float).tiny)
-    return root * np.sin((np.arccos(np.clip(cosine, -1.0, 1.0)) + np.pi) / 3.0)
+    return np.asarray(root * np.sin((np.arccos(np.clip(cosine, -1.0, 1.0)) + np.pi) / 3.0))
 
 
 def _second_invariant(stress: FloatArray) -> FloatArray:
     """J2 [MPa^2] from differences of the normal stresses, which a pressure all round does not disturb."""
     xx, yy, zz, xy, xz, yz = stress
-    return ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 6.0 + xy**2 + xz**2 + yz**2
+    return np.asarray(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 6.0 + xy**2 + xz**2 + yz**2)
 
 
 def _planes(

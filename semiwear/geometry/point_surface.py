@@ -214,7 +214,7 @@ def _base(u: FloatArray, v: FloatArray, points: FloatArray) -> tuple[FloatArray,
 def _normals(u: FloatArray, v: FloatArray, points: FloatArray) -> FloatArray:
     """Unit normals at the points of a grid, (P, F, 3)."""
     normal = np.cross(CubicSpline(u, points, axis=0)(u, 1), CubicSpline(v, points, axis=1)(v, 1))
-    return normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
 
 
 def _spline_at(u: FloatArray, v: FloatArray, values: FloatArray, at_u: FloatArray, at_v: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, sqrt
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -321,7 +322,7 @@ def calibrate(
     return Calibration(scene, body, run, fits, confidence, tuple(worn), family)
 
 
-def _listed(measured: object) -> list:
+def _listed(measured: object) -> list[Any]:
     """Parts of a list; one part that is no list."""
     if isinstance(measured, list | tuple) and not _is_points(measured):
         return list(measured)

@@ -70,7 +70,7 @@ class Correlation:
         along_profile, along_face = self._factors
         far = np.einsum("ij,jk...->ik...", along_profile, values)
         far = np.einsum("ij,kj...->ki...", along_face, far)
-        return (1.0 - self.share) * values + self.share * far
+        return np.asarray((1.0 - self.share) * values + self.share * far)
 
     def square_trace(self, inside: BoolArray) -> float:
         """tr(R^2) over the points that count, (P, F)."""
@@ -134,7 +134,7 @@ def correlation_of(
         spectrum = np.fft.rfft2(taken, size, axes=(0, 1))
         lost = np.fft.irfft2(2.0 * np.sum((np.conj(dual_spectrum) * spectrum).real, axis=-1), size)
         expected = count * guess[0] * np.exp(-x * np.exp(-guess[1]) - y * np.exp(-guess[2])) + lost[a, b]
-        return weight * (expected / (pairs[0, 0] + lost[0, 0]) - found)
+        return np.asarray(weight * (expected / (pairs[0, 0] + lost[0, 0]) - found))
 
     low = np.array([0.0, np.log(0.2 * steps[0]), np.log(0.2 * steps[1])])
     high = np.array([1.0, np.log(_LONGEST * extents[0]), np.log(_LONGEST * extents[1])])

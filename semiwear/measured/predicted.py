@@ -62,7 +62,7 @@ class FlankReading:
 
     def read(self, values: FloatArray) -> FloatArray:
         """Values of a (face, profile) array at the places."""
-        return np.sum(self.weights * values.ravel()[self.nodes], axis=1)
+        return np.asarray(np.sum(self.weights * values.ravel()[self.nodes], axis=1))
 
 
 @dataclass(frozen=True)
@@ -81,11 +81,11 @@ class WearCurve:
 
     def at(self, meshes: float) -> FloatArray:
         """Wear depth after some meshes [mm]."""
-        return self._curve(meshes)
+        return np.asarray(self._curve(meshes))
 
     def slope(self, meshes: float) -> FloatArray:
         """Change of the wear depth per relative change of the meshes [mm]."""
-        return meshes * self._curve(meshes, 1)
+        return np.asarray(meshes * self._curve(meshes, 1))
 
     @property
     def _curve(self) -> PchipInterpolator:

@@ -236,7 +236,7 @@ class CylindricalMesh:
 
     @cached_property
     def _gear_centre(self) -> FloatArray:
-        return self.pitch_point + np.array([0.0, -self.gear.side * self.working_radii[1], 0.0])
+        return np.asarray(self.pitch_point + np.array([0.0, -self.gear.side * self.working_radii[1], 0.0]))
 
     @cached_property
     def _pinion_frame(self) -> tuple[FloatArray, FloatArray]:

@@ -104,7 +104,7 @@ class DeviationGrid:
         y = y if self.face_unit == "mm" else y / y_length
         x, y = np.broadcast_arrays(x, y)
         inside = np.clip(x, self.profile[0], self.profile[-1]), np.clip(y, self.face[0], self.face[-1])
-        return np.maximum(self.highest - self._spline.ev(*inside), 0.0)
+        return np.asarray(np.maximum(self.highest - self._spline.ev(*inside), 0.0))
 
 
 def _checked(

@@ -45,4 +45,4 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
     each = np.linalg.norm(np.cross(along, across), axis=-1) / (2.0 * step) ** 2
     cells = 0.5 * np.diff(profile, axis=1)
     width = np.pad(cells, ((0, 0), (0, 1))) + np.pad(cells, ((0, 0), (1, 0)))
-    return each * width * (grid.face[1] - grid.face[0])
+    return np.asarray(each * width * (grid.face[1] - grid.face[0]))

@@ -161,7 +161,7 @@ class FlankBody:
         points, across, along = self.evaluate(grid[:, None], grid)
         normal = np.cross(across, along)
         lever = float(np.sum(normal[..., 1] * points[..., 0] - normal[..., 0] * points[..., 1]))
-        return np.copysign(1.0, lever) * self.sense * (1.0 if self.pushes else -1.0)
+        return float(np.copysign(1.0, lever) * self.sense * (1.0 if self.pushes else -1.0))
 
     def points(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points [mm] and unit normals out of the material, own frame: two (..., 3) arrays."""
@@ -224,4 +224,4 @@ class FlankBody:
         land = np.stack([edge[..., 1], -edge[..., 0]], axis=-1)
         land *= np.sign(np.sum(land * upwards, axis=-1, keepdims=True))
         cosine = np.sum(land * meridian(normal), axis=-1) / np.linalg.norm(land, axis=-1)
-        return np.arccos(np.clip(cosine, -1.0, 1.0))
+        return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -268,4 +268,4 @@ def _fillet(
         straight = end + np.linspace(0.0, 1.0, _STRAIGHT_POINTS)[:-1, None] * (start - end)
         return np.vstack([straight, arc])
     arc[0] = end
-    return arc
+    return np.asarray(arc)

@@ -50,4 +50,4 @@ class Removed:
     @property
     def varies(self) -> NDArray[np.bool_]:
         """Whether a slice has another shape than the nominal flanks give it, (roll, face)."""
-        return (np.ptp(self.depth, axis=2) > 0.0)[self.row]
+        return np.asarray((np.ptp(self.depth, axis=2) > 0.0)[self.row])

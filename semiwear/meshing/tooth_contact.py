@@ -102,7 +102,7 @@ def _margin(pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatA
         borders.partner_face[1] - met.partner_face,
         borders.partner_tip - met.partner_profile,
     )
-    return np.min(np.stack(np.broadcast_arrays(*distances)), axis=0)
+    return np.asarray(np.min(np.stack(np.broadcast_arrays(*distances)), axis=0))
 
 
 def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:

@@ -104,7 +104,7 @@ def _fresh_half_width(tree: xr.DataTree) -> float | None:
     load = float(fresh["line_load"].values[roll].max())
     if away_from_edges(fresh).isnull().values[roll] or min(share, pressure, load) <= 0.0:
         return None
-    return 2.0 * load / (pi * pressure * share**0.5)
+    return float(2.0 * load / (pi * pressure * share**0.5))
 
 
 def _smoothed(ends: FloatArray) -> FloatArray:

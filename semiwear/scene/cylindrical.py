@@ -34,7 +34,7 @@ def _angle_of_involute(value: float) -> float:
         if slope == 0.0:
             break
         angle = min(max(angle - (tan(angle) - angle - value) / slope, 1e-9), 1.5)
-    return angle
+    return float(angle)
 
 
 def _transverse(pressure_angle_deg: float, helix_angle_deg: float) -> float:

@@ -254,7 +254,7 @@ def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> tuple[Fl
 
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
     slid = [sliding_distance_under_contact(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
-    return np.sum(slid, axis=0)
+    return np.asarray(np.sum(slid, axis=0))
 
 
 def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:

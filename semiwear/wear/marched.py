@@ -98,7 +98,7 @@ def _absolute_wave_number(points: int) -> FloatArray:
     cosines = dct(np.eye(points), type=2, norm="ortho", axis=0)
     operator = (cosines.T * (np.pi * np.arange(points) / points)) @ cosines
     operator.flags.writeable = False
-    return operator
+    return np.asarray(operator)
 
 
 def spread_by_contact(

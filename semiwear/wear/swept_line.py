@@ -109,7 +109,7 @@ def _node_speed(place: FloatArray, lines: ContactLines) -> FloatArray:
     """Mean of the speeds before and after each roll position [mm per roll]."""
     between = np.abs(np.diff(place, axis=0)) / np.diff(lines.roll)[:, None]
     padded = np.concatenate([between[:1], between, between[-1:]])
-    return np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL * _flank_height(lines))
+    return np.asarray(np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL * _flank_height(lines)))
 
 
 def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
