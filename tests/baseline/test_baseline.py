@@ -11,6 +11,7 @@ from tests.baseline.scenes import RUNS, result
 from tests.baseline.stored import read
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_results_are_those_that_were_stored(name: str) -> None:
     lines = differences(digest(result(name)), read(name))

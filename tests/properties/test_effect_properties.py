@@ -59,6 +59,7 @@ def test_every_effect_has_a_strength_of_zero():
     assert {name for name, _ in NEUTRAL} == set(EFFECTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "changes"), NEUTRAL, ids=[f"{k}-{name}" for k, (name, _) in enumerate(NEUTRAL)])
 def test_without_strength_an_effect_does_nothing(plain, name, changes):
     scene = PLAIN.replace(changes)
@@ -66,6 +67,7 @@ def test_without_strength_an_effect_does_nothing(plain, name, changes):
     assert_same(sw.simulate(scene), plain)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["line", "patch"])
 def test_all_effects_without_strength_do_nothing(fidelity):
     worn = PLAIN.replace(BOTH_WORN)
@@ -79,6 +81,7 @@ def test_ways_in_which_teeth_follow_alike_are_one():
     assert_same(sw.simulate(twice), sw.simulate(once))
 
 
+@pytest.mark.slow
 def test_what_only_tells_changes_nothing_at_full_strength(plain):
     """Flash temperature, oil film and life are told, and feed nothing back."""
     for changes in (
@@ -180,6 +183,7 @@ def assert_grows_smoothly(values, sign):
     assert np.abs(np.diff(steps)).max() < 0.5 * steps.sum(), values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "full", "watched", "sign"), CONTACT, ids=[f"{k[0]}={k[1]}" for k in CONTACT])
 def test_contact_answers_smoothly_and_the_right_way(key, full, watched, sign):
     scene = PLAIN.replace({"effects.shaft_compliance": SHAFTS}) if key.startswith("shaft") else PLAIN
@@ -251,6 +255,7 @@ WEAR = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("changes", "responses"), [e[1:] for e in WEAR], ids=[e[0] for e in WEAR])
 def test_wear_answers_smoothly_and_the_right_way(changes, responses):
     trees = [sw.simulate(PLAIN.replace(changes(float(s)))) for s in STRENGTHS]
@@ -258,6 +263,7 @@ def test_wear_answers_smoothly_and_the_right_way(changes, responses):
         assert_grows_smoothly([watched(tree) for tree in trees], sign)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -332,6 +338,7 @@ def assert_sound(tree, scene):
     assert float(tree["diagnostics"].load_balance_residual.max()) < 1e-9
 
 
+@pytest.mark.slow
 @given(pairs())
 @settings(runs, max_examples=max(settings.default.max_examples // 3, 6))
 def test_any_two_effects_run_together(changes):
@@ -350,6 +357,7 @@ ALONE = {name: {f"effects.{name}": {}} | needs_of([name], {}) for name in EFFECT
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_runs_with_patches(name):
     """Pressure resolved in two dimensions, its wear summed in place; friction laws and films as with lines."""
@@ -357,6 +365,7 @@ def test_every_effect_runs_with_patches(name):
     assert_sound(sw.simulate(scene), scene)
 
 
+@pytest.mark.slow
 def test_all_effects_run_together():
     """But for the search for a life, which wears eight load cases many times over."""
     together = (changes for name, changes in ALONE.items() if name != "run_life")

@@ -97,6 +97,7 @@ def solved(case: HardCase) -> xr.DataTree:
         return xr.DataTree()
 
 
+@pytest.mark.slow
 def test_a_hard_contact_meets_its_equations_or_is_refused() -> None:
     """Most are solved: a solver that refused whatever is hard would do without."""
     solved_of: list[bool] = []
@@ -136,6 +137,7 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
 
+@pytest.mark.slow
 @given(hard_cases())
 @examples(25)
 def test_line_loads_press_where_the_gap_is_closed(case: HardCase) -> None:
@@ -183,6 +185,7 @@ def answers(tree: xr.DataTree) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 @given(gear_pairs(), torque_factors(), st.sampled_from(["line", "patch"]), st.data())
 @examples(20)
 def test_a_small_change_changes_little(
@@ -254,6 +257,7 @@ def test_noisy_measured_flanks_meet_the_equations(
         equations_hold(tree, fidelity, 8)
 
 
+@pytest.mark.slow
 @given(wear_runs())
 @examples(15)
 def test_wear_steps_of_any_size_end_or_say_why(changes: dict[str, Any]) -> None:

@@ -39,6 +39,7 @@ def helical(draw: st.DrawFn) -> sw.Scene:
     )
 
 
+@pytest.mark.slow
 @given(helical())
 @few
 def test_line_loads_times_lengths_times_levers_are_the_torque(scene):
@@ -67,6 +68,7 @@ def test_lengths_are_those_of_lines_on_the_base_helix(scene):
     np.testing.assert_allclose(lines.length[inside & beside], expected, rtol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["line", "patch"])
 def test_moments_of_a_face_gear_on_both_fidelities(small, fidelity):
     scene = small.replace({"wear": None, "numerics.fidelity": fidelity, "numerics.harmonics": 5})

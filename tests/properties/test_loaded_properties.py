@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +31,7 @@ def same(one, two, group, name, factor=1.0, tolerance=1e-9):
     )
 
 
+@pytest.mark.slow
 @given(scenes())
 @few
 def test_equations_of_contact_hold(scene):
@@ -49,6 +51,7 @@ def test_equations_of_contact_hold(scene):
         assert float(stress.min()) >= 0.0
 
 
+@pytest.mark.slow
 @given(st.floats(30.0, 2500.0), st.floats(1.02, 1.5), st.one_of(st.just(sw.Placement()), placements()))
 @few
 def test_approach_and_pressure_grow_with_torque(torque, factor, placement):
@@ -65,6 +68,7 @@ def test_approach_and_pressure_grow_with_torque(torque, factor, placement):
     assert (total[1] >= total[0] * (1.0 - 1e-6)).all()
 
 
+@pytest.mark.slow
 @given(scenes())
 @few
 def test_no_wear_is_zero_wear(scene):
@@ -76,6 +80,7 @@ def test_no_wear_is_zero_wear(scene):
             assert two[group].dataset.equals(one[group].dataset)
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 100.0))
 @few
 def test_even_wear_only_delays_the_contact(depth):
@@ -91,6 +96,7 @@ def test_even_wear_only_delays_the_contact(depth):
         np.testing.assert_allclose(moved, lag, atol=1e-3)
 
 
+@pytest.mark.slow
 @given(scenes())
 @few
 def test_drive_and_coast_flank_are_alike(scene):
@@ -111,6 +117,7 @@ def test_drive_and_coast_flank_are_mirror_images(placement):
         assert two[group].dataset.equals(one[group].dataset)
 
 
+@pytest.mark.slow
 @given(st.sampled_from([0.25, 0.5, 2.0, 3.7]))
 @fewer
 def test_contact_scales_with_the_size_of_the_gears(factor):
@@ -131,6 +138,7 @@ def test_contact_scales_with_the_size_of_the_gears(factor):
     same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-3)
 
 
+@pytest.mark.slow
 @given(st.floats(0.3, 3.0))
 @fewer
 def test_stiffness_and_torque_together_change_pressures_alone(factor):
@@ -150,6 +158,7 @@ def test_stiffness_and_torque_together_change_pressures_alone(factor):
     same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-6)
 
 
+@pytest.mark.slow
 @given(scenes().filter(lambda scene: scene.wear is not None and scene.wear.until.meshes is not None))
 @few
 def test_wear_steps_of_any_scene(scene):

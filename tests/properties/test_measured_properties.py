@@ -20,6 +20,7 @@ def flanks():
     return {(name, body): (scenes[name], nominal_flank(scenes[name], body)) for name, body in FLANKS}
 
 
+@pytest.mark.slow
 @given(st.sampled_from(FLANKS), displacements(), gentle_deviations())
 def test_deviations_are_the_same_wherever_the_tooth_stands(flanks, which, displacement, deviation):
     """To a nanometre, where a best fit of all points takes the datum out of both."""

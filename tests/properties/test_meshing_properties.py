@@ -36,6 +36,7 @@ def extreme_placements():
     )
 
 
+@pytest.mark.slow
 @given(st.one_of(placements(), extreme_placements()))
 @few
 def test_tooth_contact_analysis_never_fails(placement):
@@ -68,6 +69,7 @@ def test_no_flank_point_is_nearer_than_the_contact_point(placement, roll):
         assert met.separation[reached].min() >= points.separation[0] - slack
 
 
+@pytest.mark.slow
 @given(placements())
 @few
 def test_small_misalignment_changes_no_transmission(placement):
@@ -79,6 +81,7 @@ def test_small_misalignment_changes_no_transmission(placement):
         assert np.ptp(analysis.transmission_error.values[inside]) < 0.01
 
 
+@pytest.mark.slow
 @given(placements())
 @few
 def test_coast_is_drive_in_the_mirror(placement):
@@ -91,6 +94,7 @@ def test_coast_is_drive_in_the_mirror(placement):
     assert float(coast.contact_ratio) == pytest.approx(float(drive.contact_ratio), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(placements(), st.floats(0.4, 2.5))
 @few
 def test_contact_scales_with_the_module(placement, factor):

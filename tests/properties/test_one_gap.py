@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -59,6 +60,7 @@ def by_patch(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.
     return place[met], found[0, met]
 
 
+@pytest.mark.slow
 @given(DEPTHS, PLACES, st.floats(1e-3, 0.1))
 def test_all_kernels_see_one_gap(depth: np.ndarray, at: float, bend: float) -> None:
     for kernel in (by_footprint, by_pressure, by_patch):

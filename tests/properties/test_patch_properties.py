@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -55,6 +56,7 @@ def wear_maps(draw: st.DrawFn) -> np.ndarray:
     return draw(st.floats(0.0, 40.0)) * depth / max(depth.max(), 1.0)
 
 
+@pytest.mark.slow
 @given(wear_maps(), torques)
 @few
 def test_equations_of_contact_hold(depth, torque):
@@ -128,6 +130,7 @@ def test_even_wear_only_delays_the_contact(depth):
         )
 
 
+@pytest.mark.slow
 @given(meshes, mappings)
 @few
 def test_wear_never_shrinks(count, mapping):
@@ -139,6 +142,7 @@ def test_wear_never_shrinks(count, mapping):
     assert depth[-1].max() > 0.0
 
 
+@pytest.mark.slow
 @given(st.floats(0.1, 10.0), mappings)
 @fewer
 def test_meshes_and_wear_coefficient_count_as_their_product(factor, mapping):
@@ -157,6 +161,7 @@ def test_meshes_and_wear_coefficient_count_as_their_product(factor, mapping):
     np.testing.assert_allclose(two["flank"].wear_depth.values, depth, rtol=0.0, atol=1e-6 * depth.max())
 
 
+@pytest.mark.slow
 @given(wear_maps(), torques)
 @fewer
 def test_coast_mirrors_drive(depth, torque):
@@ -169,6 +174,7 @@ def test_coast_mirrors_drive(depth, torque):
         assert two[group].dataset.equals(one[group].dataset)
 
 
+@pytest.mark.slow
 @given(meshes, mappings, torques)
 @fewer
 def test_the_tree_keeps_the_schema_and_is_saved_as_it_is(count, mapping, torque):

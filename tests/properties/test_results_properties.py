@@ -14,6 +14,7 @@ from tests.strategies.results import synthetic_tree, trees
 series = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 3)), min_size=3, max_size=20).map(np.array)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(trees())
 def test_save_and_open_is_identical(tree):
@@ -24,6 +25,7 @@ def test_save_and_open_is_identical(tree):
     check_tree(opened)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_any_changed_or_missing_byte_is_refused(data):

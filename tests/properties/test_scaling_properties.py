@@ -76,6 +76,7 @@ def test_the_pairs_leave_their_defaults_to_the_package(pairs):
         assert radius == "auto" or "pinion_tip_edge_radius_mm" in scene.gear_pair._derived, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["line", "patch"])
 @pytest.mark.parametrize("kind", ["face gear", "spur", "helical", "internal", "points"])
 def test_a_scaled_pair_wears_alike(pairs, kind, fidelity):

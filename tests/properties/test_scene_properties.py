@@ -8,6 +8,7 @@ import tomllib
 from importlib import resources
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -97,6 +98,7 @@ def test_effects_survive_writing_and_reading(data: st.DataObject, scene: Scene) 
     assert bare.sha256 == scene.sha256
 
 
+@pytest.mark.slow
 @fresh
 @given(mutated_scenes())
 def test_any_content_gives_a_scene_or_every_problem(data: dict[str, Any]) -> None:

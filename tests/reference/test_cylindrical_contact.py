@@ -46,6 +46,7 @@ def pair_of(scene: sw.Scene) -> CylindricalMesh:
     return pair
 
 
+@pytest.mark.slow
 def test_nominal_pressure_at_the_pitch_point(spur):
     """ISO 6336-2: Z_H Z_E sqrt(F_t/(d_1 b) (u + 1)/u), all the load on one pair (Z_eps = Z_beta = 1)."""
     pair, table = pair_of(spur), spur.gear_pair
@@ -70,6 +71,7 @@ def test_nominal_pressure_at_the_pitch_point(spur):
     assert inner == pytest.approx(nominal, rel=0.05)
 
 
+@pytest.mark.slow
 def test_load_at_the_ends_grows_steadily_with_slices(spur):
     """Towards the edge of a stiff end, as fine as slices are; one that lay partly on a rounding took 12 % off it."""
     greatest = []
@@ -80,6 +82,7 @@ def test_load_at_the_ends_grows_steadily_with_slices(spur):
     assert growth.min() > 0.03 and growth.max() < 0.09
 
 
+@pytest.mark.slow
 def test_half_width_of_reference_is_that_of_a_line(spur, shipped):
     """Flanks that conform along the face make no ellipse; those of a face gear do, within its face."""
     teeth = plan(spur).loaded_teeth(roll_positions=np.zeros(1))
@@ -155,6 +158,7 @@ def stiffness(scene: sw.Scene, roll: float | None = None) -> float:
 TEETH = [(16, 24, 0.1817, 0.1715), (20, 20, 0.0, 0.0), (25, 75, 0.2, 0.0), (40, 120, 0.0, 0.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("teeth", TEETH, ids=str)
 def test_single_stiffness_against_iso_6336(spur, teeth):
     """One pair at the pitch point; method B is a fit to Weber and Banaschek's theory, before C_M = 0.8 of tests."""
@@ -174,6 +178,7 @@ def test_mesh_stiffness_against_iso_6336(spur):
     assert expected[1] > 1.2 * expected[0]
 
 
+@pytest.mark.slow
 def test_a_thinner_rim_is_stiffer_to_its_bore(spur):
     single = spur.replace({"numerics.tooth_pairs": 1})
     teeth = (25, 75, 0.0, 0.0)
@@ -184,6 +189,7 @@ def test_a_thinner_rim_is_stiffer_to_its_bore(spur):
 # ---------------------------------------------------------------- helical teeth
 
 
+@pytest.mark.slow
 def test_helical_lines_take_over_smoothly(spur, helical):
     pair = pair_of(helical)
     assert 0.95 < pair.overlap_ratio < 1.05
@@ -206,6 +212,7 @@ def _loaded_length(tree) -> np.ndarray:
     return np.array([loaded[position == phase].sum() for phase in np.unique(position)])
 
 
+@pytest.mark.slow
 def test_contact_lines_cross_the_helical_flank(helical):
     """Slanted by the base helix angle in the plane of action: profile places differ along the face."""
     lines = plan(helical).loaded_teeth(roll_positions=np.zeros(1)).lines
@@ -219,6 +226,7 @@ def test_contact_lines_cross_the_helical_flank(helical):
 # ---------------------------------------------------------------- mirror, modification, internal teeth
 
 
+@pytest.mark.slow
 def test_coast_flank_of_one_hand_is_the_drive_flank_of_the_other(helical):
     placement = sw.Placement(offset_mm=0.02, shaft_angle_error_mrad=0.2, pinion_slope_mrad=0.1)
     mirrored = sw.Placement(offset_mm=-0.02, shaft_angle_error_mrad=0.2, pinion_slope_mrad=-0.1)
@@ -264,6 +272,7 @@ def test_inclined_axes_press_on_one_end(spur, loaded):
     np.testing.assert_allclose(other[row], tilted[row, ::-1], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_internal_pair_presses_less(spur):
     """The concave flank embraces the convex one: lower pressure than an external pair of the same teeth."""
     teeth = {

@@ -86,6 +86,7 @@ def test_the_figures_of_the_fzg_type_c_gears():
     assert table.pinion_profile_shift + table.gear_profile_shift == pytest.approx(0.8532 - 0.5, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_contact_ratios(kind):
     iso = Iso(kind.table)
     assert kind.transverse_contact_ratio == pytest.approx(iso.eps_alpha, rel=1e-9)
@@ -95,6 +96,7 @@ def test_contact_ratios(kind):
     assert unloaded_contact(kind, 5).contact_ratio == pytest.approx(iso.eps_alpha + iso.eps_beta, abs=2e-6)
 
 
+@pytest.mark.slow
 def test_path_of_contact_is_the_straight_line(kind):
     iso = Iso(kind.table)
     # places are found by differences over 1/2000 of the tooth height, to some 1e-5 mm where the flank bends most

@@ -51,6 +51,7 @@ def centre_of_load(tree):
 # ---------------------------------------------------------------- misalignment
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("field", "value", "radius"), CONTACT_RADIUS)
 def test_misalignment_of_the_table_moves_the_pattern(field, value, radius):
     table = {f"effects.misalignment.{field}": value}
@@ -85,6 +86,7 @@ def test_misalignment_of_the_coast_flank_is_mirrored():
 FINE_ROLLS = {"numerics.roll_positions": 48}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "end"), [("gear", "first"), ("pinion", "last")])
 def test_tip_relief_shortens_the_loaded_path_at_its_end(body, end):
     """A pair enters at the gear's tip and leaves at the pinion's: relief there takes load off that end."""
@@ -273,6 +275,7 @@ def assert_proportional(found, expected):
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=LINEAR * expected.max())
 
 
+@pytest.mark.slow
 def test_a_spectrum_wears_as_the_sum_of_its_loads():
     torques, shares = [800.0, 1600.0, 2000.0], [0.3, 0.5, 0.2]
     together = depth({"effects.load_spectrum": {"torques_Nm": torques, "shares": shares}})
@@ -316,6 +319,7 @@ def test_a_film_spares_wear_in_proportion_to_its_strength():
     assert_proportional(half, 0.5 * (none + all_of_it))
 
 
+@pytest.mark.slow
 def test_depth_has_a_kink_at_the_case_depth():
     """Under steady loads depth grows in proportion to meshes, and faster by H_case/H_core below the case."""
     law = {"surface_hardness_HV": 700.0, "core_hardness_HV": 400.0, "case_depth_um": 0.02}

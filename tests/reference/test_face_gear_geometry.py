@@ -292,6 +292,7 @@ def test_fillet_is_the_numerical_envelope(gear: FaceGearTooth) -> None:
             np.testing.assert_allclose(point, expected, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 @GEARS
 def test_the_shaper_touches_every_point_and_penetrates_none(gear: FaceGearTooth) -> None:
     shaper = Shaper.of(gear)

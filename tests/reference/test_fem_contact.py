@@ -133,6 +133,7 @@ def hertz(cells, master_cells, *, centre=(0.0, 0.0), quarter=True):
 
 
 # elements to a half-axis across and along; along the long axis one more is worth it
+@pytest.mark.slow
 @pytest.mark.parametrize(("cells", "pressure", "approach"), [((3, 4), 0.02, 0.01), ((4, 5), 0.01, 0.01)])
 def test_hertz_ellipse(cells, pressure, approach):
     solution, place = hertz(cells, tuple(1.3 * n for n in cells))
@@ -147,12 +148,14 @@ def test_hertz_ellipse(cells, pressure, approach):
     assert (np.abs(ends - half_axes) <= 1.01 * half_axes / cells).all()
 
 
+@pytest.mark.slow
 def test_hertz_ellipse_gets_better_with_the_mesh():
     errors = [abs(hertz((n, n + 1), (1.3 * n, 1.3 * (n + 1)))[0].pairs[0].peak_pressure / HERTZ.peak_pressure - 1.0)
               for n in (2, 4)]  # fmt: skip
     assert errors[1] < 0.5 * errors[0] < 0.05
 
 
+@pytest.mark.slow
 def test_hertz_ellipse_between_the_nodes():
     """The whole contact, its centre in the middle of a facet: nodes miss the peak by the Hertz ellipse itself."""
     half_step = 0.5 * np.array([HERTZ.minor_half_axis, HERTZ.major_half_axis]) / (3, 4)

@@ -37,6 +37,7 @@ def both(scene: sw.Scene) -> tuple[xr.Dataset, xr.Dataset]:
     return xr.align(*rounded, join="inner")
 
 
+@pytest.mark.slow
 def test_greatest_root_stress_is_the_cores(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     """Within 5 %; at nine positions and finer meshes -1.0 % on the pinion and -1.6 % on the gear."""
     core, judge = both
@@ -47,6 +48,7 @@ def test_greatest_root_stress_is_the_cores(both: tuple[xr.Dataset, xr.Dataset]) 
         assert where[0] == where[1]
 
 
+@pytest.mark.slow
 def test_root_stress_of_every_pair_that_bears_a_third(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     core, judge = both
     loaded = judge.load_share.values > 1.0 / 3.0
@@ -55,6 +57,7 @@ def test_root_stress_of_every_pair_that_bears_a_third(both: tuple[xr.Dataset, xr
     assert np.abs(apart).max() < 0.1
 
 
+@pytest.mark.slow
 def test_shares_and_pressures_are_the_cores(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     core, judge = both
     assert np.abs(core.load_share - judge.load_share).max() < 0.03
@@ -63,6 +66,7 @@ def test_shares_and_pressures_are_the_cores(both: tuple[xr.Dataset, xr.Dataset])
     np.testing.assert_allclose(*peaks, rtol=0.05)
 
 
+@pytest.mark.slow
 def test_line_load_runs_to_the_ends_of_the_teeth(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     """Even spur teeth that end together bear an even load up to their roundings.
 
@@ -80,6 +84,7 @@ def test_line_load_runs_to_the_ends_of_the_teeth(both: tuple[xr.Dataset, xr.Data
     assert core.line_load.values[single][2:-2] == pytest.approx(load[2:-2], rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -105,6 +110,7 @@ def test_helical_and_internal_pairs_share_their_load(scene: sw.Scene, changes: d
     assert float(tree["diagnostics"].smallest_gap.min()) > -1e-9
 
 
+@pytest.mark.slow
 def test_even_wear_turns_the_gear_and_nothing_else(scene: sw.Scene) -> None:
     depth = np.full((scene.numerics.profile_points, scene.numerics.face_slices), 12.0)
     fresh, worn = (loaded_contact(scene, [0.0], wear, strict=False, **FLAT) for wear in (None, depth))
@@ -115,6 +121,7 @@ def test_even_wear_turns_the_gear_and_nothing_else(scene: sw.Scene) -> None:
     np.testing.assert_allclose(worn["engagement"].load_share, fresh["engagement"].load_share, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_line_loads_carry_the_force(scene: sw.Scene) -> None:
     """Over the line's length, up to the ends of the face, where slices are narrower than the edges' roundings."""
     tree = loaded_contact(scene, [0.0], strict=False, **FLAT)
@@ -123,6 +130,7 @@ def test_line_loads_carry_the_force(scene: sw.Scene) -> None:
     assert float(load.sum() * (load.face[1] - load.face[0])) == pytest.approx(force, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_flanks_given_as_points_are_refused(scene: sw.Scene) -> None:
     points = FlankPointsPair(
         type="flank_points", pinion_file="a.nc", gear_file="b.nc", pinion_teeth=10, gear_teeth=30,

@@ -32,6 +32,7 @@ def core(small: sw.Scene) -> xr.DataTree:
     return sw.loaded_contact(small, [POSITION])
 
 
+@pytest.mark.slow
 def test_result_has_the_schemas_names(solved: xr.DataTree) -> None:
     check_tree(solved)
     assert solved.attrs["fidelity"] == "finite elements"
@@ -44,6 +45,7 @@ def test_result_has_the_schemas_names(solved: xr.DataTree) -> None:
     }
 
 
+@pytest.mark.slow
 def test_forces_balance_the_torque(small: sw.Scene, solved: xr.DataTree) -> None:
     engagement = solved["engagement"].isel(wear_step=0)
     assert float(engagement.load_share.sum()) == pytest.approx(1.0, abs=1e-12)
@@ -55,6 +57,7 @@ def test_forces_balance_the_torque(small: sw.Scene, solved: xr.DataTree) -> None
     assert float(engagement.line_load.sum()) * width == pytest.approx(force, rel=0.03)
 
 
+@pytest.mark.slow
 def test_agrees_with_the_core(solved: xr.DataTree, core: xr.DataTree) -> None:
     """Coarsely; validation/finite_elements.py is the real comparison."""
     ours, theirs = xr.align(core["engagement"].to_dataset(), solved["engagement"].to_dataset(), join="right")
@@ -68,6 +71,7 @@ def test_agrees_with_the_core(solved: xr.DataTree, core: xr.DataTree) -> None:
     assert peak[1] == pytest.approx(peak[0], rel=0.2)
 
 
+@pytest.mark.slow
 def test_even_wear_turns_the_gear_and_nothing_else(small: sw.Scene, solved: xr.DataTree) -> None:
     depth = np.full((small.numerics.profile_points, small.numerics.face_slices), 12.0)
     worn = loaded_contact(small, [POSITION], depth, root_stress=False, strict=False, **COARSE)
@@ -114,6 +118,7 @@ def test_forces_keep_their_sum_and_moment_on_the_root_meshes(shipped: sw.Scene) 
     assert carry @ points == pytest.approx(tooth.points(face, profile)[0], abs=0.05)
 
 
+@pytest.mark.slow
 def test_moved_nodes_are_wear_as_gap(small: sw.Scene, solved: xr.DataTree) -> None:
     """40 um off a band of the flank: nodes really moved or a gap over the fresh mesh, within 1 % of what it does."""
     wear = np.zeros((small.numerics.profile_points, small.numerics.face_slices))
@@ -143,6 +148,7 @@ def test_torque_must_drive(small: sw.Scene, torque: float) -> None:
         loaded_contact(turned, [POSITION], root_stress=False)
 
 
+@pytest.mark.slow
 def test_passage_of_the_line(small: sw.Scene) -> None:
     """Nothing slides on the pitch cone, and elsewhere as much as the core says."""
     from fem_reference.kinematics import PairKinematics

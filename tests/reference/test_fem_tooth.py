@@ -45,6 +45,7 @@ def fine():
     return loaded_tooth(Divisions(flank=5, fillet=6, land=1, across=4, depth=5, face_size=10.0))
 
 
+@pytest.mark.slow
 def test_converged_within_two_percent(fine):
     coarse = loaded_tooth(Divisions(flank=4, fillet=4, land=1, across=2, depth=4, face_size=10.0))
     print(f"\nwork {coarse[0] / fine[0] - 1:+.2%}, tip {coarse[1] / fine[1] - 1:+.2%}", end="")
@@ -56,6 +57,7 @@ def test_converged_within_two_percent(fine):
     assert fine[2].greatest == pytest.approx(39.86, rel=0.02)
 
 
+@pytest.mark.slow
 def test_loaded_side_is_in_tension(fine):
     _, _, loaded, opposite, _ = fine
     print(f"\nloaded {loaded.stress.min():.1f} to {loaded.greatest:.1f}, opposite {opposite.stress.min():.1f} MPa")
@@ -63,6 +65,7 @@ def test_loaded_side_is_in_tension(fine):
     assert opposite.stress.min() < -0.5 * loaded.greatest
 
 
+@pytest.mark.slow
 def test_trilinear_elements_agree(fine):
     work, tip, stress, _, _ = loaded_tooth(Divisions(8, 8, 2, 4, 6, 5.0), "hex8i")
     assert tip == pytest.approx(fine[1], rel=0.02)
@@ -97,6 +100,7 @@ def influence():
     return tooth_influence(SCENE, heights=5, stations=5, elements_between_stations=2, fillet_elements=4)
 
 
+@pytest.mark.slow
 def test_influence_is_labelled_and_survives_a_file(influence, tmp_path):
     path = tmp_path / "influence.nc"
     influence.to_netcdf(path)
@@ -111,6 +115,7 @@ def test_influence_is_labelled_and_survives_a_file(influence, tmp_path):
     np.testing.assert_allclose(influence.load_face.sel(body="gear"), np.linspace(480.0, 560.0, 5))
 
 
+@pytest.mark.slow
 def test_influence_is_reciprocal_and_positive(influence):
     assert (influence.asymmetry < 0.05).all()
     own = influence.deflection.sel(tooth_offset=0).values
@@ -119,6 +124,7 @@ def test_influence_is_reciprocal_and_positive(influence):
         assert np.linalg.eigvalsh(matrix)[0] > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("at", "observed", "tolerance"), [(2, 2, 0.01), (2, 3, 0.03), (1, 1, 0.03)])
 def test_influence_agrees_with_the_prism(influence, at, observed, tolerance):
     """Loads on the pinion, whose section does not change: the prism shares neither elements nor method."""

@@ -61,6 +61,7 @@ def worn(face_gear):
     return sw.simulate(face_gear)
 
 
+@pytest.mark.slow
 def test_the_face_gear_as_points_wears_as_itself(exact_history, worn):
     found = apart(exact_history, worn["history"].to_dataset())
     assert set(found) == set(exact_history.data_vars)
@@ -135,6 +136,7 @@ def test_an_internal_pair_as_points(tmp_path):
     assert heights[1][1] < heights[1][0]
 
 
+@pytest.mark.slow
 def test_worn_flanks_are_exported_with_their_wear(exact, face_gear, tmp_path):
     """The gear's surface lies as far below the fresh one as wear says; the pinion, which does not wear, as it was."""
     again = scene_of(exported(FACE_GEAR, tmp_path, worn=exact))
@@ -159,6 +161,7 @@ def test_worn_flanks_are_exported_with_their_wear(exact, face_gear, tmp_path):
     assert np.isfinite(sw.simulate(again)["history"].wear_depth_max_root.values).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size_um", [0.1, 1.0, 3.0])
 def test_noise_degrades_gracefully(size_um, exact_history, tmp_path):
     scene = scene_of(exported(FACE_GEAR, tmp_path, change=noisy(1e-3 * size_um)))

@@ -116,6 +116,7 @@ def test_position_errors_move_the_pattern(pair, scene, mesh, name, sign):
     assert 0.8 < found / foretold < 1.25
 
 
+@pytest.mark.slow
 def test_loaded_contact_and_wear(pair, scene):
     tree = sw.simulate(scene)
     history, flank = tree["history"], tree["flank"]
@@ -130,6 +131,7 @@ def test_loaded_contact_and_wear(pair, scene):
     assert np.all(flank.surface_error.values < 0.01)
 
 
+@pytest.mark.slow
 def test_columns_may_run_either_way(tmp_path):
     """A pinion whose columns run from heel to toe: its stations are named after those of the gear that they meet."""
     data = bevel_scene(BevelPair(), tmp_path, tooth_compliance="rigid")
@@ -143,6 +145,7 @@ def test_columns_may_run_either_way(tmp_path):
         assert second[name].values == pytest.approx(values.values, rel=1e-4), name
 
 
+@pytest.mark.slow
 def test_an_offset_error_moves_the_wear_to_an_end(pair, scene, mesh):
     """To the side that the rigid analysis tells, and deeper where less of the tooth carries."""
     rigid = scene.replace({"numerics.tooth_compliance": "rigid"})

@@ -253,6 +253,7 @@ def test_edge_parallel_to_the_line_against_its_end():
     assert np.all(np.diff(seen) < 0.0)
 
 
+@pytest.mark.slow
 def test_real_lines_stay_positive_definite(small):
     teeth = plan(small.replace({"numerics.harmonics": 9})).loaded_teeth()
     solver, lines = teeth.solver, teeth.lines

@@ -163,6 +163,7 @@ def test_against_dense_solution(kind):
     assert by_load.approach == pytest.approx(approach, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_levers_and_coupled_grids():
     """Two grids of different cells under one moment, against the conditions themselves."""
     shape, cells, arms = (2, 18, 21), np.array([[0.1, 0.1], [0.07, 0.3]]), np.array([80.0, 90.0])

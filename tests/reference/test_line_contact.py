@@ -180,6 +180,7 @@ def at_pitch_point(shipped):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", SLICES)
 def test_peak_pressure_of_one_tooth(at_pitch_point, slices):
     assert at_pitch_point[slices].contact_pressure_max.item() == pytest.approx(910.0, rel=0.01)
@@ -196,6 +197,7 @@ def test_half_length_of_one_tooth(shipped, slices):
     assert half_length == pytest.approx(22.2, abs=80.0 / slices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", SLICES)
 def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     """The curvatures of the pitch point all along the line: then the ellipse is exact, however fine the slices."""
@@ -219,6 +221,7 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     assert solver.approach(loads)[0] == pytest.approx(hertz.approach, rel=0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", SLICES)
 def test_half_width_of_one_tooth(at_pitch_point, slices):
     contact = at_pitch_point[slices]
@@ -226,6 +229,7 @@ def test_half_width_of_one_tooth(at_pitch_point, slices):
     assert half_width == pytest.approx(0.525, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", SLICES)
 def test_one_tooth_carries_the_torque(shipped, at_pitch_point, slices):
     contact = at_pitch_point[slices]
@@ -235,6 +239,7 @@ def test_one_tooth_carries_the_torque(shipped, at_pitch_point, slices):
     assert total == pytest.approx(TOOTH_LOAD, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_single_roll_position_is_enough(shipped, at_pitch_point):
     alone = sw.loaded_contact(one_rigid_tooth(shipped, 61), roll_positions=[0.0])["engagement"]
     expected = at_pitch_point[61].contact_pressure_max.item()
@@ -254,6 +259,7 @@ def test_approach_of_one_tooth(shipped):
 # ---------------------------------------------------------------- equations of the loaded teeth
 
 
+@pytest.mark.slow
 def test_residuals_fresh_and_worn(worn):
     diagnostics = worn["diagnostics"]
     assert diagnostics.load_balance_residual.sizes == {"wear_step": 13}
@@ -261,6 +267,7 @@ def test_residuals_fresh_and_worn(worn):
     assert float(diagnostics.complementarity_residual.max()) < 1e-6
 
 
+@pytest.mark.slow
 def test_load_shares_sum_to_one(worn):
     share = worn["engagement"].load_share
     phase = np.round(np.mod(share.roll_position.values, 1.0), 9) % 1.0
@@ -307,6 +314,7 @@ def fresh_teeth(shipped):
     return teeth, teeth.load(np.zeros(teeth.grid.profile.shape))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("position", [0, 7, 15])
 def test_equations_hold_when_put_together_anew(fresh_teeth, position):
     teeth, state = fresh_teeth
@@ -321,6 +329,7 @@ def test_equations_hold_when_put_together_anew(fresh_teeth, position):
     assert slack[~on].min() > -1e-3 * approach
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("position", [0, 7, 15])
 def test_compliance_is_symmetric_and_positive_definite(fresh_teeth, position):
     equations = Assembled(*fresh_teeth, position)
@@ -329,6 +338,7 @@ def test_compliance_is_symmetric_and_positive_definite(fresh_teeth, position):
     assert np.linalg.eigvalsh(equations.matrix)[0] > 0.0
 
 
+@pytest.mark.slow
 def test_pinion_compliance_is_reciprocal_before_it_is_made_symmetric(fresh_teeth):
     teeth, _ = fresh_teeth
     pinion = teeth.solver.bodies[0]
@@ -346,6 +356,7 @@ def worn_small(small):
     return scene, sw.simulate(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["fresh", "worn"])
 def test_given_roll_positions_equal_those_of_the_even_grid(worn_small, state):
     scene, tree = worn_small
@@ -363,6 +374,7 @@ def test_given_roll_positions_equal_those_of_the_even_grid(worn_small, state):
             np.testing.assert_allclose(values, same, rtol=0.0, atol=1e-5 * float(np.abs(same).max()), err_msg=name)
 
 
+@pytest.mark.slow
 def test_wear_depth_of_a_result_gives_its_loads_again(worn_small):
     scene, tree = worn_small
     again = sw.loaded_contact(scene, wear_depth=tree["flank"].wear_depth.isel(wear_step=-1))
@@ -378,6 +390,7 @@ def test_wear_depth_of_a_result_gives_its_loads_again(worn_small):
         np.testing.assert_allclose(here, there, rtol=0.0, atol=1e-4 * float(np.abs(there).max()), err_msg=name)
 
 
+@pytest.mark.slow
 def test_twice_the_stiffness_under_twice_the_torque(small):
     modulus = small.material.gear.youngs_modulus_MPa
     twice = small.replace(

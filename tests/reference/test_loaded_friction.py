@@ -133,6 +133,7 @@ class Rubbing:
         return ~border.any(axis=1).reshape(self.teeth.rolls.pairs, -1).any(axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "coefficient", "fidelity"), CASES)
 def test_forces_times_levers_are_the_torque(name, coefficient, fidelity):
     rubbing = Rubbing.of(scene_of(name, coefficient, fidelity), [0.0, 1e-6, 1e-3, -1e-3, 0.03, 0.15, 0.45, 0.6, 0.9])
@@ -148,6 +149,7 @@ def test_forces_times_levers_are_the_torque(name, coefficient, fidelity):
     assert (loss >= 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "coefficient"), [(name, COEFFICIENTS[i % 3]) for i, name in enumerate(PAIRS)])
 def test_the_normal_force_is_one_curve_about_the_pitch_point(name, coefficient):
     """Half the step, half the greatest change from position to position; a jump would stay as it is."""
@@ -161,6 +163,7 @@ def test_the_normal_force_is_one_curve_about_the_pitch_point(name, coefficient):
     assert steps[1] < 0.65 * steps[0]
 
 
+@pytest.mark.slow
 def test_at_the_pitch_point_a_spur_pair_does_not_rub():
     """Its curve passes the frictionless force in the middle, from one plateau of Coulomb's law to the other."""
     coefficient = 0.1
@@ -176,6 +179,7 @@ def test_at_the_pitch_point_a_spur_pair_does_not_rub():
     np.testing.assert_allclose(after, free.total[2] / (1.0 + coefficient * (radius + shift) / base), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_hands_mirror_each_other():
     right, left = (
         Rubbing.of(scene_of("20/31 at 20 deg", 0.1).replace({"gear_pair.hand": hand}), [0.0, 0.2, 0.7])

@@ -91,12 +91,14 @@ class Crossing:
         return float(self.wear[np.abs(self.nodes).argmin()] / own)
 
 
+@pytest.mark.slow
 def test_the_integral_at_the_cusp_is_its_closed_form(some_teeth):
     contact = Crossing(some_teeth, 0.5, 0.5)
     own = 0.5 * 4.0 / (3.0 * np.pi) * SLIDING * LOAD / contact.speed
     assert contact.integral[np.abs(contact.nodes).argmin()] == pytest.approx(own, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.0, 0.4])
 def test_marched_wear_tends_to_the_finite_width_integral(some_teeth, slope):
     """As roll steps shrink: a node is pressed 2.5, 4.5, ... 32.5 times, so that the rims fall alike on the steps.
@@ -116,6 +118,7 @@ def test_marched_wear_tends_to_the_finite_width_integral(some_teeth, slope):
     assert contacts[-1].at_the_cusp == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_marched_wear_tends_to_the_swept_line_as_the_load_falls(some_teeth):
     """With the half-width, steps a tenth of it: only the cusp differs, by the sliding 4 b/(3 pi) aside."""
     widths = 0.8 / 2.0 ** np.arange(6)
@@ -129,18 +132,21 @@ def test_marched_wear_tends_to_the_swept_line_as_the_load_falls(some_teeth):
     assert errors[-1] < 0.005
 
 
+@pytest.mark.slow
 def test_marched_wear_away_from_the_cusp_is_the_swept_line(some_teeth):
     contact = Crossing(some_teeth, 0.5, 0.06, offset=9.0, slope=0.3)
     assert contact.error(contact.swept) < 0.005
     np.testing.assert_allclose(contact.integral, contact.swept, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_cells_hardly_matter(some_teeth):
     for cells in (8, 16, 32):
         contact = Crossing(some_teeth, 0.5, 0.06, cells)
         assert contact.error(contact.integral) < 0.003
 
 
+@pytest.mark.slow
 def test_sliding_distance_under_contact(some_teeth):
     """|v_s| over v_n times the width that is pressed, at even sliding."""
     contact = Crossing(some_teeth, 0.5, 0.06, offset=9.0)
@@ -153,6 +159,7 @@ def test_sliding_distance_under_contact(some_teeth):
     np.testing.assert_allclose(found[middle], expected[middle], rtol=0.06)
 
 
+@pytest.mark.slow
 def test_only_chosen_slices_wear(some_teeth):
     contact = Crossing(some_teeth, 0.5, 0.2)
     every = marched_wear(contact.teeth, contact.solver, contact.loads, np.ones(3, dtype=bool))[0]
@@ -219,6 +226,7 @@ def depth_of(tree):
     return tree["flank"].wear_depth.sel(body="gear").isel(wear_step=-1).values
 
 
+@pytest.mark.slow
 def test_few_interpolated_roll_positions_wear_as_many_marched_ones(shipped):
     scene = shipped.replace(MESHES | PATCH | {"wear.until.meshes": 5e8, "numerics.wear_steps": 4})
     few = sw.simulate(scene.replace({"numerics.roll_positions": 12}))
@@ -268,6 +276,7 @@ def by_steps(shipped, request):
 MOST_OFF = 0.25  # of the greatest depth: a single step
 
 
+@pytest.mark.slow
 def test_large_implicit_steps_converge(by_steps):
     """Of first order in the length of a step: from 2 to 6 steps by 0.4 of what it changes from 1 to 6."""
     one, two, six = (by_steps["implicit", steps].every[-1] for steps in COUNTS)
@@ -279,17 +288,20 @@ def test_large_implicit_steps_converge(by_steps):
         assert (np.diff(depth, axis=0) >= 0.0).all()
 
 
+@pytest.mark.slow
 def test_large_implicit_steps_leave_no_saw_tooth(by_steps):
     six = by_steps["implicit", 6].roughness
     for steps in (1, 2):
         assert by_steps["implicit", steps].roughness < 1.5 * six
 
 
+@pytest.mark.slow
 def test_large_explicit_steps_overshoot(by_steps):
     """So that the tests above could fail."""
     assert by_steps["explicit", 1].greatest > (1.0 + MOST_OFF) * by_steps["implicit", 6].greatest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by_steps", ["marched"], indirect=True)
 def test_large_explicit_marched_steps_saw_tooth(by_steps):
     """From the second on: the first wears as the unworn flanks press, which is smooth."""
@@ -297,6 +309,7 @@ def test_large_explicit_marched_steps_saw_tooth(by_steps):
     assert by_steps["explicit", 2].roughness > by_steps["explicit", 1].roughness
 
 
+@pytest.mark.slow
 def test_no_ridge_is_left_where_the_tip_of_the_pinion_digs_in(shipped):
     """Cells much finer than the nodes: what long steps leave out once stood there as ridges that bore 2,500 MPa."""
     scene = shipped.replace(

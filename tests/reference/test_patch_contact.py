@@ -154,6 +154,7 @@ def by_fidelity(shipped, worn):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", STEPS)
 def test_patches_and_lines_agree_on_pressures(by_fidelity, step):
     line, patch = by_fidelity[step]
@@ -162,6 +163,7 @@ def test_patches_and_lines_agree_on_pressures(by_fidelity, step):
         assert patch.history[name] == pytest.approx(float(line.history[name]), rel=0.03), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", STEPS)
 def test_patches_and_lines_agree_on_load_sharing(by_fidelity, step):
     line, patch = by_fidelity[step]
@@ -170,6 +172,7 @@ def test_patches_and_lines_agree_on_load_sharing(by_fidelity, step):
     assert share.max() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", STEPS)
 def test_equations_of_patches_hold_on_worn_flanks(by_fidelity, step):
     patch = by_fidelity[step][1]
@@ -185,6 +188,7 @@ def test_equations_of_patches_hold_on_worn_flanks(by_fidelity, step):
         assert (pressure >= 0.0).all()
 
 
+@pytest.mark.slow
 def test_finer_cells_change_little(shipped, worn, by_fidelity):
     """Cells half as wide: pressures on the worn ridge, the sharpest there is, move by (c/b) squared or so."""
     depth = worn["flank"].wear_depth.isel(wear_step=12)
@@ -196,6 +200,7 @@ def test_finer_cells_change_little(shipped, worn, by_fidelity):
     np.testing.assert_allclose(coarse.approach, fine.approach, rtol=0.005)
 
 
+@pytest.mark.slow
 def test_a_start_changes_nothing(by_fidelity):
     """From the loads of another wear state, or from none."""
     fresh, patch = by_fidelity[0][1], by_fidelity[12][1]
@@ -210,6 +215,7 @@ def test_a_start_changes_nothing(by_fidelity):
 MESHES = {"wear.until.control_depths_um": None, "wear.control_point": None, "wear.until.meshes": 5e8}
 
 
+@pytest.mark.slow
 def test_patches_and_lines_wear_alike(shipped):
     scene = shipped.replace(MESHES | {"numerics.wear_steps": 4, "numerics.cells_per_half_width": 8})
     line, patch = (sw.simulate(scene, fidelity=fidelity) for fidelity in ("line", "patch"))
@@ -266,6 +272,7 @@ def ridge(shipped):
     return Ridge(shipped)
 
 
+@pytest.mark.slow
 def test_the_patch_follows_the_contact_to_a_ridge(ridge):
     columns = ridge.loads.cells.shape[-1]
     offset = (np.arange(columns) - 0.5 * (columns - 1)) * ridge.teeth.solver.cells.width
@@ -277,6 +284,7 @@ def test_the_patch_follows_the_contact_to_a_ridge(ridge):
     assert ridge.loads.complementarity[ridge.position] < 1e-6
 
 
+@pytest.mark.slow
 def test_nothing_is_pierced_beyond_the_patch(ridge):
     """On the whole flank: elasticity only opens gaps, so what is farther than the approach is not touched."""
     columns = ridge.loads.cells.shape[-1]
@@ -294,6 +302,7 @@ def test_nothing_is_pierced_beyond_the_patch(ridge):
     assert np.nanmin(inner[ridge.pair]) < -5e-3
 
 
+@pytest.mark.slow
 def test_gap_of_the_cells_is_fresh_separation_and_wear(ridge):
     """`PatchCells` with many more columns: what it leaves out is farther than the approach."""
     cells, approach, columns = ridge.teeth.solver.cells, float(ridge.approach.max()), 400
@@ -320,6 +329,7 @@ def test_no_cell_is_nearer_than_its_line(shipped, approach):
     assert (gap.min(axis=1) - least[rolls, faces]).min() > -5e-3
 
 
+@pytest.mark.slow
 def test_large_steps_to_control_depths_wear_alike(small):
     """The main job in two large steps: patches follow where lines do."""
     scene = small.replace({"wear.until.control_depths_um": [30.0, 60.0], "numerics.cells_per_half_width": 8})

@@ -259,6 +259,7 @@ def depths(changes):
     return sw.simulate(PLAIN.replace(changes))["flank"].wear_depth.values
 
 
+@pytest.mark.slow
 def test_a_gear_that_hardly_wears_leaves_the_pinion_alone():
     alone = depths({"wear.worn_bodies": ["pinion"]})
     meshes = PLAIN.wear.until.meshes
@@ -269,12 +270,14 @@ def test_a_gear_that_hardly_wears_leaves_the_pinion_alone():
     np.testing.assert_allclose(both[:, 0], alone[:, 0], rtol=0.0, atol=1e-9 * alone.max())
 
 
+@pytest.mark.slow
 def test_wear_of_both_depends_on_coefficient_times_meshes():
     one = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 2e-13, "gear": 1e-13}})
     two = depths(BOTH | {"wear.coefficient_mm2_per_N": {"pinion": 8e-13, "gear": 4e-13}, "wear.until.meshes": 5e8})
     np.testing.assert_allclose(two, one, rtol=0.0, atol=1e-10 * one.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["implicit", "two-stage", "explicit"])
 def test_wear_of_both_never_shrinks(scheme):
     meshes = 1e8 if scheme == "explicit" else 2e9  # explicit steps must be short
@@ -284,6 +287,7 @@ def test_wear_of_both_never_shrinks(scheme):
     assert (worn[-1].max(axis=(1, 2)) > 1.0).all()
 
 
+@pytest.mark.slow
 def test_long_steps_of_both_are_stable():
     """Six times as many meshes make the pinion the faster to wear: two steps are within 15 % of eight."""
     two, eight = (depths(BOTH | {"numerics.wear_steps": n})[-1].max() for n in (2, 8))

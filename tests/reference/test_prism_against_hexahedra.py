@@ -232,6 +232,7 @@ def hexahedra():
     return results, places[:, 0, :, 0, :2].reshape(-1, 2), whole_levels
 
 
+@pytest.mark.slow
 def test_hexahedra_in_plane_strain_are_harmonic_zero(prism):
     """Both ends held, one layer, twice as fine: how far codes and elements differ without free ends."""
     section = section_mesh(
@@ -297,6 +298,7 @@ def polynomials(z):
     return along_width(np.atleast_1d(z) / WIDTH - 0.5, ORDERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADS)
 def test_deflection_of_the_mid_surface(name, prism, hexahedra):
     results, _, levels = hexahedra
@@ -306,6 +308,7 @@ def test_deflection_of_the_mid_surface(name, prism, hexahedra):
     assert found == pytest.approx(deflection, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADS)
 def test_greatest_fillet_stress(name, prism, hexahedra):
     results, points, levels = hexahedra
@@ -316,6 +319,7 @@ def test_greatest_fillet_stress(name, prism, hexahedra):
     assert found.max() == pytest.approx(stress.max(), rel=0.025)
 
 
+@pytest.mark.slow
 def test_course_of_stress_along_the_width(prism, hexahedra):
     results, _, levels = hexahedra
     for name in ("patch high at mid-width", "patch low at mid-width"):

@@ -127,6 +127,7 @@ def compare_with_identity(teeth, valley, mesh, line_load):
     return worst / greatest, count
 
 
+@pytest.mark.slow
 def test_specific_sliding_of_the_lines(fresh, valley):
     teeth, _, motion = fresh
     slices, roll, _, expected = valley
@@ -149,6 +150,7 @@ def unworn(teeth):
     return teeth.removed(np.zeros(teeth.grid.profile.shape))
 
 
+@pytest.mark.slow
 def test_constant_load_wears_as_the_swept_line(fresh, valley):
     teeth, _, motion = fresh
     lines = teeth.fine
@@ -159,6 +161,7 @@ def test_constant_load_wears_as_the_swept_line(fresh, valley):
     assert worst < 0.02
 
 
+@pytest.mark.slow
 def test_solved_load_wears_as_the_swept_line(fresh, valley):
     teeth, state, motion = fresh
     line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
@@ -175,6 +178,7 @@ def test_identity_as_a_function():
     np.testing.assert_allclose(depth, [5e-12, 0.0], rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_volume_is_load_times_sliding_distance(fresh):
     teeth, state, motion = fresh
     grid, lines, pair = teeth.grid, teeth.fine, teeth.pair
@@ -198,6 +202,7 @@ def test_volume_is_load_times_sliding_distance(fresh):
     assert volume == pytest.approx(work, rel=0.01)
 
 
+@pytest.mark.slow
 def test_nothing_wears_where_nothing_touches(fresh):
     teeth, _, motion = fresh
     line_load = np.where(teeth.solver.is_near(teeth.fine), LOAD, 0.0)
@@ -234,17 +239,20 @@ def greatest(tree):
     return float(tree["flank"].wear_depth.isel(wear_step=-1).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("steps", "tolerance"), [(1, 0.12), (3, 0.05), (12, 0.02)])
 def test_implicit_steps_converge(by_steps, steps, tolerance):
     assert greatest(by_steps["implicit", steps]) == pytest.approx(greatest(by_steps["implicit", 48]), rel=tolerance)
 
 
+@pytest.mark.slow
 def test_explicit_steps_overshoot_where_implicit_ones_do_not(by_steps):
     converged = greatest(by_steps["implicit", 48])
     assert greatest(by_steps["explicit", 3]) > 1.5 * converged
     assert greatest(by_steps["implicit", 3]) < 1.05 * converged
 
 
+@pytest.mark.slow
 def test_wear_is_not_negative_and_never_shrinks(by_steps, worn):
     for tree in (*by_steps.values(), worn):
         depth = tree["flank"].wear_depth.values
@@ -252,6 +260,7 @@ def test_wear_is_not_negative_and_never_shrinks(by_steps, worn):
         assert (np.diff(depth, axis=0) >= 0.0).all()
 
 
+@pytest.mark.slow
 def test_wear_where_nothing_ever_touches_is_zero(by_steps):
     tree = by_steps["implicit", 12]
     loaded = (tree["engagement"].line_load > 0.0).any(("wear_step", "roll_position")).values
@@ -261,6 +270,7 @@ def test_wear_where_nothing_ever_touches_is_zero(by_steps):
     assert (depth.max("profile").values[loaded] > 0.0).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["implicit", "two-stage", "explicit"])
 def test_meshes_and_wear_coefficient_count_as_their_product(small, scheme):
     common = {"numerics.wear_steps": 2, "numerics.wear_scheme": scheme}
@@ -271,6 +281,7 @@ def test_meshes_and_wear_coefficient_count_as_their_product(small, scheme):
     np.testing.assert_allclose(2.0 * two["history"].meshes, one["history"].meshes, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_control_depths_are_hit_and_meshes_grow(small):
     depths = [1.0, 2.5, 18.0, 19.0, 45.0]
     tree = sw.simulate(small.replace({"wear.until.control_depths_um": depths}))
@@ -278,6 +289,7 @@ def test_control_depths_are_hit_and_meshes_grow(small):
     assert (np.diff(tree["history"].meshes) > 0.0).all()
 
 
+@pytest.mark.slow
 def test_wear_is_least_at_the_pitch_cone(worn):
     """On every well-worn slice the depth on the pitch cone is below that on either side of it."""
     flank = worn["flank"]
@@ -293,6 +305,7 @@ def test_wear_is_least_at_the_pitch_cone(worn):
     assert checked > 10
 
 
+@pytest.mark.slow
 def test_specific_sliding_of_the_flanks_has_the_signs_of_the_standard(worn):
     """Negative on the dedendum and positive on the addendum of either body (ISO 21771), and that of a rack here."""
     flank = worn["flank"].to_dataset()

@@ -75,6 +75,7 @@ def fine_teeth(shipped):
     return teeth, teeth.load(np.zeros(teeth.grid.profile.shape))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 4.0])
 @pytest.mark.parametrize("phase", [0.0, 0.25])
 def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
@@ -114,6 +115,7 @@ def fine_pinion(shipped):
     return teeth, teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", [0.0, 0.25])
 def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
     """Near its root the driven flank's nodes pass it nearly twice as far apart as its own are.
@@ -144,6 +146,7 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
         assert answer(length) < least * long
 
 
+@pytest.mark.slow
 def test_nothing_piles_up_at_the_tip(shipped):
     """The last nodes before the gear's tip wear as evenly as those before them, whatever the roll step."""
     numerics = {"face_slices": 11, "profile_points": 401, "roll_positions": 24, "harmonics": 9, "wear_steps": 4}
@@ -155,6 +158,7 @@ def test_nothing_piles_up_at_the_tip(shipped):
     assert bend.max() < 0.02
 
 
+@pytest.mark.slow
 def test_long_steps_of_light_loads_leave_no_ripple(shipped):
     """A contact that reaches down less than a step wears must follow the wear within it."""
     numerics = {"face_slices": 11, "profile_points": 201, "roll_positions": 24, "harmonics": 9}
@@ -170,6 +174,7 @@ def test_long_steps_of_light_loads_leave_no_ripple(shipped):
         assert pressures[0] == pytest.approx(pressures[1], rel=0.25), zone
 
 
+@pytest.mark.slow
 def test_both_flanks_wear_evenly_on_fine_grids(shipped):
     """The first of these steps used to leave ripples in the pinion that the second one stumbled over."""
     changes = {

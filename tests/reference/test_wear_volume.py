@@ -38,6 +38,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_flanks_and_edges_wear_by_what_force_and_sliding_drive(case):
     scene, changes = CASES[case]
@@ -55,6 +56,7 @@ def test_flanks_and_edges_wear_by_what_force_and_sliding_drive(case):
 MESHES = 1e5  # so few that wear changes no load
 
 
+@pytest.mark.slow
 def test_volume_of_a_spur_pair_is_its_closed_form():
     """k N (integral of F |l| (1 + z1/z2) over the pinion's angle): l runs along the line of action, F = T/r_b.
 
@@ -78,6 +80,7 @@ def test_volume_of_a_spur_pair_is_its_closed_form():
     np.testing.assert_allclose(found, k * MESHES * 24 / teeth * work, rtol=WITHIN)
 
 
+@pytest.mark.slow
 def test_edges_that_press_take_their_share_and_freed_ones_next_to_none():
     """The shipped pair has no relief: its tips bear over a hundredth of the volume until they have some."""
     few = STEPS | {"wear.until.meshes": 2e7}

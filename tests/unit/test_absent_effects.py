@@ -150,6 +150,7 @@ def contact_calls(monkeypatch, scene):
     return calls
 
 
+@pytest.mark.slow
 def test_effects_that_only_tell_solve_nothing(monkeypatch):
     with monkeypatch.context() as patched:
         # what would free pressing tips is found from loads shared once more, of every result
@@ -215,6 +216,7 @@ def test_every_effect_says_what_it_may_load():
     assert set(MODULES) == set(EFFECTS)
 
 
+@pytest.mark.slow
 def test_no_module_of_an_absent_effect_is_loaded():
     """None without effects, and with one effect its own modules alone."""
     plain, *each = loaded_modules(TINY, *(TINY.replace(table(name)) for name in EFFECTS))

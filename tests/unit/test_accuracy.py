@@ -317,6 +317,7 @@ def asked(shipped):
     return scene, sw.simulate(scene)
 
 
+@pytest.mark.slow
 def test_a_result_tells_its_error(asked):
     _, tree = asked
     estimate = tree["diagnostics"]["error_estimate"]
@@ -327,6 +328,7 @@ def test_a_result_tells_its_error(asked):
     assert tree.attrs["accuracy"].startswith("0.4 asked for")
 
 
+@pytest.mark.slow
 def test_given_numbers_stay_and_chosen_ones_are_in_the_scene_of_the_result(asked):
     _, tree = asked
     assert tree["flank"].sizes["face"] == 11
@@ -337,6 +339,7 @@ def test_given_numbers_stay_and_chosen_ones_are_in_the_scene_of_the_result(asked
     np.testing.assert_allclose(tree["history"].wear_depth_control_point, [0.0, 2.0, 4.0], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, monkeypatch):
     scene = shipped.replace(TWO_DEPTHS | {"numerics.roll_positions": None, "numerics.accuracy": 1e-3})
     within = tuple(replace(p, start=8, most=9) for p in resolution.PARAMETERS)
@@ -373,6 +376,7 @@ def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(s
     assert error(144) <= told <= 0.02
 
 
+@pytest.mark.slow
 def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
     scene, undisturbed = asked
     file = tmp_path / "kept"
@@ -391,6 +395,7 @@ def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
         sw.simulate(scene, resume=True)
 
 
+@pytest.mark.slow
 def test_the_command_line_runs_to_an_accuracy(shipped, tmp_path, capsys):
     file, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
     file.write_text(shipped.replace(TWO_DEPTHS | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")

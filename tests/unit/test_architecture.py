@@ -171,6 +171,7 @@ def test_extras_are_imported_where_they_are_used(module):
     assert not [name for name in names if name.split(".")[0] in EXTRAS]
 
 
+@pytest.mark.slow
 def test_the_core_runs_without_extras():
     code = f"""
 import sys

@@ -124,6 +124,7 @@ class TestWorn:
         assert "/".join(f"{depth:.1f}" for depth in greatest) in rows[-1].split()
         assert f"{float(tree['history/wear_depth_max_pinion_root'][-1]):.1f}" in rows[-1] or "pinion" not in worn
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("worn", [("pinion",), ("gear",), BODIES])
     def test_every_body_has_its_pictures_and_key_number(self, tmp_path, worn):
         text = write_report(tree_of(worn), tmp_path / "r.html").read_text(encoding="utf-8")
@@ -164,6 +165,7 @@ class TestMarks:
         assert self.names(tree) == ["pitch cylinder's band", "greatest wear", "control point"]
         assert self.names(tree, "gear") == ["pitch cylinder's band", "greatest wear"]
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("kind", "name"),
         [("face_gear", "pitch cone"), ("cylindrical", "pitch cylinder"), ("flank_points", "pitch surface")],
@@ -189,6 +191,7 @@ class TestMarks:
         assert "times as great" in axes.get_title() + axes.get_title(loc="left")
 
 
+@pytest.mark.slow
 def test_each_work_is_listed_once_and_none_of_solvers(tmp_path):
     """Archard's paper, Johnson's book and Litvin's are named by the physics and by quantities, in other words."""
     tree = tree_of(BODIES)

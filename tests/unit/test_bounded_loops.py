@@ -37,6 +37,7 @@ def coarse(shipped: sw.Scene) -> sw.Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", [-0.9, -1.2])
 def test_wear_that_grows_as_pressure_falls_is_finite(coarse, exponent):
     tree = sw.simulate(coarse.replace({"effects.wear_law.load.exponent": exponent}))
@@ -98,6 +99,7 @@ def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):
         teeth.solver.solve(worn, teeth.solver.no_loads(), positions=[0])
 
 
+@pytest.mark.slow
 def test_an_approach_of_patches_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None, "numerics.fidelity": "patch"})).loaded_teeth()
     worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]

@@ -240,6 +240,7 @@ def test_plan_says_what_it_is(scene):
     assert any("ISO 21771" in source for source in sw.plan(scene).references)
 
 
+@pytest.mark.slow
 def test_every_answer_works_for_it(scene, tmp_path):
     """Wear, results in and out, tooth contact analysis and the report, on a coarse grid."""
     small = scene.replace(

@@ -226,6 +226,7 @@ def test_a_file_that_is_not_there_or_vanishes(tmp_path, whole, monkeypatch, caps
     assert "no result file" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groups", [("engagement", "mesh_cycle"), ("flank", "history")])
 def test_a_result_of_part_of_the_groups_makes_a_report_or_says_why_not(tmp_path, whole, groups, capsys):
     path = tmp_path / "worn.nc"

@@ -49,6 +49,7 @@ def test_a_narrower_pinion_gives_the_borders():
         assert beside == pytest.approx(round(beside), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_misalignment_leaves_the_slices_where_they_are():
     scene = sw.load_scene("spur_fzg_c").replace({"numerics.face_slices": 15, "numerics.roll_positions": 8})
     moved = scene.replace({"effects.misalignment.axial_pinion_mm": 0.5})
@@ -56,6 +57,7 @@ def test_misalignment_leaves_the_slices_where_they_are():
     np.testing.assert_array_equal(one, two)
 
 
+@pytest.mark.slow
 def test_a_wear_depth_brings_its_slices():
     scene = SHIPPED.replace(TINY | {"numerics.face_slices": 15})
     other = np.linspace(481.0, 559.0, 40)

@@ -185,6 +185,7 @@ def test_conjugate_flanks_touch_along_their_whole_line(shipped: sw.Scene, kind: 
     np.testing.assert_allclose(speed, wanted, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_wear_lies_on_the_grid_of_the_core(shipped: sw.Scene) -> None:
     """A `/flank` group and a bare array say the same."""
     scene = shipped.replace({"wear.worn_bodies": ("gear",), "numerics.wear_steps": 1, "wear.until.meshes": 1e7})

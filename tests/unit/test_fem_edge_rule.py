@@ -61,6 +61,7 @@ def test_reference_length_is_the_cores(teeth: LoadedTeeth, pair: PairKinematics)
     assert reference_half_width(pair) == pytest.approx(teeth.half_width, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("middle", [484.0, 508.0, 520.0])
 @pytest.mark.parametrize("edge", [0.0, 1.5])
 def test_both_part_pressures_alike(teeth: LoadedTeeth, pair: PairKinematics, middle: float, edge: float) -> None:

@@ -57,6 +57,7 @@ def test_condensed_teeth_are_as_stiff_as_meshed_ones(
     np.testing.assert_allclose(condensed, whole, atol=1e-9 * np.abs(whole).max())
 
 
+@pytest.mark.slow
 def test_every_tooth_of_a_cylindrical_pair_counts(scene: sw.Scene) -> None:
     """Of thick bodies a sector is far too soft, the more the thicker they are."""
     thick = scene.replace(THICK | {"gear_pair.pinion_face_width_mm": 7.0, "operation.pinion_torque_Nm": 151.0})

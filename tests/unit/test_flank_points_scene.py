@@ -80,6 +80,7 @@ def test_it_is_a_scene_like_any_other(scene):
     assert any("de Boor" in source for source in sw.plan(scene).references)
 
 
+@pytest.mark.slow
 def test_every_answer_works_for_it(scene, tmp_path):
     tree = sw.simulate(scene)
     assert float(tree["flank"].wear_depth.min()) >= 0.0
@@ -171,6 +172,7 @@ def test_the_control_point_lies_on_the_flank(data):
 # ---------------------------------------------------------------------- files
 
 
+@pytest.mark.slow
 def test_csv_holds_the_same_flank(data, scene, tmp_path):
     grids = {body: read_point_grid(data["gear_pair"][f"{body}_file"]) for body in ("pinion", "gear")}
     table = dict(data["gear_pair"])

@@ -70,6 +70,7 @@ def test_a_spur_tooth_is_drawn_as_it_is(data):
         assert np.abs(turn).max() < 0.1
 
 
+@pytest.mark.slow
 def test_root_stress_of_drawn_teeth(data):
     """The fillet is an arc instead of a trochoid: root stress within a tenth."""
     coarse = {"face_slices": 11, "roll_positions": 8, "harmonics": 9}

@@ -29,6 +29,7 @@ def test_even_fall_from_section_to_section_is_followed() -> None:
     np.testing.assert_allclose(blended, 0.5 ** ((at - 480.0) / 20.0), rtol=0.006)
 
 
+@pytest.mark.slow
 def test_twice_as_many_sections_give_the_same_deflection(shipped: sw.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Under an even line load, to 2 %, high and low on the flank; it falls to a tenth along the face."""
     scene = shipped.replace({"numerics.harmonics": 5})

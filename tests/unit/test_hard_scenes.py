@@ -94,6 +94,7 @@ def test_a_tooth_beyond_its_limit_is_refused_before_computing(changes, field):
     assert all(problem.fix for problem in error.value.problems)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", [7, 21, 300])
 def test_a_handful_of_slices_and_hundreds_agree(slices):
     """300 slices are shorter than the contact is wide."""
@@ -322,6 +323,7 @@ def test_load_on_slices_that_were_not_followed_is_named():
         footprints.require_followed(force, np.arange(force.shape[0]), "3/8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 def test_depths_far_apart_end_or_say_why(fidelity):
     try:
@@ -334,6 +336,7 @@ def test_depths_far_apart_end_or_say_why(fidelity):
     assert float(tree["history"].wear_depth_control_point[1]) == pytest.approx(30.0, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 @pytest.mark.parametrize("bodies", [["gear"], ["pinion", "gear"]], ids=["gear", "both"])
 @pytest.mark.parametrize("scheme", ["implicit", "two-stage", "explicit"])
@@ -351,6 +354,7 @@ def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity,
     assert error.value.result is not None
 
 
+@pytest.mark.slow
 def test_gears_lose_stability_with_explicit_steps_of_many_micrometres_only():
     def greatest(scheme: str, steps: int) -> float:
         changes = {

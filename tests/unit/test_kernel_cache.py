@@ -50,6 +50,7 @@ def semiwear_in(folder: Path, temporary: Path) -> subprocess.CompletedProcess[st
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_kernels_go_to_a_private_folder_with_one_line_of_warning(installed):
     temporary = installed / "tmp"
     for _ in range(2):  # the second process takes the first one's folder

@@ -50,6 +50,7 @@ def test_a_run_of_that_many_meshes_wears_to_the_limit(tiny, tree):
     assert "life" not in run.children
 
 
+@pytest.mark.slow
 def test_three_steps_find_the_life_of_many(tiny):
     """In plain steps of first order three of them are 8 % long."""
     physics = plan(tiny.replace({"numerics.face_slices": 21, "numerics.profile_points": 71}))
@@ -84,6 +85,7 @@ def test_the_seconds_are_told(tree):
     assert float(tree["diagnostics"]["effect_seconds"].sel(effect="run_life")) > 0.0
 
 
+@pytest.mark.slow
 def test_the_wear_coefficient_counts_only_times_the_meshes(tiny, life):
     """Also where a law acts through the depth."""
     scene = tiny.replace({"effects.wear_law.hardness": {"case_depth_um": 4.0}})
@@ -109,6 +111,7 @@ def test_at_a_depth_of_nothing_torque_acts_as_on_the_unworn_wear_rate(tiny):
     assert life_of(short).sensitivity_to_torque == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_spectrum_of_one_torque_is_that_torque(tiny, life):
     spectrum = {"torques_Nm": [1600.0], "shares": [1.0]}
     same = life_of(tiny.replace({"effects.load_spectrum": spectrum}))
@@ -116,6 +119,7 @@ def test_a_spectrum_of_one_torque_is_that_torque(tiny, life):
     assert same.sensitivity_to_torque == pytest.approx(life.sensitivity_to_torque, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_life_of_the_pinion(tiny):
     scene = tiny.replace(
         {"wear.worn_bodies": ["pinion", "gear"], "effects.run_life": {"body": "pinion", "depth_limit_um": 2.0}}
@@ -128,6 +132,7 @@ def test_the_life_of_the_pinion(tiny):
     assert state.worn.driving.max() == pytest.approx(2e-3, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_limit_beyond_the_tooth_says_what_to_change(tiny):
     with pytest.raises(ConvergenceError, match=r"run_life.*depth_limit_um") as caught:
         sw.simulate(tiny.replace({"effects.run_life.depth_limit_um": 9000.0}))
@@ -173,6 +178,7 @@ def test_it_takes_the_steps_that_the_plan_says_and_tells_of_them(tiny, life, mon
     assert "at 0.95 of the torque" in heard.steps[-4][2] + heard.steps[-5][2]
 
 
+@pytest.mark.slow
 def test_the_shorter_search_finds_what_torque_does_as_whole_searches_do(tiny, life):
     """Lives under both torques, each searched for to its end."""
     physics = [plan(tiny.replace({"operation.pinion_torque_Nm": factor * 1600.0})) for factor in (0.95, 1.05)]

@@ -65,6 +65,7 @@ def noise_of(model, kind, rng):
     return NOISE * (np.sqrt(0.75) * factors[0] @ rng.standard_normal(model.p.shape) @ factors[1].T + 0.5 * white)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["white", "correlated"])
 def test_intervals_hold_as_often_as_they_say(model, kind):
     """95 % of 200 draws, within the binomial bounds of 99.9 %; the rotation is found as well."""

@@ -152,6 +152,7 @@ def test_a_path_beside_the_pitch_point_is_not_called_a_contact_ratio(spur):
     assert any("base pitches of the pitch point" in line for line in told)
 
 
+@pytest.mark.slow
 def test_flanks_out_of_reach_blame_a_placement_only_where_there_is_one(shipped):
     with pytest.raises(sw.SceneError, match="placement"):
         sw.tooth_contact_analysis(shipped, sw.Placement(axial_gear_mm=20.0))

@@ -86,6 +86,7 @@ def test_other_variables_may_not_be_missing():
         build_tree(groups, coords, {})
 
 
+@pytest.mark.slow
 def test_table_report_and_pictures_cope_and_say_why(without_pitch, tmp_path):
     table = _table(without_pitch)
     assert "nan" not in table

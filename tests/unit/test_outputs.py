@@ -163,6 +163,7 @@ sys.exit(cli.main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
 @pytest.mark.parametrize("stream", ["pipe", "/dev/full"])
 def test_a_broken_pipe_and_a_full_standard_output_lose_nothing(stream, tmp_path):
@@ -180,6 +181,7 @@ def test_a_broken_pipe_and_a_full_standard_output_lose_nothing(stream, tmp_path)
     assert page.stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_a_full_disk_names_the_file(tmp_path):
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limit[1]))
@@ -223,6 +225,7 @@ def test_figures_are_not_compared_with_those_of_other_teeth():
 # ---------------------------------------------------------------------- exported flanks
 
 
+@pytest.mark.slow
 def test_worn_flanks_are_exported_with_their_normals(tmp_path, worn):
     scene = sw.load_scene(SCENE)
     sw.export_flank(scene, "gear", tmp_path / "gear.nc", points=(41, 41), worn=worn)

@@ -33,6 +33,7 @@ def pressed():
     return sw.simulate(SPUR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [SPUR, FACE_GEAR], ids=["spur", "face gear"])
 def test_the_relief_that_is_told_frees_the_tips(scene):
     """Half of it does not; all of it leaves less than a tenth on the spur pair.
@@ -71,6 +72,7 @@ def test_what_presses_is_told_in_words(pressed):
     assert pressing_tips(free) == []
 
 
+@pytest.mark.slow
 def test_run_and_report_say_it(tmp_path, capsys):
     scene = tmp_path / "scene.toml"
     scene.write_text(SPUR.to_toml(), encoding="utf-8")

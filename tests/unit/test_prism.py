@@ -383,6 +383,7 @@ def test_size_does_not_matter():
     np.testing.assert_allclose(large.stress, small.stress / 4, rtol=1e-7, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_mesh_is_fine_enough(rack):
     fine = prism_section(trapezoid(), width=80.0, fillet_elements=16, elements_across=8, elements_below=6, **STEEL)
     assert np.abs(fine.deflection - rack.deflection).max() < 2e-3 * np.abs(fine.deflection[0]).max()

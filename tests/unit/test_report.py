@@ -74,6 +74,7 @@ def one(found, words):
 # ---------------------------------------------------------------------- pictures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", plot.__all__)
 @pytest.mark.parametrize("wear_steps", [1, 2, 13])
 def test_every_picture_is_drawn(name, wear_steps):
@@ -109,6 +110,7 @@ def test_contact_patterns_of_one_result_share_their_colours(tree):
     assert limits == {(0.0, tree["engagement"]["contact_pressure_max"].values.max())}
 
 
+@pytest.mark.slow
 def test_what_only_some_results_have_is_left_out_without_a_word(tmp_path):
     text = write_report(line_tree(3), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Contact pattern" not in text and "contact_pattern" not in text and "below the surface" not in text
@@ -178,12 +180,14 @@ def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):
     assert steps.count("<tr>") == 14
 
 
+@pytest.mark.slow
 def test_text_of_the_scene_is_escaped(tmp_path):
     scene = NO_REFERENCE.replace("face_gear_25x160", "<script>alert(1)</script>")
     text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "<script" not in text
 
 
+@pytest.mark.slow
 def test_no_paper_without_a_reference(tmp_path):
     path = write_report(synthetic_tree(3, scene_toml=NO_REFERENCE), tmp_path / "r.html")
     text = path.read_text(encoding="utf-8")
@@ -191,6 +195,7 @@ def test_no_paper_without_a_reference(tmp_path):
     assert not re.search(r"paper\b|AGREE|seed", words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["", "this is = no toml = at all", 'reference = "another"'])
 def test_odd_scenes_give_a_page(tmp_path, scene):
     text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
@@ -211,6 +216,7 @@ def test_loaded_contact_alone_gives_a_page(tmp_path, tree):
     assert "Transmission error over the mesh cycle" in text
 
 
+@pytest.mark.slow
 def test_a_failing_report_leaves_the_old_page(tmp_path, tree, monkeypatch):
     path = tmp_path / "r.html"
     path.write_text("old")

@@ -263,6 +263,7 @@ def test_other_engagements_for_the_same_depth_are_told(line, patch):
 # ---------------------------------------------------------------------- page
 
 
+@pytest.mark.slow
 def test_the_section_stands_in_the_page(tmp_path, line, patch):
     other = changed(patch, "engagement/contact_pressure_max_edge", lambda v: 0.5 * v)
     text = section(sw.report(line, tmp_path / "r.html", against=other))
@@ -275,6 +276,7 @@ def test_the_section_stands_in_the_page(tmp_path, line, patch):
     assert "Against fidelity" not in sw.report(line, tmp_path / "r.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_fields_that_differ_are_listed(tmp_path, line):
     other = result("patch", scene_toml=SCENE.replace("pinion_torque_Nm = 1600", "pinion_torque_Nm = 800"))
     text = section(write_report(line, tmp_path / "r.html", other))
@@ -287,6 +289,7 @@ def test_fields_that_differ_are_listed(tmp_path, line):
     assert "no readable scene" in section(write_report(unreadable, tmp_path / "r.html", line))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("group", "name", "kind"),
     [
@@ -309,6 +312,7 @@ def test_without_line_loads_the_borders_have_no_width(line, patch):
     assert not [row for row in rows if row.quantity == "greatest line load"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("swapped", [False, True])
 def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patch, swapped):
     contact = patch
@@ -369,6 +373,7 @@ def test_pictures_of_two_results(line, patch):
 # ---------------------------------------------------------------------- shipped scene and command line
 
 
+@pytest.mark.slow
 def test_both_fidelities_of_a_real_scene(real, tmp_path):
     rows = rows_of(real["line"], real["patch"])
     unworn = [row for row in rows if row.when == "unworn" and not row.border]
@@ -390,6 +395,7 @@ def files(real, tmp_path):
     return paths
 
 
+@pytest.mark.slow
 def test_report_against_a_file(files, tmp_path, capsys):
     assert cli.main(["report", str(files["line"]), "--against", str(files["patch"])]) == 0
     assert "Against fidelity “patch”" in (tmp_path / "line.html").read_text(encoding="utf-8")
@@ -402,6 +408,7 @@ def changes():
     return [part for text in texts for part in ("--set", text)]
 
 
+@pytest.mark.slow
 def test_run_with_a_fidelity_against_a_file(files, tmp_path, capsys):
     page = tmp_path / "p.html"
     options = ["--fidelity", "patch", "--report", str(page), "--against", str(files["line"])]

@@ -376,6 +376,7 @@ def test_provenance_names_libraries_platform_and_the_files_that_were_read(tmp_pa
     assert platform.python_version() in attrs["platform"] and platform.system() in attrs["platform"]
 
 
+@pytest.mark.slow
 def test_results_import_neither_matplotlib_nor_tqdm():
     code = "import sys, semiwear.results; assert not {'matplotlib', 'tqdm'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

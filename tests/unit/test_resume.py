@@ -63,6 +63,7 @@ class StopAfterOne:
         raise Stop
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SCENES)
 def test_stopped_after_every_step_and_resumed(small, tmp_path, kind):
     scene = small.replace(SCENES[kind])
@@ -111,6 +112,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     assert back.contact.partner_wear.tobytes() == state.contact.partner_wear.tobytes()
 
 
+@pytest.mark.slow
 def test_three_kills(small, tmp_path):
     """The command line, ended by SIGKILL; `python -m validation.kills` does so many times."""
     depths = [2.0 * k for k in range(1, 31)]
@@ -289,6 +291,7 @@ def test_another_run_is_refused_and_left_alone(small, tmp_path):
     assert path.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_to_other_depths(small, tmp_path):
     path = tmp_path / "partial"
     sw.simulate(small, checkpoint=path)
@@ -307,6 +310,7 @@ def test_resume_needs_a_checkpoint(small):
 # ---------------------------------------------------------------------- command line
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_leaves_the_steps_before(small, tmp_path, monkeypatch, capsys):
     scene, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
     scene.write_text(small.to_toml(), encoding="utf-8")

@@ -124,6 +124,7 @@ def test_progress_hears_of_every_effect(screening, heard):
     assert heard.steps[-1][1] == len(EFFECTS) + 1
 
 
+@pytest.mark.slow
 def test_present_effects_are_removed_with_what_needs_them(tiny, only):
     only("friction", "flash_temperature", "lubrication", "wear_law.hardness", "wear_law.lubrication", "pitch_error")
     scene = tiny.replace(

@@ -43,6 +43,7 @@ def deepest(tree):
     return [float(depth) for depth in tree["flank"].wear_depth[-1].max(("profile", "face"))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bodies", [("pinion",), ("pinion", "gear")])
 def test_steps_are_counted_by_the_deepest_wear_of_either_body(runs, bodies):
     tree, heard = runs[bodies]

@@ -23,6 +23,7 @@ def worn_in_jumps(monkeypatch, size):
     monkeypatch.setattr(WearStepper, "depth_at", jumping)
 
 
+@pytest.mark.slow
 def test_a_depth_that_jumps_a_little_over_the_one_asked_for_is_met(shipped, monkeypatch):
     smooth = sw.simulate(shipped.replace(FOUR_DEPTHS))["history"].to_dataset()
     worn_in_jumps(monkeypatch, 2e-4 * 4e-3)

@@ -107,6 +107,7 @@ def test_ends_matter_to_a_load_near_them_and_not_far_away():
     np.testing.assert_allclose(relief[0], relief[2], rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_oblique_ends_of_the_other_hand_are_the_mirror_image():
     one, other = (ends_of(40.0, slant) for slant in (0.4, -0.4))
     sign = (-1.0) ** np.arange(ORDERS)
@@ -115,6 +116,7 @@ def test_oblique_ends_of_the_other_hand_are_the_mirror_image():
     np.testing.assert_allclose(turned, one.deflection, atol=1e-9 * np.abs(one.deflection).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1, 3])
 def test_little_obliqueness_changes_little(height):
     """The ends of a helical tooth become those of a spur tooth; the acute corner is first order in the angle."""

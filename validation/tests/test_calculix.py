@@ -129,6 +129,7 @@ def test_reads_the_last_increment(tmp_path):
     np.testing.assert_allclose(calculix.read_frd(tmp_path / "job.frd")["DISP"][1], [7.0, -0.002, 3.0])
 
 
+@pytest.mark.slow
 @needs_ccx
 @pytest.mark.parametrize("problem", ["tooth", "helical", "hertz"])
 def test_calculix_agrees(problem, tmp_path):

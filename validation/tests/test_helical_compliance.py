@@ -73,12 +73,14 @@ def test_an_annulus_turns_as_a_thick_tube_does(held, loaded):
     np.testing.assert_allclose(even * torque / loaded**2, expected, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_without_a_helix_angle_nothing_is_added():
     straight = transmission_error(pair_of(0.0, "thick"), 0.0, 0.4)
     nearly = transmission_error(pair_of(1e-4, "thick"), 0.0, 0.4)
     np.testing.assert_allclose(nearly, straight, rtol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_left_hand_pair_is_the_mirror_image_of_a_right_hand_one():
     right = sw.loaded_contact(pair_of(20.0, "thick"), roll_positions=[0.3])
     left = sw.loaded_contact(pair_of(20.0, "thick", **{"gear_pair.hand": "left"}), roll_positions=[0.3])
@@ -92,6 +94,7 @@ def test_a_left_hand_pair_is_the_mirror_image_of_a_right_hand_one():
     )
 
 
+@pytest.mark.slow
 def test_compliance_is_smooth_where_the_virtual_number_of_teeth_passes_a_half():
     """Found: the virtual tooth number was rounded, and results jumped by 0.3 to 0.9 % with the helix angle."""
 
@@ -120,6 +123,7 @@ def core_of(name: str) -> HelicalResult:
     return helical_pairs.core_result(KNOWN[name], **COARSE | finer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_transmission_error_is_that_of_finite_elements(name):
     """Found: 0.49 times the finite elements' with thick bodies at 30 degrees, 0.80 with thin ones."""
@@ -127,6 +131,7 @@ def test_transmission_error_is_that_of_finite_elements(name):
     assert abs(np.mean(core_of(name).transmission_error) / expected - 1.0) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("helix", [helix for helix in (8, 15, 20, 30) if f"b30_helix{helix}_thin" in KNOWN])
 def test_mesh_stiffness_falls_with_the_helix_angle_as_that_of_finite_elements(helix):
     """Found: over the spur pair's, 1.18 times the finite elements' at 30 degrees."""
@@ -137,6 +142,7 @@ def test_mesh_stiffness_falls_with_the_helix_angle_as_that_of_finite_elements(he
     assert abs(core[0] / core[1] / (elements[0] / elements[1]) - 1.0) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_root_stress_is_that_of_finite_elements(name):
     """Normal to the tooth, greatest of all mesh positions; the core's falls behind as the helix angle grows."""

@@ -75,6 +75,7 @@ def test_figures_are_the_greatest_of_the_last_state():
     assert [one.name for one in FIGURES] == ["greatest wear", "peak pressure", "root stress", "transmission error"]
 
 
+@pytest.mark.slow
 def test_a_life_by_any_scheme_ends_alike():
     coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.profile_points": 41}
     # a micrometre in all: explicit steps far below what gears bear
@@ -109,6 +110,7 @@ def test_what_cannot_be_is_refused_before_computing(example):
     assert outcome.error == str(error.value.problems[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["line", "patch"])
 def test_what_came_of_a_case_is_measured(fidelity):
     example = next(e for e in HARD_EXAMPLES if e.name == "noise of 2 um")

@@ -122,6 +122,7 @@ def test_the_command_ends_with_status_1_where_a_section_fails(monkeypatch, tmp_p
     assert (tmp_path / "validation.html").is_file()
 
 
+@pytest.mark.slow
 def test_processes_build_the_same_sections(parts):
     heard = []
 
