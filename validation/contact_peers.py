@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.hertz import EllipticContact, elliptic_contact
+from semiwear.closed_forms.hertz import EllipticContact, elliptic_contact
 
 FloatArray = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from math import acos, cos, pi, radians, sin, sqrt
 import numpy as np
 
 import semiwear as sw
-from semiwear.contact.hertz import line_contact_pressure
+from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.errors import SemiwearError
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.tooth_contact import contact_points

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
+from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
-from semiwear.contact.stripe import stripe_table
 from semiwear.errors import ConvergenceError
 
 __all__ = ["EXPLICIT_LIMIT", "StandingContact", "loads_of_strips", "roughness_after", "strips"]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
-from semiwear.compliance.love import love_coefficients
 
 __all__ = ["HalfSpace", "fast_length"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace, fast_length
-from semiwear.compliance.love import love_coefficients
 from semiwear.contact.conjugate_gradient import solve_complementarity
 from semiwear.contact.dense_patch import solve_dense_patch
 from semiwear.contact.nested_grids import coarsen, refine_pressure

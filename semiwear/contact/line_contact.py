@@ -19,15 +19,16 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.closed_forms.hertz import line_contact_pressure
+from semiwear.closed_forms.stripe import stripe_table
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody, line_compliance
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.hertz import line_contact_pressure
 from semiwear.contact.line_loads import LineLoads
 from semiwear.contact.mesh_position import MeshPosition
 from semiwear.contact.slice_pressure import solve_slices
-from semiwear.contact.stripe import add_far_stripe, stripe_table, subtract_mid_surface
+from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.contact_lines import ContactLines

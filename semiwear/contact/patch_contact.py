@@ -17,8 +17,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
-from semiwear.compliance.love import love_coefficients
 from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import LineContact

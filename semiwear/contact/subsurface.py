@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.optimize import minimize_scalar
 
-from semiwear.compliance.love_stress import COMPONENTS, point_stress, rectangle_stress
+from semiwear.closed_forms.love_stress import COMPONENTS, point_stress, rectangle_stress
 from semiwear.errors import Problem
 
 __all__ = [

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.compliance.blas_threads import one_blas_thread
-from semiwear.contact.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.contact.line_contact import LineContact, usual_approach
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.patch_contact import PatchContact

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.signal import fftconvolve
 
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
-from semiwear.compliance.love import love_coefficients
 from semiwear.contact import HalfSpaceContact, solve_half_space
 from tests.strategies.contact import Surface, compliance_matrix, surfaces
 from tests.strategies.fresh import fresh

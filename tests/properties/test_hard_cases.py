@@ -17,10 +17,11 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
+from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.line_contact import LineContact
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.stripe import add_near_stripe, stripe_table
+from semiwear.contact.stripe import add_near_stripe
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
 from tests.scenes import NOMINAL_TORQUE, scene_of

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
-from semiwear.compliance.love import love_coefficients
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.plan import plan
 from semiwear.results import check_tree
 from tests.scenes import MEDIUM, SHIPPED

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.contact.hertz import line_contact_pressure
+from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import plan

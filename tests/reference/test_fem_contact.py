@@ -13,7 +13,7 @@ from fem_reference.condensation import SupportedBody
 from fem_reference.contact import ContactPair, condense, solve_contact
 from fem_reference.elasticity import ElasticBody
 from fem_reference.surface import Surface, outward_quads
-from semiwear.contact.hertz import effective_modulus, elliptic_contact
+from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact
 
 E, NU = 210e3, 0.3
 MODULUS = effective_modulus(E, NU, E, NU)

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from semiwear.closed_forms.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import (
     FilmThickness,
@@ -17,7 +18,6 @@ from semiwear.contact.film_thickness import (
     hamrock_dowson_central,
     hamrock_dowson_minimum,
 )
-from semiwear.contact.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
 
 MODULUS = 206e3 / 2.0 / (1.0 - 0.3**2)  # E* of steel on steel
 OIL = {"viscosity_mPas": 49.85, "pressure_viscosity_per_GPa": 20.36, "roughness_um": sqrt(2.0) * 0.6}

@@ -9,11 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
+from semiwear.closed_forms.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
-from semiwear.compliance.love import love_coefficients
 from semiwear.contact import ContactStatus, solve_half_space
 from semiwear.contact.conjugate_gradient import ComplementarityStatus, solve_complementarity
-from semiwear.contact.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
 from tests.strategies.contact import compliance_matrix, coordinates
 
 MODULUS = 115e3

@@ -11,17 +11,18 @@ from scipy.integrate import quad
 from scipy.optimize import brentq, nnls
 
 import semiwear as sw
-from semiwear.compliance.tooth import line_compliance
-from semiwear.contact.active_set import SolveStatus, solve_line_loads
-from semiwear.contact.footprint import Footprints
-from semiwear.contact.hertz import (
+from semiwear.closed_forms.hertz import (
     effective_modulus,
     elliptic_contact,
     line_contact_half_width,
     line_contact_pressure,
 )
+from semiwear.closed_forms.stripe import stripe_kernel, stripe_table
+from semiwear.compliance.tooth import line_compliance
+from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_loads import LineLoads
-from semiwear.contact.stripe import add_near_stripe, stripe_kernel, stripe_table, subtract_mid_surface
+from semiwear.contact.stripe import add_near_stripe, subtract_mid_surface
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges

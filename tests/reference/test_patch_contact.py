@@ -9,8 +9,8 @@ import pytest
 
 import semiwear as sw
 from semiwear import collect
+from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.hertz import effective_modulus, elliptic_contact
 from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.removed import Removed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from semiwear.compliance.love_stress import corner_stress, point_stress, rectangle_stress
+from semiwear.closed_forms.love_stress import corner_stress, point_stress, rectangle_stress
 from semiwear.contact.subsurface import (
     default_depths,
     greatest_subsurface_stress,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from hypothesis import strategies as st
 
-from semiwear.compliance.love import love_coefficients
+from semiwear.closed_forms.love import love_coefficients
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ ROOT = PACKAGE.parent
 # `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
 LAYERS = (
     ("errors", "references"),
-    ("targets", "sources", "kernel_cache"),
+    ("targets", "sources", "kernel_cache", "closed_forms"),
     ("scene",),
     ("geometry",),
     ("meshing",),

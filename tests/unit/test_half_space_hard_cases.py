@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import fftconvolve
 
-from semiwear.compliance.love import love_coefficients
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact import ContactStatus, HalfSpaceContact, extrapolate, solve_half_space
 from tests.strategies.contact import coordinates
 

@@ -9,10 +9,10 @@ import pytest
 from scipy.optimize import brentq, nnls
 
 import semiwear as sw
+from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
-from semiwear.compliance.love import love_coefficients
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_solver import PatchStatus, PatchSystem, solve_patches
 from semiwear.contact.slice_pressure import solve_slices

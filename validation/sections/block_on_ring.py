@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.report.markup import figure_text, table
 from validation.charts import COLOURS, MARKERS, card, cards
 from validation.problems import BlockOnRing

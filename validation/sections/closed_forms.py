@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 import semiwear as sw
+from semiwear.closed_forms.hertz import elliptic_contact
 from semiwear.contact import solve_half_space
-from semiwear.contact.hertz import elliptic_contact
 from semiwear.plan import plan
 from semiwear.report.markup import figure_text, table
 from semiwear.wear.swept_line import sweep, wear_of_mesh, wear_per_mesh

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
-from semiwear.contact.hertz import line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.errors import SemiwearError
 from validation.hard_cases import HARD_EXAMPLES, attempt
 from validation.iso_spur import iso_rows

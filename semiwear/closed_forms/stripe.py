@@ -1,0 +1,78 @@
+"""Displacement of an elastic half-space along a line contact of finite length, under a semi-elliptic stripe.
+
+A line load with Hertz half-width b acts along its own line like the kernel
+
+    K(s) = 1/(pi E*) 4/(pi b^2) sqrt(b^2 + s^2) [K(m) - E(m)],  m = b^2/(b^2 + s^2)
+
+(complete elliptic integrals): the displacement at the middle of a semi-elliptic stripe of zero length, a
+distance s along the line (integral of the point-load solution, Johnson 1985, eq. 3.22a, over the stripe).
+Far away it is 1/(pi E* s); integrated over a long line it is the Hertz approach of line contact.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import log, pi
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ellipe, ellipkm1
+
+__all__ = ["stripe_integral", "stripe_kernel", "stripe_table"]
+
+FloatArray = NDArray[np.float64]
+
+_TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
+_TABLE_END = 1000.0  # and beyond which the kernel is 1/s
+_TABLE_NODES = 400
+
+
+def stripe_kernel(distance: FloatArray) -> FloatArray:
+    """Kernel pi E* b K(s) as a function of s/b [1]."""
+    t2 = np.asarray(distance, float) ** 2
+    m1 = t2 / (1.0 + t2)
+    return np.asarray(4.0 / pi * np.sqrt(1.0 + t2) * (ellipkm1(m1) - ellipe(1.0 - m1)))
+
+
+@lru_cache(maxsize=1)
+def stripe_table() -> tuple[FloatArray, FloatArray]:
+    """Integral of the kernel from 0 to s/b, and its derivative by ln(s/b), at nodes equal in ln(s/b)."""
+    nodes = np.linspace(log(_TABLE_START), log(_TABLE_END), _TABLE_NODES)
+    points, weights = np.polynomial.legendre.leggauss(8)
+    half = 0.5 * (nodes[1] - nodes[0])
+    inside = np.exp((nodes[:-1] + half)[:, None] + half * points)
+    pieces = half * (stripe_kernel(inside) * inside) @ weights
+    # from 0 to the first node: k behaves like ln t there; Gauss points in t^2 remove most of the singularity
+    first = np.polynomial.legendre.leggauss(60)
+    t = 0.5 * (first[0] + 1.0)
+    start = float(np.sum(0.5 * first[1] * stripe_kernel(_TABLE_START * t**2) * _TABLE_START * 2.0 * t))
+    values = start + np.concatenate([[0.0], np.cumsum(pieces)])
+    at = np.exp(nodes)
+    return values, stripe_kernel(at) * at
+
+
+@njit(cache=True, error_model="numpy")
+def stripe_integral(distance, values, slopes):  # type: ignore[no-untyped-def]
+    """Integral of the kernel from 0 to s/b >= 0 by cubic Hermite in ln(s/b)."""
+    if distance < _TABLE_START:
+        if distance <= 0.0:
+            return 0.0
+        # scaled so that it meets the table
+        return (4.0 / pi * distance * log(4.0 / distance)) * (
+            values[0] / (4.0 / pi * _TABLE_START * log(4.0 / _TABLE_START))
+        )
+    if distance >= _TABLE_END:
+        return values[-1] + log(distance / _TABLE_END)
+    step = log(_TABLE_END / _TABLE_START) / (_TABLE_NODES - 1)
+    place = log(distance / _TABLE_START) / step
+    k = min(int(place), _TABLE_NODES - 2)
+    x = place - k
+    a, b = values[k], values[k + 1]
+    da, db = slopes[k] * step, slopes[k + 1] * step
+    return (
+        a * (1.0 + 2.0 * x) * (1.0 - x) ** 2
+        + da * x * (1.0 - x) ** 2
+        + b * x * x * (3.0 - 2.0 * x)
+        + db * x * x * (x - 1.0)
+    )
