@@ -1,19 +1,24 @@
 """Result files: netCDF, written whole or not at all, and opened with clear refusals.
 
-A file is a netCDF-4 file followed by a seal: a mark and the SHA-256 of all bytes before it. netCDF readers
-do not look beyond their own end, so any of them opens the file; semiwear checks the seal first, because the
-HDF5 library can crash the interpreter on a damaged file.
+A file is a netCDF-4 file followed by a seal: a mark and the SHA-256 of all bytes before it. netCDF readers do not
+look beyond their own end, so any of them opens the file and may add to it. The HDF5 library can crash the interpreter
+on a damaged file: one without its seal is opened by a process of its own first. What of its data is no longer what
+was saved is then told by their check sums, in an attribute of the root.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import subprocess
+import sys
 import uuid
+import warnings
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import numpy as np
 import xarray as xr
 
 from semiwear.errors import ResultFileError, SemiwearError
@@ -27,6 +32,16 @@ _SEAL_MARK = b"semiwear sha256:"
 _SEAL_SIZE = len(_SEAL_MARK) + hashlib.sha256().digest_size
 _NETCDF_MAGIC = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 _CHUNK = 1 << 20
+_CHECK_SUMS = "check_sums"  # attribute of the root, in the file only
+_LONGEST_PROBE = 120.0  # s
+_PROBE = """
+import sys, xarray
+try:
+    with xarray.open_datatree(sys.argv[1], engine="netcdf4") as opened:
+        opened.load()
+except Exception as error:
+    sys.exit(str(error) or type(error).__name__)
+"""
 _ANEW = "open a file that semiwear saved, or compute it anew: semiwear run SCENE -o FILE"
 
 
@@ -59,7 +74,9 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
         with naming(target):
-            tree.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+            stored = tree.copy()
+            stored.attrs = {**tree.attrs, _CHECK_SUMS: _check_sums(tree)}
+            stored.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
             with temporary.open("r+b") as written:
                 digest = _digest(written, temporary.stat().st_size)
                 written.write(_SEAL_MARK + digest)
@@ -92,7 +109,12 @@ def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
     Returns
     -------
     DataTree
-        Identical to the tree that was saved.
+        Identical to the tree that was saved, but for what another program has added since.
+
+    Warns
+    -----
+    UserWarning
+        Variables are not what they were when semiwear saved them.
 
     Raises
     ------
@@ -117,7 +139,9 @@ def _opened(source: Path) -> xr.DataTree:
         raise ResultFileError(f"{source}: a folder; give the path of a result file in it, e.g. {source / 'worn.nc'}")
     if source.exists() and not source.is_file():
         raise ResultFileError(f"{source}: not a plain file; give the path of a result file")
-    _check_seal(source)
+    sealed = _sealed(source)
+    if not sealed:
+        _probe(source)
     try:
         with xr.open_datatree(source, engine="netcdf4") as opened:
             version = str(opened.attrs.get("schema_version", ""))
@@ -129,17 +153,20 @@ def _opened(source: Path) -> xr.DataTree:
         raise ResultFileError(
             f"{source}: cannot be read as a netCDF file, it is damaged or something else ({error}); {_ANEW}"
         ) from error
+    kept = tree.attrs.pop(_CHECK_SUMS, "")
     if not set(tree.children) & set(GROUPS):
         raise ResultFileError(f"{source}: damaged, it has no group of a result ({', '.join(GROUPS)}); {_ANEW}")
     try:
         check_tree(tree)
     except SemiwearError as error:
         raise ResultFileError(f"{source}: damaged, {error}; {_ANEW}") from error
+    if not sealed:
+        _tell_changes(source, str(kept), _check_sums(tree))
     return tree
 
 
-def _check_seal(source: Path) -> None:
-    """Refuse a file whose bytes are not those that `save` wrote."""
+def _sealed(source: Path) -> bool:
+    """Whether the bytes of a file are those that `save` wrote; an error where it is no netCDF file at all."""
     size = source.stat().st_size
     with source.open("rb") as opened:
         start = opened.read(8)
@@ -148,14 +175,49 @@ def _check_seal(source: Path) -> None:
             raise ResultFileError(f"{source}: {what}; {_ANEW}")
         opened.seek(max(size - _SEAL_SIZE, 0))
         seal = opened.read()
-        if not seal.startswith(_SEAL_MARK):
-            raise ResultFileError(
-                f"{source}: a netCDF file without the seal of semiwear's results; it was cut off, changed, "
-                f"or written by something else; {_ANEW}"
-            )
         opened.seek(0)
-        if _digest(opened, size - _SEAL_SIZE) != seal.removeprefix(_SEAL_MARK):
-            raise ResultFileError(f"{source}: damaged, its bytes are not those that were saved; {_ANEW}")
+        return seal.startswith(_SEAL_MARK) and _digest(opened, size - _SEAL_SIZE) == seal.removeprefix(_SEAL_MARK)
+
+
+def _probe(source: Path) -> None:
+    """Open a file in a process of its own, which a damaged one may crash."""
+    try:
+        probe = subprocess.run(
+            [sys.executable, "-c", _PROBE, str(source)], capture_output=True, text=True, timeout=_LONGEST_PROBE
+        )
+        told = probe.stderr.strip().splitlines()
+        why = told[-1] if told else f"its reader ended with {probe.returncode}"
+    except subprocess.TimeoutExpired:
+        why = f"it is not read within {_LONGEST_PROBE:g} s"
+    else:
+        if probe.returncode == 0:
+            return
+    raise ResultFileError(f"{source}: damaged, cut off, or written by something else ({why}); {_ANEW}")
+
+
+def _check_sums(tree: xr.DataTree) -> str:
+    """A line for each variable of a tree: its path and the start of its SHA-256."""
+    lines = []
+    for node in tree.subtree:
+        for name, array in sorted(node.to_dataset(inherit=False).variables.items(), key=lambda item: str(item[0])):
+            values = np.ascontiguousarray(array.values)
+            content = values.astype(str).tolist() if values.dtype.kind in "OUS" else values.tobytes()
+            digest = hashlib.sha256(repr(content).encode() if isinstance(content, list) else content)
+            lines.append(f"{node.path.rstrip('/')}/{name} {digest.hexdigest()[:16]}")
+    return "\n".join(lines)
+
+
+def _tell_changes(source: Path, kept: str, found: str) -> None:
+    """Warn of variables that are not those that were saved."""
+    before, now = ({line.split(" ")[0]: line for line in text.splitlines()} for text in (kept, found))
+    changed = [path for path in before if now.get(path) != before[path]]
+    if not before:
+        said = "its data cannot be checked: their check sums are gone"
+    elif changed:
+        said = f"{', '.join(changed[:5])}{' and others' if changed[5:] else ''} changed after semiwear saved them"
+    else:
+        return
+    warnings.warn(f"{source}: {said}", stacklevel=5)
 
 
 def _digest(opened: BinaryIO, size: int) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from importlib import metadata
@@ -17,13 +18,17 @@ __all__ = ["differences", "run_identity"]
 _PACKAGE = Path(__file__).parents[1]
 _ROOMS = (
     "scene",
+    "closed_forms",
     "geometry",
     "meshing",
     "compliance",
     "contact",
     "wear",
     "plan",
-)  # what a wear step is computed with
+    "accuracy",
+)  # what wear steps are computed with, ...
+_MODULES = ("simulate.py", "life.py", "collect.py")  # ... and how a run is divided into them
+_COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
 _SCENE = "scene"
 _UNTOUCHED = ("title", "reference")  # fields that no wear step depends on
@@ -105,7 +110,10 @@ def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]
 
 
 def _code_digest() -> str:
+    """Of the code without its comments: who edits one may go on with a run."""
+    files = [path for room in _ROOMS for path in (_PACKAGE / room).rglob("*.py")]
+    files += [_PACKAGE / name for name in _MODULES]
     sha256 = hashlib.sha256()
-    for path in sorted(path for room in _ROOMS for path in (_PACKAGE / room).rglob("*.py")):
-        sha256.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    for path in sorted(files):
+        sha256.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0" + _COMMENTS.sub(b"", path.read_bytes()))
     return sha256.hexdigest()[:16]

@@ -299,7 +299,7 @@ def test_missing_file(tmp_path):
         open_results(tmp_path / "absent.nc")
 
 
-@pytest.mark.parametrize("kept", [0, 1, 7, 9, 400, 0.3, 0.9, -1])
+@pytest.mark.parametrize("kept", [0, 1, 7, 9, 400, 0.3, 0.9])
 def test_truncated_file(tmp_path, kept):
     path = tmp_path / "worn.nc"
     save(TREE, path)
@@ -319,7 +319,7 @@ def test_random_bytes(tmp_path):
 def test_foreign_netcdf(tmp_path):
     path = tmp_path / "rain.nc"
     xr.Dataset({"rain": ("time", np.zeros(3))}).to_netcdf(path)
-    with pytest.raises(ResultFileError, match="something else"):
+    with pytest.raises(ResultFileError, match="not of semiwear"):
         open_results(path)
 
 

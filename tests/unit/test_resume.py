@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
+import re
+import shutil
 import subprocess
 import sys
 import time
@@ -21,6 +23,7 @@ from semiwear.contact.patch_contact import PatchLoads
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError
 from semiwear.plan import plan
 from semiwear.results import checkpoint
+from semiwear.results import run_identity as run_identity_module
 from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek
 from semiwear.results.run_identity import differences, run_identity
 from semiwear.wear.kept_state import restored_state, state_arrays
@@ -255,6 +258,33 @@ def test_what_differs_is_named(small):
     now = run_identity(small.to_toml())
     for name in ("numpy", "semiwear", "semiwear's code"):
         assert differences(now | {name: "0"}, now, 1) == [f"{name}: 0 in the checkpoint, {now[name]} now"]
+
+
+def test_comments_of_the_code_may_change_and_what_divides_a_run_into_steps_may_not(tmp_path, small, monkeypatch):
+    package = tmp_path / "semiwear"
+    shutil.copytree(sw.__path__[0], package, ignore=shutil.ignore_patterns("__pycache__", "*.nbc", "*.nbi"))
+    monkeypatch.setattr(run_identity_module, "_PACKAGE", package)
+    scene = small.to_toml()
+    before = run_identity(scene)
+
+    def now(path, change):
+        file = package / path
+        text = file.read_text(encoding="utf-8")
+        file.write_text(change(text), encoding="utf-8")
+        try:
+            return run_identity(scene)
+        finally:
+            file.write_text(text, encoding="utf-8")
+
+    def without_comments(text):
+        return re.sub(r"(?m)^ *#.*\n|  #[^'\"\n]*$", "", text)
+
+    for path in ("wear/stepping.py", "contact/patch_solver.py", "simulate.py"):
+        assert now(path, lambda text: "# what follows is old\n" + text) == before
+        assert now(path, without_comments) == before
+        assert now(path, lambda text: text + "\n_MORE = 1\n") != before
+    assert now("closed_forms/hertz.py", lambda text: text.replace("4.0 * line_load", "5.0 * line_load")) != before
+    assert now("report/page.py", lambda text: text + "\n_MORE = 1\n") == before
 
 
 def test_what_finished_steps_do_not_depend_on_may_change(small):
