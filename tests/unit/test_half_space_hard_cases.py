@@ -244,3 +244,17 @@ def test_a_start_that_is_not_finite_is_told_apart_from_a_wrong_shape(value):
         ValueError, match=rf"^start: found {value} in cell \(2, 3\), not finite, 1 such cells; allowed: "
     ):
         solve(np.zeros((4, 5)), load=1.0, start=start)
+
+
+@pytest.mark.parametrize(("seed", "cells"), [(380, 15), (763, 21), (1720, 14), (1885, 20)])
+def test_few_cells_on_a_rough_bowl_of_long_cells(seed, cells):
+    """Conjugate gradients stopped at errors of up to 16 % here; three to five cells touch."""
+    random = np.random.default_rng(seed)
+    assert int(random.integers(5, 24)) == cells
+    x = (np.arange(cells) - (cells - 1) / 2) / cells
+    gap = 1e-4 * (x[:, None] ** 2 + x**2 + 0.2 * x[:, None] + 0.01 * random.random((cells, cells)))
+    cell = (0.1, 2.0)
+    load = 1e-7 * MODULUS * np.sqrt(cells**2 * cell[0] * cell[1])
+    result = solve(gap, cell, load=load, tolerance=1e-9)
+    assert result.status is ContactStatus.CONVERGED and 3 <= result.contact_cells <= 5
+    certify(result, gap, cell)
