@@ -248,7 +248,7 @@ def test_a_start_that_is_not_finite_is_told_apart_from_a_wrong_shape(value):
 
 @pytest.mark.parametrize(("seed", "cells"), [(380, 15), (763, 21), (1720, 14), (1885, 20)])
 def test_few_cells_on_a_rough_bowl_of_long_cells(seed, cells):
-    """Conjugate gradients stopped at errors of up to 16 % here; three to five cells touch."""
+    """Conjugate gradients stopped at errors of up to 16 % here; two to five cells touch."""
     random = np.random.default_rng(seed)
     assert int(random.integers(5, 24)) == cells
     x = (np.arange(cells) - (cells - 1) / 2) / cells
@@ -256,5 +256,5 @@ def test_few_cells_on_a_rough_bowl_of_long_cells(seed, cells):
     cell = (0.1, 2.0)
     load = 1e-7 * MODULUS * np.sqrt(cells**2 * cell[0] * cell[1])
     result = solve(gap, cell, load=load, tolerance=1e-9)
-    assert result.status is ContactStatus.CONVERGED and 3 <= result.contact_cells <= 5
+    assert result.status is ContactStatus.CONVERGED and 2 <= result.contact_cells <= 5
     certify(result, gap, cell)
