@@ -32,7 +32,8 @@ def stripe_kernel(distance: FloatArray) -> FloatArray:
     """Kernel pi E* b K(s) as a function of s/b [1]."""
     t2 = np.asarray(distance, float) ** 2
     m1 = t2 / (1.0 + t2)
-    return np.asarray(4.0 / pi * np.sqrt(1.0 + t2) * (ellipkm1(m1) - ellipe(1.0 - m1)))
+    kernel: FloatArray = 4.0 / pi * np.sqrt(1.0 + t2) * (ellipkm1(m1) - ellipe(1.0 - m1))
+    return kernel
 
 
 @lru_cache(maxsize=1)

@@ -92,8 +92,7 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         solved = patch or _solve_box(problem, box, pressure, problem.max_iterations - iterations, whole)
         pressure, iterations = solved.pressure, iterations + solved.iterations
         conditions = check_conditions(problem.gap, solved.displacement, solved.approach, problem.allowed, pressure)
-        own = one_cell * problem.tolerance * conditions[3]  # what the tolerance allows one cell to miss
-        overlap = max(own, _ROUNDING * conditions[2])
+        overlap = _harmless_overlap(conditions, one_cell * problem.tolerance)
         if conditions[0] >= -overlap or iterations >= problem.max_iterations:
             break
         separation = problem.gap + solved.displacement - solved.approach
@@ -104,11 +103,16 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
     if solved.error > problem.tolerance and (patch := _solve_patch(problem, pressure > 0.0, whole)):
         # rounding stops the iterations where a light load closes little of a large gap; a few cells are solved anyway
         found = check_conditions(problem.gap, patch.displacement, patch.approach, problem.allowed, patch.pressure)
-        if found[0] >= -max(one_cell * problem.tolerance * found[3], _ROUNDING * found[2]):
+        if found[0] >= -_harmless_overlap(found, one_cell * problem.tolerance):
             solved, pressure, conditions = patch, patch.pressure, found
     return WholeGridSolution(
         pressure, solved.displacement, solved.approach, iterations, solved.error, *conditions[:3]
     )
+
+
+def _harmless_overlap(conditions: tuple[float, float, float, float], share: float) -> float:
+    """Overlap that means nothing: rounding, or what the tolerance lets one cell miss, `share` of its pressure."""
+    return max(share * conditions[3], _ROUNDING * conditions[2])
 
 
 @njit(cache=True, error_model="numpy")

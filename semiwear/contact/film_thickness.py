@@ -36,7 +36,8 @@ def dowson_higginson_minimum(speed: FloatArray, material: float, load: FloatArra
     load : array
         W = q/(E' R), above 0.
     """
-    return np.asarray(2.65 * material**0.54 * speed**0.70 * load**-0.13)
+    film: FloatArray = 2.65 * material**0.54 * speed**0.70 * load**-0.13
+    return film
 
 
 def dowson_toyoda_central(speed: FloatArray, material: float, load: FloatArray) -> FloatArray:
@@ -44,7 +45,8 @@ def dowson_toyoda_central(speed: FloatArray, material: float, load: FloatArray) 
 
     Dowson and Toyoda (1979), Proc. 5th Leeds-Lyon Symposium on Tribology, 60-65.
     """
-    return np.asarray(3.06 * material**0.56 * speed**0.69 * load**-0.10)
+    film: FloatArray = 3.06 * material**0.56 * speed**0.69 * load**-0.10
+    return film
 
 
 def hamrock_dowson_minimum(speed: FloatArray, material: float, load: FloatArray, ellipticity: float) -> FloatArray:
@@ -63,7 +65,8 @@ def hamrock_dowson_minimum(speed: FloatArray, material: float, load: FloatArray,
     ellipticity : float
         k = a/b, the axis across the motion over the axis along it.
     """
-    return np.asarray(3.63 * speed**0.68 * material**0.49 * load**-0.073 * (1.0 - np.exp(-0.68 * ellipticity)))
+    film: FloatArray = 3.63 * speed**0.68 * material**0.49 * load**-0.073 * (1.0 - np.exp(-0.68 * ellipticity))
+    return film
 
 
 def hamrock_dowson_central(speed: FloatArray, material: float, load: FloatArray, ellipticity: float) -> FloatArray:
@@ -71,7 +74,8 @@ def hamrock_dowson_central(speed: FloatArray, material: float, load: FloatArray,
 
     Hamrock and Dowson (1977), J. Lubr. Technol. 99, 264-276; arguments as for the least film.
     """
-    return np.asarray(2.69 * speed**0.67 * material**0.53 * load**-0.067 * (1.0 - 0.61 * np.exp(-0.73 * ellipticity)))
+    film: FloatArray = 2.69 * speed**0.67 * material**0.53 * load**-0.067 * (1.0 - 0.61 * np.exp(-0.73 * ellipticity))
+    return film
 
 
 @dataclass(frozen=True)

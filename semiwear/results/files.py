@@ -18,7 +18,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
 import xarray as xr
 
 from semiwear.errors import ResultFileError, SemiwearError
@@ -200,10 +199,10 @@ def _check_sums(tree: xr.DataTree) -> str:
     lines = []
     for node in tree.subtree:
         for name, array in sorted(node.to_dataset(inherit=False).variables.items(), key=lambda item: str(item[0])):
-            values = np.ascontiguousarray(array.values)
-            content = values.astype(str).tolist() if values.dtype.kind in "OUS" else values.tobytes()
-            digest = hashlib.sha256(repr(content).encode() if isinstance(content, list) else content)
-            lines.append(f"{node.path.rstrip('/')}/{name} {digest.hexdigest()[:16]}")
+            values = array.values
+            # texts are stored as objects, whose bytes are addresses
+            content = repr(values.astype(str).tolist()).encode() if values.dtype.kind in "OUS" else values.tobytes()
+            lines.append(f"{node.path.rstrip('/')}/{name} {hashlib.sha256(content).hexdigest()[:16]}")
     return "\n".join(lines)
 
 

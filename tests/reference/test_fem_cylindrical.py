@@ -14,6 +14,8 @@ from semiwear.errors import SceneError
 from semiwear.results import check_tree
 from semiwear.scene import FlankPointsPair
 
+pytestmark = pytest.mark.slow
+
 OPTIONS = {"element_length": 1.4, "teeth": 7, "pinion_teeth": 7, "strict": False}
 FLAT = {"element_length": 3.5, "elements_per_half_width": 1.0, "teeth": 5, "pinion_teeth": 5, "root_stress": False}
 MODERATE = FLAT | {"element_length": 1.4, "elements_per_half_width": 2.0, "strict": False}
@@ -37,7 +39,6 @@ def both(scene: sw.Scene) -> tuple[xr.Dataset, xr.Dataset]:
     return xr.align(*rounded, join="inner")
 
 
-@pytest.mark.slow
 def test_greatest_root_stress_is_the_cores(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     """Within 5 %; at nine positions and finer meshes -1.0 % on the pinion and -1.6 % on the gear."""
     core, judge = both
@@ -48,7 +49,6 @@ def test_greatest_root_stress_is_the_cores(both: tuple[xr.Dataset, xr.Dataset]) 
         assert where[0] == where[1]
 
 
-@pytest.mark.slow
 def test_root_stress_of_every_pair_that_bears_a_third(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     core, judge = both
     loaded = judge.load_share.values > 1.0 / 3.0
@@ -57,7 +57,6 @@ def test_root_stress_of_every_pair_that_bears_a_third(both: tuple[xr.Dataset, xr
     assert np.abs(apart).max() < 0.1
 
 
-@pytest.mark.slow
 def test_shares_and_pressures_are_the_cores(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     core, judge = both
     assert np.abs(core.load_share - judge.load_share).max() < 0.03
@@ -66,7 +65,6 @@ def test_shares_and_pressures_are_the_cores(both: tuple[xr.Dataset, xr.Dataset])
     np.testing.assert_allclose(*peaks, rtol=0.05)
 
 
-@pytest.mark.slow
 def test_line_load_runs_to_the_ends_of_the_teeth(both: tuple[xr.Dataset, xr.Dataset]) -> None:
     """Even spur teeth that end together bear an even load up to their roundings.
 
@@ -84,7 +82,6 @@ def test_line_load_runs_to_the_ends_of_the_teeth(both: tuple[xr.Dataset, xr.Data
     assert core.line_load.values[single][2:-2] == pytest.approx(load[2:-2], rel=0.05)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -110,7 +107,6 @@ def test_helical_and_internal_pairs_share_their_load(scene: sw.Scene, changes: d
     assert float(tree["diagnostics"].smallest_gap.min()) > -1e-9
 
 
-@pytest.mark.slow
 def test_even_wear_turns_the_gear_and_nothing_else(scene: sw.Scene) -> None:
     depth = np.full((scene.numerics.profile_points, scene.numerics.face_slices), 12.0)
     fresh, worn = (loaded_contact(scene, [0.0], wear, strict=False, **FLAT) for wear in (None, depth))
@@ -121,7 +117,6 @@ def test_even_wear_turns_the_gear_and_nothing_else(scene: sw.Scene) -> None:
     np.testing.assert_allclose(worn["engagement"].load_share, fresh["engagement"].load_share, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_line_loads_carry_the_force(scene: sw.Scene) -> None:
     """Over the line's length, up to the ends of the face, where slices are narrower than the edges' roundings."""
     tree = loaded_contact(scene, [0.0], strict=False, **FLAT)
@@ -130,7 +125,6 @@ def test_line_loads_carry_the_force(scene: sw.Scene) -> None:
     assert float(load.sum() * (load.face[1] - load.face[0])) == pytest.approx(force, rel=1e-9)
 
 
-@pytest.mark.slow
 def test_flanks_given_as_points_are_refused(scene: sw.Scene) -> None:
     points = FlankPointsPair(
         type="flank_points", pinion_file="a.nc", gear_file="b.nc", pinion_teeth=10, gear_teeth=30,

@@ -9,6 +9,8 @@ import semiwear as sw
 from semiwear.results import check_tree
 from semiwear.results.missing import away_from_edges
 
+pytestmark = pytest.mark.slow
+
 KINDS = {
     "wear": (
         "wear_depth_max_root",
@@ -24,14 +26,12 @@ KINDS = {
 }
 
 
-@pytest.mark.slow
 def test_thirteen_entries_at_the_control_depths(worn):
     assert worn["history"].sizes["wear_step"] == 13
     depth = worn["history"].wear_depth_control_point.values
     np.testing.assert_allclose(depth, 5.0 * np.arange(13), atol=0.01)
 
 
-@pytest.mark.slow
 def test_meshes_grow_and_the_last_step_needs_more_than_the_first(worn):
     steps = np.diff(worn["history"].meshes.values)
     assert worn["history"].meshes.values[0] == 0.0
@@ -39,27 +39,23 @@ def test_meshes_grow_and_the_last_step_needs_more_than_the_first(worn):
     assert steps[-1] > steps[0]
 
 
-@pytest.mark.slow
 def test_load_concentrates_on_one_pair(worn):
     share = worn["history"].load_share_max.values
     assert share[-1] > share[0]
     assert share.max() <= 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("zone", ["root", "addendum"])
 def test_pressure_beside_the_pitch_cone_falls(worn, zone):
     pressure = worn["history"][f"contact_pressure_{zone}"].values
     assert pressure[-1] < pressure[0]
 
 
-@pytest.mark.slow
 def test_pressure_at_the_pitch_cone_rises(worn):
     pressure = worn["history"].contact_pressure_pitch.values
     assert pressure[-1] > pressure[0]
 
 
-@pytest.mark.slow
 def test_transmission_error_grows(worn):
     history = worn["history"]
     for name in ("transmission_error_mean", "transmission_error_amplitude"):
@@ -69,14 +65,12 @@ def test_transmission_error_grows(worn):
     assert (history.transmission_error_amplitude.values >= 0.0).all()
 
 
-@pytest.mark.slow
 def test_wear_at_the_pitch_cone_is_least(worn):
     history = worn["history"].isel(wear_step=slice(1, None))
     assert (history.wear_depth_max_pitch < history.wear_depth_max_root).all()
     assert (history.wear_depth_max_pitch < history.wear_depth_max_addendum).all()
 
 
-@pytest.mark.slow
 def test_all_values_are_finite_or_say_why_not(worn):
     for group in worn.subtree:
         for name, values in group.dataset.variables.items():
@@ -91,7 +85,6 @@ def test_all_values_are_finite_or_say_why_not(worn):
     assert 0.0 < float(missing.mean()) < 0.2
 
 
-@pytest.mark.slow
 def test_pressures_and_wear_are_not_negative(worn):
     for group, name in (
         ("flank", "wear_depth"),
@@ -106,7 +99,6 @@ def test_pressures_and_wear_are_not_negative(worn):
         assert float(worn[group][name].min()) >= 0.0, name
 
 
-@pytest.mark.slow
 def test_history_agrees_with_the_maps_and_the_engagement(worn):
     history, flank = worn["history"], worn["flank"]
     gear = flank.wear_depth.sel(body="gear")
@@ -120,12 +112,10 @@ def test_history_agrees_with_the_maps_and_the_engagement(worn):
     np.testing.assert_allclose(history.transmission_error_mean, error.mean("mesh_position"), rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_the_pinion_does_not_wear(worn):
     assert float(np.abs(worn["flank"].wear_depth.sel(body="pinion")).max()) == 0.0
 
 
-@pytest.mark.slow
 def test_saved_and_opened_again_is_identical(worn, tmp_path):
     check_tree(worn)
     sw.save(worn, tmp_path / "worn.nc")
@@ -133,7 +123,6 @@ def test_saved_and_opened_again_is_identical(worn, tmp_path):
     assert opened.identical(worn)
 
 
-@pytest.mark.slow
 def test_the_same_run_gives_the_same_result(shipped, worn):
     again = sw.simulate(shipped)
     for group in ("flank", "engagement", "mesh_cycle", "history"):
@@ -153,7 +142,6 @@ def finer(shipped):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_history_on_grids_twice_as_fine(worn, finer, kind):
     scale = max(float(np.abs(finer["history"][name]).max()) for name in KINDS[kind])

@@ -25,6 +25,8 @@ from semiwear.compliance.tooth_ends import end_effect
 from semiwear.compliance.tooth_stretch import ORDERS
 from semiwear.geometry.section import RackRim, ToothSection
 
+pytestmark = pytest.mark.slow
+
 YOUNGS_MODULUS = 206000.0
 POISSONS_RATIO = 0.3
 WIDTH = 80.0
@@ -232,7 +234,6 @@ def hexahedra():
     return results, places[:, 0, :, 0, :2].reshape(-1, 2), whole_levels
 
 
-@pytest.mark.slow
 def test_hexahedra_in_plane_strain_are_harmonic_zero(prism):
     """Both ends held, one layer, twice as fine: how far codes and elements differ without free ends."""
     section = section_mesh(
@@ -298,7 +299,6 @@ def polynomials(z):
     return along_width(np.atleast_1d(z) / WIDTH - 0.5, ORDERS)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADS)
 def test_deflection_of_the_mid_surface(name, prism, hexahedra):
     results, _, levels = hexahedra
@@ -308,7 +308,6 @@ def test_deflection_of_the_mid_surface(name, prism, hexahedra):
     assert found == pytest.approx(deflection, rel=0.02)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADS)
 def test_greatest_fillet_stress(name, prism, hexahedra):
     results, points, levels = hexahedra
@@ -319,7 +318,6 @@ def test_greatest_fillet_stress(name, prism, hexahedra):
     assert found.max() == pytest.approx(stress.max(), rel=0.025)
 
 
-@pytest.mark.slow
 def test_course_of_stress_along_the_width(prism, hexahedra):
     results, _, levels = hexahedra
     for name in ("patch high at mid-width", "patch low at mid-width"):

@@ -16,6 +16,8 @@ from semiwear.measured.rigid import Displacement
 from semiwear.meshing.flank_grid import flank_grid
 from tests.strategies.measured import displaced, grid_on
 
+pytestmark = pytest.mark.slow
+
 mpl.use("Agg")
 
 K = 1e-13
@@ -82,7 +84,6 @@ def found(guess, measured):
     return sw.calibrate(guess, measured, meshes=MESHES)
 
 
-@pytest.mark.slow
 def test_the_known_coefficient_lies_in_its_interval(guess, scene, tree, grid, found):
     """Of five measurements at least three: with intervals at 95 % fewer would be one case in a thousand."""
     several = sw.calibrate(guess, [part(tree, scene, grid, seed) for seed in range(5)], meshes=MESHES)
@@ -97,14 +98,12 @@ def test_the_known_coefficient_lies_in_its_interval(guess, scene, tree, grid, fo
     assert found.parts[0].explained > 0.8
 
 
-@pytest.mark.slow
 def test_twice_the_meshes_are_half_the_coefficient(guess, measured, found):
     other = sw.calibrate(guess, [measured, measured], meshes=[MESHES, 2.0 * MESHES], confidence=0.5)
     assert other.coefficients[0] == pytest.approx(found.coefficient, rel=1e-9)
     assert other.coefficients[1] == pytest.approx(0.5 * found.coefficient, rel=1e-9)
 
 
-@pytest.mark.slow
 def test_wear_knows_the_coefficient_only_times_the_meshes(scene, tree):
     """What the one run over growing meshes stands on: twice the coefficient for half as long wears the same."""
     changes = {"wear.coefficient_mm2_per_N": 2.0 * K, "wear.until.meshes": 0.5 * MESHES, "numerics.wear_steps": 24}
@@ -112,14 +111,12 @@ def test_wear_knows_the_coefficient_only_times_the_meshes(scene, tree):
     np.testing.assert_allclose(other["flank"]["wear_depth"], tree["flank"]["wear_depth"], rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.slow
 def test_the_first_guess_hardly_matters(scene, measured, found):
     """States of the run lie elsewhere, no more."""
     other = sw.calibrate(scene, measured)
     assert other.coefficient == pytest.approx(found.coefficient, rel=2e-3)
 
 
-@pytest.mark.slow
 def test_before_and_after(guess, scene, tree, grid, found):
     """Form errors of 3 um that were there before do not count as wear."""
     flank = nominal_flank(scene)
@@ -132,7 +129,6 @@ def test_before_and_after(guess, scene, tree, grid, found):
     assert other.log_error < found.log_error
 
 
-@pytest.mark.slow
 def test_deviations_and_datasets_calibrate_as_well(guess, scene, measured, found):
     wear = sw.measured_wear(scene, measured)
     other = sw.calibrate(guess, [sw.register(scene, measured), wear], meshes=MESHES)
@@ -141,7 +137,6 @@ def test_deviations_and_datasets_calibrate_as_well(guess, scene, measured, found
         sw.calibrate(guess, wear, before=measured, meshes=MESHES)
 
 
-@pytest.mark.slow
 def test_parts_tell_the_scatter(guess, scene, tree, grid):
     """Three parts of 0.8, 1 and 1.25 times the life at one number of meshes: their k scatter by that."""
     steps = [19, 24, 23]  # of 24
@@ -163,14 +158,12 @@ def test_parts_tell_the_scatter(guess, scene, tree, grid):
     np.testing.assert_allclose(dataset["part_coefficient"], found.coefficients)
 
 
-@pytest.mark.slow
 def test_a_part_that_ran_longer_tells_the_same(guess, scene, tree, grid):
     parts = [part(tree, scene, grid, seed=k, step=step) for k, step in ((1, 12), (2, 24))]
     found = sw.calibrate(guess, parts, meshes=[0.5 * MESHES, MESHES])
     np.testing.assert_allclose(found.coefficients, K, rtol=0.06)
 
 
-@pytest.mark.slow
 def test_the_printed_table(found):
     text = str(found)
     assert f"{found.coefficient:.3e} mm2/N" in text and "95 % interval" in text
@@ -178,13 +171,11 @@ def test_the_printed_table(found):
     assert max(map(len, text.splitlines())) <= 120
 
 
-@pytest.mark.slow
 def test_the_calibrated_scene(found):
     scene = found.calibrated_scene
     assert scene.wear.coefficient("gear") == pytest.approx(found.coefficient)
 
 
-@pytest.mark.slow
 def test_life_is_inversely_proportional_to_the_coefficient(found):
     """A run of so many meshes with the calibrated coefficient wears to the limit."""
     life = found.life(8.0, k_scatter=0.0)
@@ -195,7 +186,6 @@ def test_life_is_inversely_proportional_to_the_coefficient(found):
     assert " h)" in str(life)
 
 
-@pytest.mark.slow
 def test_lives_out_of_range_are_refused(found):
     for call, word in (
         (lambda: found.life(0.0), "depth_limit_um"),
@@ -212,7 +202,6 @@ def test_lives_out_of_range_are_refused(found):
 # ---- both bodies
 
 
-@pytest.mark.slow
 def test_the_pinion_is_measured_as_well(tree):
     spur = sw.load_scene("spur_fzg_c").replace(
         {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.harmonics": 3,
@@ -245,7 +234,6 @@ def compared(tree, measured):
     return sw.compare_wear(tree, measured)
 
 
-@pytest.mark.slow
 def test_comparison_with_what_was_predicted(compared, tree, scene, grid):
     assert float(compared["scale"]) == pytest.approx(1.0, abs=0.03)
     assert float(compared["correlation"]) > 0.95
@@ -258,7 +246,6 @@ def test_comparison_with_what_was_predicted(compared, tree, scene, grid):
     assert np.sqrt(np.mean((compared["predicted"].values - expected) ** 2)) < 0.1
 
 
-@pytest.mark.slow
 def test_more_wear_than_predicted_is_a_greater_scale(tree, scene, grid):
     flank = nominal_flank(scene)
     face, profile, *_ = grid
@@ -269,7 +256,6 @@ def test_more_wear_than_predicted_is_a_greater_scale(tree, scene, grid):
     assert float(found["difference_max"]) < 0.0  # predicted less than measured
 
 
-@pytest.mark.slow
 def test_comparison_without_a_datum(tree, scene, grid):
     flank = nominal_flank(scene)
     face, profile, *_ = grid
@@ -279,7 +265,6 @@ def test_comparison_without_a_datum(tree, scene, grid):
     assert float(found["difference_rms"]) < 0.01
 
 
-@pytest.mark.slow
 def test_results_that_cannot_be_compared_are_told(scene, tree, measured):
     with pytest.raises(SemiwearError, match="wear_depth"):
         sw.compare_wear(sw.loaded_contact(scene), measured)
@@ -289,7 +274,6 @@ def test_results_that_cannot_be_compared_are_told(scene, tree, measured):
         sw.compare_wear(tree, measured, body="wheel")
 
 
-@pytest.mark.slow
 def test_picture(compared, found):
     import matplotlib.pyplot as plt
 
@@ -310,7 +294,6 @@ def test_picture(compared, found):
     plt.close(figure)
 
 
-@pytest.mark.slow
 def test_every_variable_has_a_unit(compared, scene, measured, found):
     for data in (compared, sw.register(scene, measured), sw.measured_wear(scene, measured), found.comparison()):
         for name, variable in data.data_vars.items():
@@ -328,7 +311,6 @@ def refused(word, scene, *arguments, error=SceneError, **options):
         sw.calibrate(scene, *arguments, **options)
 
 
-@pytest.mark.slow
 def test_what_cannot_be_calibrated_is_told(scene, guess, measured, shipped, grid, tree):
     refused("confidence", guess, measured, confidence=1.0)
     refused("meshes", shipped, measured)  # it runs to control depths
@@ -346,12 +328,10 @@ def _pinion_points(scene):
     return flank.points(face, profile)[0]
 
 
-@pytest.mark.slow
 def test_an_unworn_flank_says_nothing(guess, scene, tree, grid):
     refused("says nothing of k", guess, part(tree, scene, grid, step=0))
 
 
-@pytest.mark.slow
 def test_a_flank_worn_away_is_no_wear(guess, scene, grid):
     """A millimetre at the root: no wear of this scene looks like that."""
     flank = nominal_flank(scene)
@@ -364,7 +344,6 @@ def test_a_flank_worn_away_is_no_wear(guess, scene, grid):
 # ---- command line
 
 
-@pytest.mark.slow
 def test_command_line(guess, measured, found, tmp_path, capsys):
     scene, part_file = tmp_path / "scene.toml", tmp_path / "worn.nc"
     scene.write_text(guess.to_toml(), encoding="utf-8")
@@ -377,13 +356,11 @@ def test_command_line(guess, measured, found, tmp_path, capsys):
     assert "no such file" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_types(found, compared):
     assert isinstance(found, Calibration)
     assert isinstance(compared, xr.Dataset)
 
 
-@pytest.mark.slow
 def test_an_exported_worn_flank_is_what_was_predicted(scene, tree, tmp_path):
     """Through a file of points, registration and wear map: nothing is left, but for what lies between the nodes."""
     sw.export_flank(scene, "gear", tmp_path / "worn.nc", points=(61, 41), worn=tree)

@@ -9,6 +9,8 @@ from semiwear.wear.adaptive import AdaptiveStepper
 from tests.scenes import COARSE
 from validation.wear_schemes import life_of
 
+pytestmark = pytest.mark.slow
+
 LIFE = 1e10  # meshes: some 64 um at most
 
 
@@ -22,7 +24,6 @@ def converged(life):
     return life.states("explicit", 96)[-1]
 
 
-@pytest.mark.slow
 def test_few_implicit_steps_do_what_explicit_ones_need_many_for(life, converged):
     """One implicit step is within 5 % in greatest wear; eight explicit ones still wreck the flank."""
     assert life.run("explicit", 8, converged).error > 0.3
@@ -33,7 +34,6 @@ def test_few_implicit_steps_do_what_explicit_ones_need_many_for(life, converged)
     assert four.flank_error < life.run("explicit", 10, converged).flank_error
 
 
-@pytest.mark.slow
 def test_two_stages_are_better_than_as_many_plain_steps(life, converged):
     one = life.run("two-stage", 1, converged)
     assert one.error < 0.02
@@ -44,13 +44,11 @@ def test_two_stages_are_better_than_as_many_plain_steps(life, converged):
     assert two.flank_error < life.run("implicit", 4, converged).flank_error
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["two-stage", "implicit", "explicit"])
 def test_wear_never_shrinks(life, converged, scheme):
     assert not life.run(scheme, 2, converged).shrinks
 
 
-@pytest.mark.slow
 def test_adaptive_steps_err_as_they_say(life, converged):
     """The estimate covers the error over the flank as a whole, and is not far above it."""
     adaptive = AdaptiveStepper(life.stepper, 0.03, LIFE)
