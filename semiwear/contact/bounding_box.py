@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace, fast_length
-from semiwear.contact.conjugate_gradient import solve_complementarity
+from semiwear.contact.certificate import Residuals, residuals_of
+from semiwear.contact.complementarity import Preconditioner, solve_complementarity
 from semiwear.contact.dense_patch import solve_dense_patch
 from semiwear.contact.nested_grids import coarsen, refine_pressure
 
@@ -54,16 +54,14 @@ class DimensionlessContact:
 
 @dataclass(frozen=True)
 class WholeGridSolution:
-    """Pressure with the displacement that it causes on the whole grid, and what `check_conditions` finds there."""
+    """Pressure with the displacement that it causes on the whole grid, and the separations that it leaves there."""
 
     pressure: FloatArray
     displacement: FloatArray
     approach: float
     iterations: int
     error: float
-    least_separation: float
-    spread: float
-    deepest: float
+    residuals: Residuals
 
 
 def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> WholeGridSolution:
@@ -91,9 +89,9 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         patch = _solve_patch(problem, wanted, whole) if attempt < _BOXES else None
         solved = patch or _solve_box(problem, box, pressure, problem.max_iterations - iterations, whole)
         pressure, iterations = solved.pressure, iterations + solved.iterations
-        conditions = check_conditions(problem.gap, solved.displacement, solved.approach, problem.allowed, pressure)
-        overlap = _harmless_overlap(conditions, one_cell * problem.tolerance)
-        if conditions[0] >= -overlap or iterations >= problem.max_iterations:
+        left = residuals_of(problem.gap, solved.displacement, solved.approach, problem.allowed, pressure)
+        overlap = _harmless_overlap(left, one_cell * problem.tolerance)
+        if left.least >= -overlap or iterations >= problem.max_iterations:
             break
         separation = problem.gap + solved.displacement - solved.approach
         missed = problem.allowed & ~solved.covered & (separation < -overlap)
@@ -102,34 +100,15 @@ def solve_in_boxes(problem: DimensionlessContact, start: FloatArray | None) -> W
         wanted = missed | (pressure > 0.0)
     if solved.error > problem.tolerance and (patch := _solve_patch(problem, pressure > 0.0, whole)):
         # rounding stops the iterations where a light load closes little of a large gap; a few cells are solved anyway
-        found = check_conditions(problem.gap, patch.displacement, patch.approach, problem.allowed, patch.pressure)
-        if found[0] >= -_harmless_overlap(found, one_cell * problem.tolerance):
-            solved, pressure, conditions = patch, patch.pressure, found
-    return WholeGridSolution(
-        pressure, solved.displacement, solved.approach, iterations, solved.error, *conditions[:3]
-    )
+        found = residuals_of(problem.gap, patch.displacement, patch.approach, problem.allowed, patch.pressure)
+        if found.least >= -_harmless_overlap(found, one_cell * problem.tolerance):
+            solved, pressure, left = patch, patch.pressure, found
+    return WholeGridSolution(pressure, solved.displacement, solved.approach, iterations, solved.error, left)
 
 
-def _harmless_overlap(conditions: tuple[float, float, float, float], share: float) -> float:
+def _harmless_overlap(left: Residuals, share: float) -> float:
     """Overlap that means nothing: rounding, or what the tolerance lets one cell miss, `share` of its pressure."""
-    return max(share * conditions[3], _ROUNDING * conditions[2])
-
-
-@njit(cache=True, error_model="numpy")
-def check_conditions(gap, displacement, approach, allowed, pressure):  # type: ignore[no-untyped-def]
-    """Least separation without pressure, largest (in size) with it, largest displacement and largest pressure."""
-    least, spread, deepest, highest = np.inf, 0.0, 0.0, 0.0
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            separation = gap[i, j] + displacement[i, j] - approach
-            if displacement[i, j] > deepest:
-                deepest = displacement[i, j]
-            if pressure[i, j] > 0.0:
-                spread = max(spread, abs(separation))
-                highest = max(highest, pressure[i, j])
-            elif separation < least and allowed[i, j]:
-                least = separation
-    return least, spread, deepest, highest
+    return max(share * left.pressure, _ROUNDING * left.displacement)
 
 
 @dataclass(frozen=True)
@@ -186,8 +165,7 @@ def _solve_box(
         return displacement[box].copy()  # the solver goes on with it if need be
 
     solved = solve_complementarity(
-        HalfSpace(problem.gap[box].shape, problem.cell),
-        problem.gap[box],
+        *_on_grid(problem.gap[box], problem.cell),
         load=1.0 if problem.by_load else None,
         approach=None if problem.by_load else 1.0,
         allowed=problem.allowed[box],
@@ -198,6 +176,12 @@ def _solve_box(
     )
     pressure[box], covered[box] = solved.pressure, True
     return _Part(pressure, displacement, covered, solved.approach, solved.iterations, solved.error)
+
+
+def _on_grid(gap: FloatArray, cell: tuple[float, float]) -> tuple[HalfSpace, FloatArray, Preconditioner]:
+    """Half-space under a gap, the gap, and the periodic neighbour of the half-space that preconditions it."""
+    half_space = HalfSpace(gap.shape, cell)
+    return half_space, gap, lambda residual, free: half_space.precondition(residual, roughly=True)
 
 
 def _nested_start(problem: DimensionlessContact) -> FloatArray:
@@ -219,8 +203,7 @@ def _nested_start(problem: DimensionlessContact) -> FloatArray:
     first = _nested_start(coarse)
     box = _box_around(first > 0.0) if first.any() else (slice(None), slice(None))
     solved = solve_complementarity(
-        HalfSpace(coarse_gap[box].shape, coarse.cell),
-        coarse_gap[box],
+        *_on_grid(coarse_gap[box], coarse.cell),
         lever=coarse.cell[0] * coarse.cell[1],
         load=1.0 if problem.by_load else None,
         approach=None if problem.by_load else 1.0,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from semiwear.contact.bounding_box import DimensionlessContact, WholeGridSolution, solve_in_boxes
+from semiwear.contact.certificate import ContactCertificate
 from semiwear.contact.nested_grids import extrapolate_pressure
 
 __all__ = ["ContactCertificate", "ContactStatus", "HalfSpaceContact", "extrapolate", "solve_half_space"]
@@ -36,28 +37,6 @@ class ContactStatus(Enum):
     def valid(self) -> bool:
         """True when pressure and approach solve the problem that was given."""
         return self is not ContactStatus.NOT_CONVERGED
-
-
-@dataclass(frozen=True)
-class ContactCertificate:
-    """What is left of the contact conditions, from one convolution of the final pressure over the whole grid.
-
-    Attributes
-    ----------
-    penetration : float
-        Largest overlap of the surfaces where there is no pressure, over the largest displacement.
-    gap_spread : float
-        Largest deformed separation where there is pressure, over the largest displacement.
-    load_error : float
-        Sum of the pressures against the load, relative (0 when the approach was given).
-    field_error : float
-        Estimated L2 error of the pressure, relative: what is compared with the tolerance.
-    """
-
-    penetration: float
-    gap_spread: float
-    load_error: float
-    field_error: float
 
 
 @dataclass(frozen=True)
@@ -220,10 +199,11 @@ def extrapolate(previous: HalfSpaceContact, before: HalfSpaceContact | None = No
 
 
 def _certify(problem: DimensionlessContact, solved: WholeGridSolution) -> ContactCertificate:
-    scale = max(solved.deepest, np.finfo(float).tiny)
+    left = solved.residuals
+    scale = max(left.displacement, np.finfo(float).tiny)
     return ContactCertificate(
-        penetration=max(-solved.least_separation, 0.0) / scale,
-        gap_spread=solved.spread / scale,
+        penetration=max(-left.least, 0.0) / scale,
+        gap_spread=left.spread / scale,
         load_error=abs(float(solved.pressure.sum()) - 1.0) if problem.by_load else 0.0,
         field_error=solved.error,
     )

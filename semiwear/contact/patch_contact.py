@@ -1,7 +1,7 @@
 """Loaded contact of all tooth pairs with pressure resolved in two dimensions: fidelity `patch`.
 
 For every mesh position: cell forces f >= 0 on patches that follow the contact lines of all pairs, and one rotation
-of the driving body (`patch_solver`). Under each pair lies the half-space with Love's uniformly loaded rectangles;
+of the driving body (`patch_system`). Under each pair lies the half-space with Love's uniformly loaded rectangles;
 teeth and rims are felt slice by slice, as at fidelity `line`, and that fidelity gives the start. The gap is taken
 over the flanks up to their rounded edges, so that contact beyond the path of action needs no case of its own.
 
@@ -11,7 +11,7 @@ Slightly bent lines are treated as straight: a patch keeps its arc lengths, not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from math import pi
 
 import numpy as np
@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
 from semiwear.compliance.tooth import CompliantBody
+from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import LineContact
 from semiwear.contact.line_loads import LineLoads
 from semiwear.contact.mesh_position import MeshPosition
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.patch_solver import PatchSolution, PatchStatus, PatchSystem, solve_patches
+from semiwear.contact.patch_system import PatchSystem, SharedTorque, share_torque
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError
@@ -37,7 +38,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_TOLERANCE = 1e-6  # of the approach
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
 _MARGIN = 1.1  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
@@ -259,10 +259,10 @@ class PatchContact:
             else:
                 guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
             solution = self._solve_rows(position, rows, gap, worn, wear_compliance, guess)
-            if solution.status is not PatchStatus.CONVERGED:
+            if solution.sharing.status is not ComplementarityStatus.CONVERGED:
                 shorter = "" if wear_compliance is None else ", or take shorter wear steps (more numerics.wear_steps)"
                 where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
-                raise ConvergenceError(where + self._reason(solution) + shorter)
+                raise ConvergenceError(where + _reason(solution) + shorter)
             # gaps up to the approach were looked at: what reaches farther is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
@@ -312,28 +312,22 @@ class PatchContact:
         worn: Footprints,
         wear_compliance: FloatArray | None,
         guess: FloatArray,
-    ) -> PatchSolution:
+    ) -> SharedTorque:
         columns = gap.shape[1]
         gap[rows.candidate < 0] = np.inf
         on = np.flatnonzero(rows.candidate >= 0)
         smooth = np.zeros((rows.rolls.size, rows.rolls.size))
         smooth[np.ix_(on, on)] = rows.system.compliance(rows.system.smooth, rows.candidate[on], worn, wear_compliance)
         cell = (self.length, self.cells.width)
-        lever = self.lines.lever_arm[rows.rolls, rows.faces]
-        # as in `LineContact`: from where the first cell touches
-        touching = float((gap.min(axis=1) / lever).min())
         system = PatchSystem(
             starts=rows.starts,
             half_spaces=tuple(HalfSpace((int(count), columns), cell, self.modulus) for count in np.diff(rows.starts)),
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
-            lever=lever,
-            gap=gap - touching * lever[:, None],
             coefficients=self._coefficients(int(np.diff(rows.starts).max()), columns),
-            half_width=self.line.usual_half_width / self.cells.width,
         )
-        solution = solve_patches(system, float(self.line.torque[position]), guess, _TOLERANCE, self.max_iterations)
-        return replace(solution, rotation=touching + solution.rotation)
+        lever = self.lines.lever_arm[rows.rolls, rows.faces]
+        return share_torque(system, gap, lever, float(self.line.torque[position]), guess, self.max_iterations)
 
     def _coefficients(self, rows: int, columns: int) -> FloatArray:
         known = self._influence.get((rows, columns))
@@ -343,33 +337,33 @@ class PatchContact:
             self._influence[rows, columns] = known
         return known
 
-    def _keep(self, position: int, rows: _Rows, solution: PatchSolution, loads: PatchLoads) -> None:
-        columns = solution.force.shape[1]
+    def _keep(self, position: int, rows: _Rows, solution: SharedTorque, loads: PatchLoads) -> None:
+        cells = solution.sharing.pressure
+        columns = cells.shape[1]
         loads.cells = loads.with_columns(columns)
         all_rolls, at = self.line.rolls_of(position), (rows.rolls, rows.faces)
         more = (loads.cells.shape[-1] - columns) // 2
         loads.cells[all_rolls] = 0.0
         loads.force[all_rolls] = 0.0
         loads.half_width[all_rolls] = 0.0
-        loads.cells[rows.rolls, rows.faces, more : more + columns] = solution.force
-        force, greatest = solution.force.sum(axis=1), solution.force.max(axis=1)
+        loads.cells[rows.rolls, rows.faces, more : more + columns] = cells
+        force, greatest = cells.sum(axis=1), cells.max(axis=1)
         loads.force[at] = force
         # Hertz: b = 2 q / (pi p0)
         loads.half_width[at] = 2.0 * force * self.cells.width / (pi * np.where(greatest > 0.0, greatest, 1.0))
         loads.rotation[position] = solution.rotation
-        loads.iterations[position] = solution.iterations
+        loads.iterations[position] = solution.sharing.iterations
         loads.balance[position] = solution.balance
         loads.complementarity[position] = solution.complementarity
 
-    def _reason(self, solution: PatchSolution) -> str:
-        if solution.status is PatchStatus.NOT_POSITIVE_DEFINITE:
-            return (
-                "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"
-            )
-        return (
-            f"the contact still changes after {solution.iterations} convolutions (gap {solution.complementarity:.1e} "
-            "of the approach); change numerics.cells_per_half_width"
-        )
+
+def _reason(solution: SharedTorque) -> str:
+    if solution.sharing.status is ComplementarityStatus.NOT_POSITIVE:
+        return "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"
+    return (
+        f"the contact still changes after {solution.sharing.iterations} convolutions (gap "
+        f"{solution.complementarity:.1e} of the approach); change numerics.cells_per_half_width"
+    )
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
+from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.patch_solver import PatchStatus, PatchSystem, solve_patches
+from semiwear.contact.patch_system import PatchSystem, SharedTorque, share_torque
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
@@ -34,22 +35,27 @@ class Dense:
     """A system of two pairs, and its compliance put together cell by cell."""
 
     system: PatchSystem
+    gap: np.ndarray
+    levers: np.ndarray
     matrix: np.ndarray
     torque: float
 
     def cells(self, force: np.ndarray) -> np.ndarray:
-        return force[np.isfinite(self.system.gap)]
+        return force[np.isfinite(self.gap)]
 
     @property
     def lever(self) -> np.ndarray:
-        return self.cells(np.broadcast_to(self.system.lever[:, None], self.system.gap.shape))
+        return self.cells(np.broadcast_to(self.levers[:, None], self.gap.shape))
+
+    def share(self, start: np.ndarray, tolerance: float, most: int = 2000) -> SharedTorque:
+        return share_torque(self.system, self.gap, self.levers, self.torque, start, most, tolerance)
 
     def slack(self, force: np.ndarray, rotation: float) -> np.ndarray:
-        return self.cells(self.system.gap) + self.matrix @ self.cells(force) - self.lever * rotation
+        return self.cells(self.gap) + self.matrix @ self.cells(force) - self.lever * rotation
 
     def by_least_squares(self) -> tuple[np.ndarray, float]:
         """Forces and rotation: min 1/2 F C F - (a phi - g) F over F >= 0, and phi that balances the torque."""
-        factor, gap = np.linalg.cholesky(self.matrix), self.cells(self.system.gap)
+        factor, gap = np.linalg.cholesky(self.matrix), self.cells(self.gap)
 
         def forces(rotation: float) -> np.ndarray:
             return nnls(factor.T, np.linalg.solve(factor, self.lever * rotation - gap), maxiter=50 * gap.size)[0]
@@ -82,22 +88,19 @@ def two_pairs(seed: int) -> Dense:
         half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
         per_force=1.0 / (CELL[0] * CELL[1]),
         smooth=smooth,
-        lever=lever,
-        gap=gap,
         coefficients=coefficients,
-        half_width=3.0,
     )
     row, column = (part[np.isfinite(gap)] for part in np.indices(gap.shape))
     pair = np.searchsorted(starts, row, side="right")
     away = coefficients[np.abs(row[:, None] - row) % max(ROWS), np.abs(column[:, None] - column)]
     matrix = np.where(pair[:, None] == pair, away, 0.0) + smooth[np.ix_(row, row)]
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
-    return Dense(system, matrix, torque=75.0 * random.uniform(20.0, 400.0))
+    return Dense(system, gap, lever, matrix, torque=75.0 * random.uniform(20.0, 400.0))
 
 
 def starts_of(dense: Dense, seed: int) -> dict[str, np.ndarray]:
     """Everything touches; one cell does, in the worst place; any do, with loads out of all proportion."""
-    gap = dense.system.gap
+    gap = dense.gap
     one = np.zeros(gap.shape)
     one.ravel()[np.argmax(np.where(np.isfinite(gap), gap, -1.0))] = 1.0
     some = np.random.default_rng(seed).exponential(1e4, gap.shape)
@@ -110,12 +113,12 @@ def test_forces_against_least_squares(seed):
     dense = two_pairs(seed)
     expected, rotation = dense.by_least_squares()
     for name, start in starts_of(dense, seed).items():
-        found = solve_patches(dense.system, dense.torque, start, 1e-9, 2000)
-        assert found.status is PatchStatus.CONVERGED, name
+        found = dense.share(start, 1e-9)
+        assert found.sharing.status is ComplementarityStatus.CONVERGED, name
         assert found.rotation == pytest.approx(rotation, rel=1e-8), name
         # gaps are met to 1e-9 of the approach, and a cell's own compliance is some hundredth of the whole
         np.testing.assert_allclose(
-            dense.cells(found.force), expected, atol=1e-6 * expected.max(), rtol=0.0, err_msg=name
+            dense.cells(found.sharing.pressure), expected, atol=1e-6 * expected.max(), rtol=0.0, err_msg=name
         )
     pressed = expected > 0.0
     assert 0 < pressed.sum() < pressed.size
@@ -125,17 +128,20 @@ def test_forces_against_least_squares(seed):
 def test_complementarity_and_balance_of_the_dense_equations(seed):
     dense = two_pairs(seed)
     for name, start in starts_of(dense, seed).items():
-        found = solve_patches(dense.system, dense.torque, start, 1e-6, 2000)
-        assert found.status is PatchStatus.CONVERGED, name
-        assert (found.force >= 0.0).all(), name
-        assert (found.force[~np.isfinite(dense.system.gap)] == 0.0).all(), name
-        assert dense.system.lever @ found.force.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12), name
-        slack, pressed = dense.slack(found.force, found.rotation), dense.cells(found.force) > 0.0
-        shift = found.rotation * float(dense.system.lever.max())
+        found = dense.share(start, 1e-7)
+        assert found.sharing.status is ComplementarityStatus.CONVERGED, name
+        assert (found.sharing.pressure >= 0.0).all(), name
+        assert (found.sharing.pressure[~np.isfinite(dense.gap)] == 0.0).all(), name
+        assert dense.levers @ found.sharing.pressure.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12), name
+        slack, pressed = (
+            dense.slack(found.sharing.pressure, found.rotation),
+            dense.cells(found.sharing.pressure) > 0.0,
+        )
+        shift = found.rotation * float(dense.levers.max())
         assert slack.min() >= -1e-6 * shift, name
         assert np.abs(slack[pressed]).max() <= 1e-6 * shift, name
         # what it says of itself is what the dense equations say
-        approach = float((dense.lever * found.rotation - dense.cells(dense.system.gap)).max())
+        approach = float((dense.lever * found.rotation - dense.cells(dense.gap)).max())
         worst = max(np.abs(slack[pressed]).max(), -slack.min())
         assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
         assert found.balance < 1e-12, name
@@ -143,28 +149,28 @@ def test_complementarity_and_balance_of_the_dense_equations(seed):
 
 def test_a_pair_far_away_carries_nothing():
     dense = two_pairs(1)
-    gap = dense.system.gap.copy()
+    gap = dense.gap.copy()
     gap[ROWS[0] :] += 1.0
-    found = solve_patches(replace(dense.system, gap=gap), dense.torque, np.ones(gap.shape), 1e-9, 2000)
-    assert found.status is PatchStatus.CONVERGED
-    assert (found.force[ROWS[0] :] == 0.0).all()
-    assert found.force[: ROWS[0]].sum() > 0.0
+    found = replace(dense, gap=gap).share(np.ones(gap.shape), 1e-9)
+    assert found.sharing.status is ComplementarityStatus.CONVERGED
+    assert (found.sharing.pressure[ROWS[0] :] == 0.0).all()
+    assert found.sharing.pressure[: ROWS[0]].sum() > 0.0
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])
 def test_too_few_iterations_are_told(most):
     dense = two_pairs(0)
     start = starts_of(dense, 0)["one"]
-    found = solve_patches(dense.system, dense.torque, start, 1e-6, most)
-    assert found.status is PatchStatus.ITERATIONS
-    assert found.iterations == most
+    found = dense.share(start, 1e-7, most)
+    assert found.sharing.status is ComplementarityStatus.NOT_CONVERGED
+    assert found.sharing.iterations == most
 
 
 def test_an_indefinite_half_space_is_told():
     dense = two_pairs(0)
-    wrong = replace(dense.system, coefficients=-dense.system.coefficients)
-    found = solve_patches(wrong, dense.torque, np.ones(wrong.gap.shape), 1e-6, 100)
-    assert found.status is PatchStatus.NOT_POSITIVE_DEFINITE
+    wrong = replace(dense, system=replace(dense.system, smooth=-dense.system.smooth, per_force=-1.0))
+    found = wrong.share(np.ones(dense.gap.shape), 1e-7, 100)
+    assert found.sharing.status is ComplementarityStatus.NOT_POSITIVE
 
 
 # ---------------------------------------------------------------- cells and their gap

@@ -279,7 +279,7 @@ def test_comments_of_the_code_may_change_and_what_divides_a_run_into_steps_may_n
     def without_comments(text):
         return re.sub(r"(?m)^ *#.*\n|  #[^'\"\n]*$", "", text)
 
-    for path in ("wear/stepping.py", "contact/patch_solver.py", "simulate.py"):
+    for path in ("wear/stepping.py", "contact/patch_system.py", "simulate.py"):
         assert now(path, lambda text: "# what follows is old\n" + text) == before
         assert now(path, without_comments) == before
         assert now(path, lambda text: text + "\n_MORE = 1\n") != before

@@ -8,6 +8,9 @@ off at zero *before* the compliance is applied, at a guessed length of the step,
 the change that remains. The displacement of every admissible change is then known: one application of the
 compliance an iteration suffices. The displacement of a change is in single precision, whose error is relative to
 the change; one application in double precision at the end sees to it that nothing rests on a recurrence.
+
+Who calls it says what the compliance is, and what preconditions it: a half-space on a grid (`half_space`), or the
+teeth of all pairs with a half-space under each (`patch_contact`), where the unknowns are forces.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from numba import njit, types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-__all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "solve_complementarity"]
+__all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "Preconditioner", "solve_complementarity"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -41,9 +44,12 @@ class Compliance(Protocol):
         """Displacement [mm] of a pressure [MPa]: a new array of the same shape; in single precision if roughly."""
         ...
 
-    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
-        """Pressure [MPa] that causes about a displacement [mm]; symmetric and positive, too."""
-        ...
+
+Preconditioner = Callable[[FloatArray, BoolArray], NDArray[Any]]
+"""Pressure that causes about a displacement on the cells that are free to change; symmetric and positive, too.
+
+Its arguments are arrays of the gap's shape; what it returns elsewhere than on the free cells does not matter.
+"""
 
 
 class ComplementarityStatus(Enum):
@@ -222,6 +228,7 @@ def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | fl
 def solve_complementarity(
     compliance: Compliance,
     gap: FloatArray,
+    precondition: Preconditioner,
     *,
     lever: FloatArray | float = 1.0,
     direction: FloatArray | float = 1.0,
@@ -240,6 +247,7 @@ def solve_complementarity(
     compliance : Compliance
     gap : array of any shape [mm]
         Undeformed separation; finite on the allowed cells.
+    precondition : Preconditioner
     lever : float or array like the gap
         Share of a cell's pressure in the load: cell area [mm^2], or area times lever arm [mm^3].
     direction : float or array like the gap
@@ -304,7 +312,7 @@ def solve_complementarity(
         level = _residual(
             pressure, displacement, gap_flat, lever_flat, direction_flat, by_load, level, free, residual
         )
-        step = compliance.precondition(residual.reshape(shape), roughly=True).ravel()
+        step = precondition(residual.reshape(shape), free.reshape(shape)).ravel()
         product, size, pressed = _direct(
             step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
         )

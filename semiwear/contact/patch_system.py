@@ -1,0 +1,280 @@
+"""Cells of all tooth pairs that may touch at a mesh position: their compliance, and what preconditions it.
+
+Forces f >= 0 on cells and one rotation phi of the driving body with
+
+    gap + C f - a phi >= 0,   f (gap + C f - a phi) = 0,   sum of a f = torque
+
+are what `complementarity` solves. C is the half-space under each pair, plus what one slice feels of another as a
+whole (teeth, rims, wear). Cells free to change are preconditioned with the half-space of every slice by itself,
+exact, and the coupling between slices as a whole, exact but for its shape across the line. That takes a handful of
+convolutions, whatever the cells' width.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotrs
+
+from semiwear.compliance.half_space import HalfSpace
+from semiwear.contact.certificate import residuals_of
+from semiwear.contact.complementarity import Complementarity, solve_complementarity
+
+__all__ = ["PatchSystem", "RowPreconditioner", "SharedTorque", "share_torque"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_TOLERANCE = 1e-7  # relative L2 error of the forces
+_LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
+_EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
+_DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
+
+
+@dataclass(frozen=True)
+class PatchSystem:
+    """Compliance of rows of cells of several pairs, one after the other.
+
+    Attributes
+    ----------
+    starts : (pairs + 1,) int array
+        First row of each pair.
+    half_spaces : tuple of HalfSpace
+        One for each pair, per pressure.
+    per_force : float [1/mm^2]
+        Pressure of a unit force on a cell.
+    smooth : (rows, rows) array [mm/N]
+        What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
+    coefficients : (rows of the longest pair, columns) array [mm/N]
+        Half-space influence of a unit force on a cell.
+    """
+
+    starts: IntArray
+    half_spaces: tuple[HalfSpace, ...]
+    per_force: float
+    smooth: FloatArray
+    coefficients: FloatArray
+
+    def apply(self, force: FloatArray, *, roughly: bool = False) -> FloatArray:
+        """C f [mm] for cell forces [N], (rows, columns); half-spaces in single precision if roughly."""
+        out = np.empty_like(force)
+        for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
+            out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
+        out *= self.per_force
+        out += (self.smooth @ force.sum(axis=1))[:, None]
+        return out
+
+
+@njit(cache=True, error_model="numpy")
+def _factor_rows(active, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
+    """Cholesky factors of every row's active cells, their response to an even displacement, and its sum."""
+    rows, columns = active.shape
+    for r in range(rows):
+        m = 0
+        for c in range(columns):
+            if active[r, c]:
+                members[r, m] = c
+                m += 1
+        counts[r] = m
+        total = 0.0
+        for i in range(m):
+            for j in range(i + 1):
+                value = own[abs(members[r, i] - members[r, j])]
+                for k in range(j):
+                    value -= factors[r, i, k] * factors[r, j, k]
+                if i == j:
+                    factors[r, i, i] = sqrt(value)
+                else:
+                    factors[r, i, j] = value / factors[r, j, j]
+            value = 1.0
+            for k in range(i):
+                value -= factors[r, i, k] * ones[r, k]
+            ones[r, i] = value / factors[r, i, i]
+        for i in range(m - 1, -1, -1):
+            value = ones[r, i]
+            for k in range(i + 1, m):
+                value -= factors[r, k, i] * ones[r, k]
+            ones[r, i] = value / factors[r, i, i]
+            total += ones[r, i]
+        compliance[r] = total
+
+
+@njit(cache=True, error_model="numpy")
+def _solve_rows(residual, factors, members, counts, out, sums):  # type: ignore[no-untyped-def]
+    """Every row's cells by themselves; `out` is zero elsewhere."""
+    rows, columns = residual.shape
+    x = np.empty(columns)
+    for r in range(rows):
+        m = counts[r]
+        for c in range(columns):
+            out[r, c] = 0.0
+        for i in range(m):
+            value = residual[r, members[r, i]]
+            for k in range(i):
+                value -= factors[r, i, k] * x[k]
+            x[i] = value / factors[r, i, i]
+        total = 0.0
+        for i in range(m - 1, -1, -1):
+            value = x[i]
+            for k in range(i + 1, m):
+                value -= factors[r, k, i] * x[k]
+            x[i] = value / factors[r, i, i]
+            out[r, members[r, i]] = x[i]
+            total += x[i]
+        sums[r] = total
+
+
+@njit(cache=True, error_model="numpy")
+def _add_even(out, ones, members, counts, amount):  # type: ignore[no-untyped-def]
+    for r in range(out.shape[0]):
+        for i in range(counts[r]):
+            out[r, members[r, i]] += amount[r] * ones[r, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _couple_rows(on, counts, starts, coefficients, smooth, root, coupling, matrix):  # type: ignore[no-untyped-def]
+    """What active rows feel of one another as a whole [mm/N], times `root` from the left; 1 + that from both."""
+    n = on.shape[0]
+    pair = 0
+    pairs = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        while pair < starts.shape[0] - 2 and on[i] >= starts[pair + 1]:
+            pair += 1
+        pairs[i] = pair
+    for i in range(n):
+        for j in range(i + 1):
+            value = smooth[on[i], on[j]]
+            if i != j and pairs[i] == pairs[j]:
+                middle = int(0.5 * _EVEN_ACROSS * sqrt(counts[on[i]] * counts[on[j]]) + 0.5)
+                value += coefficients[on[i] - on[j], middle]
+            coupling[i, j] = root[i] * value
+            coupling[j, i] = root[j] * value
+            matrix[i, j] = matrix[j, i] = root[i] * value * root[j]
+        matrix[i, i] += 1.0
+
+
+class RowPreconditioner:
+    """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
+
+    Factors are kept until other cells are free.
+    """
+
+    def __init__(self, system: PatchSystem):
+        self._system = system
+        self._free: BoolArray | None = None
+
+    def __call__(self, residual: FloatArray, free: BoolArray) -> FloatArray:
+        """Forces [N] for a displacement [mm], (rows, columns); zero on cells that are not free."""
+        if self._free is None or not np.array_equal(free, self._free):
+            self._factor(free.copy())
+        out, sums = np.empty_like(residual), np.empty(residual.shape[0])
+        _solve_rows(residual, self._factors, self._members, self._counts, out, sums)
+        # (D + E c E')^-1 = D^-1 - D^-1 E R (1 + R c R)^-1 R c E' D^-1, with R^2 = E' D^-1 E
+        amount, on = np.zeros(residual.shape[0]), self._on
+        amount[on] = -dpotrs(self._whole, self._coupling @ sums[on], lower=1)[0] / self._root
+        _add_even(out, self._ones, self._members, self._counts, amount)
+        return out
+
+    def _factor(self, free: BoolArray) -> None:
+        self._free, system = free, self._system
+        rows, most = free.shape[0], int(free.sum(axis=1).max())
+        self._factors, self._ones = np.empty((rows, most, most)), np.empty((rows, most))
+        self._members, self._counts = np.empty((rows, most), dtype=np.int64), np.empty(rows, dtype=np.int64)
+        compliance = np.empty(rows)
+        _factor_rows(free, system.coefficients[0], self._factors, self._ones, compliance, self._members, self._counts)
+        self._on = on = np.flatnonzero(self._counts)
+        self._root = np.sqrt(compliance[on])
+        self._coupling, matrix = np.empty((on.size, on.size)), np.empty((on.size, on.size))
+        _couple_rows(
+            on, self._counts, system.starts, system.coefficients, system.smooth, self._root, self._coupling, matrix
+        )
+        # LAPACK itself: scipy's wrappers take longer than matrices of this size
+        self._whole, failed = dpotrf(matrix, lower=1)
+        if failed:
+            # a preconditioner has to be positive definite, whatever it stands for
+            matrix.ravel()[:: on.size + 1] += _DEFINITE - float(np.linalg.eigvalsh(matrix)[0])
+            self._whole, _ = dpotrf(matrix, lower=1)
+
+
+@dataclass(frozen=True)
+class SharedTorque:
+    """Forces on the cells of a mesh position, and how well they meet the conditions.
+
+    Attributes
+    ----------
+    sharing : Complementarity
+        Its `pressure` are forces [N], (rows, columns).
+    rotation : float [rad]
+        Of the driving body.
+    balance : float
+        Relative error of the torque.
+    complementarity : float
+        Greatest gap where cells press, or penetration where they do not, over the approach.
+    """
+
+    sharing: Complementarity
+    rotation: float
+    balance: float
+    complementarity: float
+
+
+def share_torque(
+    system: PatchSystem,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: float,
+    guess: FloatArray,
+    max_iterations: int,
+    tolerance: float = _TOLERANCE,
+) -> SharedTorque:
+    """Forces on cells and rotation of the driving body that balance a torque.
+
+    Parameters
+    ----------
+    system : PatchSystem
+    gap : (rows, columns) array [mm]
+        Infinite where nothing can touch.
+    lever : (rows,) array [mm]
+    torque : float [N mm]
+    guess : (rows, columns) array [N]
+        Forces to start from.
+    max_iterations : int
+        Convolutions.
+    tolerance : float
+        Relative L2 error of the forces.
+    """
+    allowed = np.isfinite(gap)
+    # from where the first cell touches: a gap that all share would cost digits
+    touching = float((gap.min(axis=1) / lever).min())
+    near = np.where(allowed, gap - touching * lever[:, None], 0.0)
+    start = np.where(allowed, guess, 0.0)
+    if not (start > 0.0).any():
+        start.ravel()[np.argmin(gap / lever[:, None])] = 1.0
+    arms = np.broadcast_to(lever[:, None], gap.shape)
+    sharing = solve_complementarity(
+        system,
+        near,
+        RowPreconditioner(system),
+        lever=arms,
+        direction=arms,
+        load=torque,
+        allowed=allowed,
+        start=start,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+    )
+    closing = sharing.approach * lever
+    left = residuals_of(near, sharing.displacement, closing, allowed, sharing.pressure)
+    least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
+    approach = max(float(np.where(allowed, closing[:, None] - near, 0.0).max()), least)
+    return SharedTorque(
+        sharing,
+        touching + sharing.approach,
+        balance=abs(float(lever @ sharing.pressure.sum(axis=1)) / torque - 1.0),
+        complementarity=max(left.spread, -left.least) / approach,
+    )
