@@ -1,13 +1,4 @@
-r"""Frictionless contact as a small dense problem, with the rigid rotation as an explicit unknown.
-
-Find forces F >= 0 and a rotation delta such that
-
-.. math:: w = g + C F - \ell \, \delta \ge 0, \qquad F_j w_j = 0, \qquad \ell \cdot F = T
-
-by a primal-dual active set: solve the equations with w = 0 on the active nodes and F = 0 on the others, then
-let go of nodes that pull and take in nodes that penetrate (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2002) 865,
-doi:10.1137/S1052623401383558). Since the torque is given, there is no rigid-body mode to hold.
-"""
+"""Contact of surface nodes under a torque, with the rotation as an unknown: the active set of `semiwear.contact`."""
 
 from __future__ import annotations
 
@@ -15,17 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError, SceneError
 
 __all__ = ["Complementarity", "solve_complementarity"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-AT_ONCE = 30
-"""Sets that change freely. After that one node at a time, the worst one, which does not go round in circles."""
 
 
 @dataclass(frozen=True)
@@ -88,42 +76,24 @@ def solve_complementarity(
     """
     _check(compliance, gap, lever, torque)
     active = np.zeros(len(gap), dtype=bool) if start is None else np.array(start, dtype=bool)
-    scale = np.abs(gap).max()
-    for iteration in range(1, max_iterations + 1):
-        if not active.any():
-            closing = np.flatnonzero(lever > 0.0)
-            active[closing[np.argmin(gap[closing] / lever[closing])]] = True
-        on = np.flatnonzero(active)
-        try:
-            factor = cho_factor(compliance[np.ix_(on, on)], lower=True, check_finite=False)
-        except LinAlgError:
-            raise ConvergenceError(
-                f"contact: the compliance of {len(on)} active nodes is not positive definite; let the "
-                "deformable body with the finer mesh be the slave"
-            ) from None
-        opposed, turned = cho_solve(factor, np.stack([gap[on], lever[on]], axis=1), check_finite=False).T
-        rotation = (torque + lever[on] @ opposed) / (lever[on] @ turned)
-        force = np.zeros(len(gap))
-        force[on] = rotation * turned - opposed
-        loaded = gap + compliance[:, on] @ force[on] - lever * rotation
-
-        tolerance = 1e-12 * (scale + abs(rotation) * np.abs(lever).max())
-        pulls = active & (force < 0.0)
-        penetrates = ~active & (loaded < -tolerance)
-        if not (pulls.any() or penetrates.any()):
-            residual = abs(lever @ force - torque) / torque
-            return Complementarity(force, loaded, float(rotation), active, iteration, float(residual))
-        if iteration <= AT_ONCE:
-            active = (active & ~pulls) | penetrates
-        elif pulls.any():
-            active[np.argmin(np.where(pulls, force, 0.0))] = False
-        else:
-            active[np.argmin(np.where(penetrates, loaded, 0.0))] = True
-    raise ConvergenceError(
-        f"contact: no active set found in {max_iterations} tries, {int(pulls.sum())} nodes pull and "
-        f"{int(penetrates.sum())} penetrate by up to {-loaded.min():.3g} mm; refine the mesh where the gap "
-        "has kinks, or raise max_iterations"
-    )
+    force, opened = np.zeros(len(gap)), np.zeros(len(gap))
+    status, rotation, tried = solve_active_set(
+        np.ascontiguousarray(compliance, float), np.asarray(gap, float), np.ascontiguousarray(lever, float),
+        float(torque), 0.0, True, active, force, opened, max_iterations,
+    )  # fmt: skip
+    if status == ActiveSetStatus.NOT_POSITIVE_DEFINITE:
+        raise ConvergenceError(
+            f"contact: the compliance of {int(active.sum())} active nodes is not positive definite; let the "
+            "deformable body with the finer mesh be the slave"
+        )
+    if status != ActiveSetStatus.CONVERGED:
+        raise ConvergenceError(
+            f"contact: no active set found in {max_iterations} tries, {int((force < 0.0).sum())} nodes pull and the "
+            f"rest penetrate by up to {-opened.min():.3g} mm; refine the mesh where the gap has kinks, or raise "
+            "max_iterations"
+        )
+    residual = abs(lever @ force - torque) / torque
+    return Complementarity(force, opened, float(rotation), active, tried, float(residual))
 
 
 def _check(compliance: FloatArray, gap: FloatArray, lever: FloatArray, torque: float) -> None:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
-from semiwear.closed_forms.stripe import stripe_table
-from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.errors import ConvergenceError
 
 __all__ = ["EXPLICIT_LIMIT", "StandingContact", "loads_of_strips", "roughness_after", "strips"]
@@ -56,13 +55,14 @@ def loads_of_strips(compliance: FloatArray, gap: FloatArray, load: float) -> Flo
         If no active set is found.
     """
     size = gap.size
-    force, slack, one = np.zeros(size), np.empty(size), np.ones(size)
-    status, *_ = solve_line_loads(
-        compliance, gap, one, load, 1e12 * one, np.array([0, size]), np.arange(size) + 0.5, one, -1.0, 1.0, one,
-        2.0, *stripe_table(), 1e-5, 60, np.ones(size, dtype=bool), one.copy(), force, slack,
-    )  # fmt: skip
-    if status != SolveStatus.CONVERGED:
-        raise ConvergenceError(f"no loads of {size} strips: {SolveStatus(status).name}; check that the gap is finite")
+    force, slack = np.zeros(size), np.zeros(size)
+    status, *_ = solve_active_set(
+        compliance, gap, np.ones(size), load, 0.0, True, np.ones(size, dtype=bool), force, slack, 400
+    )
+    if status != ActiveSetStatus.CONVERGED:
+        raise ConvergenceError(
+            f"no loads of {size} strips: {ActiveSetStatus(status).name}; check that the gap is finite"
+        )
     return force
 
 

@@ -1,28 +1,37 @@
-"""Complementarity of line loads under one rotation, with Hertz widths that follow the loads."""
+"""Contact of a few points with a full compliance matrix: primal-dual active set (Hintermueller, Ito & Kunisch 2002).
+
+Forces F >= 0 and one approach (or rotation) phi with
+
+    s = gap + C F - lever phi >= 0,   F s = 0,   and either sum of lever F = load or phi itself
+
+The equations are solved with s = 0 on the points that press and F = 0 on the others; then points that pull are let
+go of and points that penetrate are taken in, until neither is left. Since there is a load, no rigid-body motion has
+to be held. Slices of contact lines, cells of a small contact and nodes of finite elements are solved by it.
+"""
 
 from __future__ import annotations
 
 from enum import IntEnum
-from math import pi, sqrt
+from math import sqrt
 
 import numpy as np
 from numba import njit
 
-from semiwear.contact.stripe import add_near_stripe, average_along_lines
+__all__ = ["ActiveSetStatus", "solve_active_set"]
 
-__all__ = ["SolveStatus", "solve_line_loads"]
-
-_SETS = 400  # active sets tried for one matrix
-_AT_ONCE = 20  # of them that change freely; then one slice at a time, which always ends
+_AT_ONCE = 20  # sets that change freely; then one point at a time, which always ends
+_ROUNDING = 1e-13  # of gap and approach
 
 
-class SolveStatus(IntEnum):
-    """What happened in `solve_line_loads`."""
+class ActiveSetStatus(IntEnum):
+    """What happened in `solve_active_set`."""
 
     CONVERGED = 0
-    WIDTHS_CHANGE = 1
     NO_CONTACT_SET = 2
     NOT_POSITIVE_DEFINITE = 3
+
+
+_CONVERGED, _NO_CONTACT_SET, _NOT_POSITIVE_DEFINITE = (int(status) for status in ActiveSetStatus)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -55,145 +64,118 @@ def _cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _active_set(matrix, gap, lever, torque, active, force, slack):  # type: ignore[no-untyped-def]
-    """Primal-dual active set (Hintermueller, Ito, Kunisch 2002): status and rotation; active, force, slack change."""
-    n = gap.shape[0]
-    on = np.empty(n, dtype=np.int64)
-    a = np.empty((n, n))
-    x, y = np.empty(n), np.empty(n)
-    rotation = 0.0
-    farthest = np.abs(gap).max()
-    for attempt in range(_SETS):
-        m = 0
-        for i in range(n):
-            if active[i]:
-                on[m] = i
-                m += 1
-        if m == 0:
-            least = 0
-            for i in range(n):
-                if gap[i] / lever[i] < gap[least] / lever[least]:
-                    least = i
-            active[least] = True
-            on[0] = least
-            m = 1
-        for i in range(m):
-            for j in range(i + 1):
-                a[i, j] = matrix[on[i], on[j]]
-            x[i], y[i] = gap[on[i]], lever[on[i]]
-        if not _cholesky_solve(a, m, x, y):
-            return 3, rotation
-        top, bottom = torque, 0.0
-        for i in range(m):
-            top += lever[on[i]] * x[i]
-            bottom += lever[on[i]] * y[i]
-        rotation = top / bottom
-        force[:] = 0.0
-        for i in range(m):
-            force[on[i]] = rotation * y[i] - x[i]
-        tolerance = 1e-13 * (abs(rotation) * lever[on[0]] + farthest)
-        changes = 0
-        worst_pull, worst_press = -1, -1
-        for i in range(n):
-            slack[i] = gap[i] - lever[i] * rotation
-            for j in range(m):
-                slack[i] += matrix[i, on[j]] * force[on[j]]
-            if active[i]:
-                if force[i] < 0.0 and (worst_pull < 0 or force[i] < force[worst_pull]):
-                    worst_pull = i
-            elif slack[i] < -tolerance and (worst_press < 0 or slack[i] < slack[worst_press]):
-                worst_press = i
-        if worst_pull < 0 and worst_press < 0:
-            return 0, rotation
-        if attempt < _AT_ONCE:
-            for i in range(n):
-                if active[i] and force[i] < 0.0:
-                    active[i] = False
-                    changes += 1
-                elif not active[i] and slack[i] < -tolerance:
-                    active[i] = True
-                    changes += 1
-        elif worst_pull >= 0:
-            active[worst_pull] = False
-        else:
-            active[worst_press] = True
-    return 2, rotation
+def _first_to_touch(gap, lever):  # type: ignore[no-untyped-def]
+    """Point that closes first as the bodies approach."""
+    first = -1
+    for i in range(gap.shape[0]):
+        if lever[i] > 0.0 and (first < 0 or gap[i] / lever[i] < gap[first] / lever[first]):
+            first = i
+    return first
 
 
 @njit(cache=True, error_model="numpy")
-def solve_line_loads(  # type: ignore[no-untyped-def]
-    static, gap, lever, torque, curvature, starts, arc, length, near, modulus, floor, reach, values, slopes,
-    tolerance, max_iterations, active, width, force, slack,
-):  # fmt: skip
-    """Forces on slices whose Hertz widths follow them.
+def _respond(matrix, gap, lever, on, a, x, y):  # type: ignore[no-untyped-def]
+    """Forces on the pressed points that close the gap (x) and that a unit approach causes (y)."""
+    for i in range(on.shape[0]):
+        for j in range(i + 1):
+            a[i, j] = matrix[on[i], on[j]]
+        x[i], y[i] = gap[on[i]], lever[on[i]]
+    return _cholesky_solve(a, on.shape[0], x, y)
+
+
+@njit(cache=True, error_model="numpy")
+def _separate(matrix, gap, lever, approach, on, force, slack):  # type: ignore[no-untyped-def]
+    """Separation of every point under the forces of the pressed ones."""
+    for i in range(gap.shape[0]):
+        slack[i] = gap[i] - lever[i] * approach
+        for j in range(on.shape[0]):
+            slack[i] += matrix[i, on[j]] * force[on[j]]
+
+
+@njit(cache=True, error_model="numpy")
+def _worst(gap, lever, approach, active, force, slack):  # type: ignore[no-untyped-def]
+    """Points that pull hardest and penetrate deepest, -1 where none does; rounding is no penetration."""
+    pull, press = -1, -1
+    for i in range(gap.shape[0]):
+        if active[i]:
+            if force[i] < 0.0 and (pull < 0 or force[i] < force[pull]):
+                pull = i
+        elif slack[i] < -_ROUNDING * (abs(approach * lever[i]) + abs(gap[i])):
+            if press < 0 or slack[i] < slack[press]:
+                press = i
+        else:
+            slack[i] = max(slack[i], 0.0)
+    return pull, press
+
+
+@njit(cache=True, error_model="numpy")
+def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyped-def]
+    """Let go of points that pull and take in those that penetrate: all of them, or the worst."""
+    if freely:
+        for i in range(active.shape[0]):
+            active[i] = force[i] >= 0.0 if active[i] else slack[i] < 0.0
+    elif pull >= 0:
+        active[pull] = False
+    else:
+        active[press] = True
+
+
+@njit(cache=True, error_model="numpy")
+def solve_active_set(matrix, gap, lever, load, approach, by_load, active, force, slack, most):  # type: ignore[no-untyped-def]
+    """Forces and approach, from a first set of points that press.
 
     Parameters
     ----------
-    static : (n, n) array [mm/N]
-        Compliance apart from the near field of the stripe kernel.
-    gap, lever, curvature, arc, length : (n,) arrays [mm], [mm], [1/mm], [mm], [mm]
-    torque : float [N mm]
-    starts : (lines + 1,) int array
-        First slice of each contact line.
-    near : float [mm]
-        Distance up to which the stripe kernel is not in `static`.
-    modulus : float [MPa]
-    floor : (n,) array [mm]
-        Least half-width, for slices hardly loaded.
-    reach : float [mm]
-        Length of line over which a half-width is averaged.
-    values, slopes : arrays
-        `stripe_table`.
-    tolerance : float
-        Greatest change of half-widths, relative to the greatest of them.
-    max_iterations : int
-    active, width, force, slack : (n,) arrays, changed
-        Start (active, width) and result.
+    matrix : (n, n) array [mm/N]
+        Symmetric, positive definite.
+    gap : (n,) array [mm]
+    lever : (n,) array [mm]
+        How much a unit approach closes the gap: 1, or a lever arm. One at least is positive.
+    load, approach : float
+        Sum of lever times force, or the approach [mm, or rad]: that one counts which `by_load` says.
+    by_load : bool
+    active : (n,) bool array, changed
+        Points that press.
+    force, slack : (n,) arrays, changed
+        Forces [N] and separations [mm].
+    most : int
+        Sets to try.
 
     Returns
     -------
     status : int
-        `SolveStatus`.
-    rotation : float [rad]
-    iterations : int
-    change : float
-        Last relative change of half-widths.
+        `ActiveSetStatus`.
+    approach : float
+    tried : int
+        Sets.
     """
     n = gap.shape[0]
-    residual, last_residual = np.zeros(n), np.zeros(n)
-    image, last_image = np.zeros(n), np.zeros(n)
-    rotation, change = 0.0, 0.0
-    for iteration in range(1, max_iterations + 1):
-        matrix = static.copy()
-        add_near_stripe(matrix, starts, arc, length, width, near, 1.0 / (pi * modulus), values, slopes)
-        status, rotation = _active_set(matrix, gap, lever, torque, active, force, slack)
-        if status != 0:
-            return status, rotation, iteration, change
-        even = average_along_lines(force, starts, arc, length, reach)
-        change, widest = 0.0, 0.0
+    points, a, x, y = np.empty(n, dtype=np.int64), np.empty((n, n)), np.empty(n), np.empty(n)
+    for attempt in range(most):
+        m = 0
         for i in range(n):
-            new = max(sqrt(4.0 * even[i] / (pi * modulus * curvature[i])), floor[i])
-            change = max(change, abs(new - width[i]))
-            widest = max(widest, new)
-            image[i] = np.log(new)
-            residual[i] = image[i] - np.log(width[i])
-        change /= widest
-        if change < tolerance:
-            for i in range(n):
-                width[i] = np.exp(image[i])
-            return 0, rotation, iteration, change
-        # widths and loads answer each other, sometimes slowly, sometimes with overshoot: Anderson 1965, depth one
-        mixing = 0.0
-        if iteration > 1:
-            product, square = 0.0, 0.0
-            for i in range(n):
-                d = residual[i] - last_residual[i]
-                product += residual[i] * d
-                square += d * d
-            if square > 0.0:
-                mixing = min(max(product / square, -5.0), 5.0)
-        for i in range(n):
-            width[i] = np.exp(image[i] - mixing * (image[i] - last_image[i]))
-            last_residual[i] = residual[i]
-            last_image[i] = image[i]
-    return 1, rotation, max_iterations, change
+            if active[i]:
+                points[m] = i
+                m += 1
+        if m == 0:
+            first = _first_to_touch(gap, lever)
+            if by_load or gap[first] < approach * lever[first]:
+                active[first], points[0], m = True, first, 1
+        on = points[:m]
+        if not _respond(matrix, gap, lever, on, a, x, y):
+            return _NOT_POSITIVE_DEFINITE, approach, attempt + 1
+        if by_load:
+            top, bottom = load, 0.0
+            for i in range(m):
+                top += lever[on[i]] * x[i]
+                bottom += lever[on[i]] * y[i]
+            approach = top / bottom
+        force[:] = 0.0
+        for i in range(m):
+            force[on[i]] = approach * y[i] - x[i]
+        _separate(matrix, gap, lever, approach, on, force, slack)
+        pull, press = _worst(gap, lever, approach, active, force, slack)
+        if pull < 0 and press < 0:
+            return _CONVERGED, approach, attempt + 1
+        _change(active, force, slack, pull, press, attempt < _AT_ONCE)
+    return _NO_CONTACT_SET, approach, most

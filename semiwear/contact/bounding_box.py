@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace, fast_length
+from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.certificate import Residuals, residuals_of
 from semiwear.contact.complementarity import Preconditioner, solve_complementarity
-from semiwear.contact.dense_patch import solve_dense_patch
 from semiwear.contact.nested_grids import coarsen, refine_pressure
 
 __all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
@@ -21,6 +22,7 @@ BoolArray = NDArray[np.bool_]
 Box = tuple[slice, slice]
 
 _DENSE_CELLS = 160  # candidates up to which a Cholesky factor is faster than transforms
+_SETS = 60  # active sets tried; two or three suffice, and a failure leaves the work to the iterations
 _COARSEST = 500  # cells of a grid that is not coarsened further
 _COARSE_TOLERANCE = 2e-3  # on coarser grids: less than their discretisation error
 _BOXES = 12  # boxes tried before the whole grid is taken
@@ -123,6 +125,18 @@ class _Part:
     error: float
 
 
+@njit(cache=True, error_model="numpy")
+def _influence(coefficients, rows, columns):  # type: ignore[no-untyped-def]
+    """Compliance matrix of cells at the given rows and columns of the grid."""
+    n = rows.shape[0]
+    matrix = np.empty((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            matrix[i, j] = coefficients[abs(rows[i] - rows[j]), abs(columns[i] - columns[j])]
+            matrix[j, i] = matrix[i, j]
+    return matrix
+
+
 def _solve_patch(problem: DimensionlessContact, wanted: BoolArray, whole: HalfSpace) -> _Part | None:
     """Contact of the wanted cells and those around them, solved directly if they are few."""
     if np.count_nonzero(wanted) > _DENSE_CELLS:
@@ -135,20 +149,16 @@ def _solve_patch(problem: DimensionlessContact, wanted: BoolArray, whole: HalfSp
     if rows.size > _DENSE_CELLS or rows.size == 0:
         return None
     span = int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1
-    patch = solve_dense_patch(
-        love_coefficients(span, problem.cell),
-        problem.gap[covered],
-        rows,
-        columns,
-        wanted[covered],
-        load=1.0 if problem.by_load else None,
-        approach=None if problem.by_load else 1.0,
+    matrix = _influence(love_coefficients(span, problem.cell), rows, columns)
+    force, slack, active = np.zeros(rows.size), np.zeros(rows.size), wanted[covered]
+    status, approach, tried = solve_active_set(
+        matrix, problem.gap[covered], np.ones(rows.size), 1.0, 1.0, problem.by_load, active, force, slack, _SETS
     )
-    if not patch.solved:
+    if status != ActiveSetStatus.CONVERGED or not force.any():
         return None
     pressure = np.zeros(problem.gap.shape)
-    pressure[covered] = patch.pressure
-    return _Part(pressure, whole.apply(pressure), covered, patch.approach, patch.iterations, 0.0)
+    pressure[covered] = force
+    return _Part(pressure, whole.apply(pressure), covered, approach, tried, 0.0)
 
 
 def _solve_box(

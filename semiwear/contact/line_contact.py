@@ -23,9 +23,9 @@ from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.closed_forms.stripe import stripe_table
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody, line_compliance
-from semiwear.contact.active_set import SolveStatus, solve_line_loads
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.mesh_position import MeshPosition
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
@@ -372,22 +372,21 @@ class LineContact:
         static = system.compliance(system.static, chosen, worn, wear_compliance)
 
         torque = float(self.torque[position])
-        force, slack = loads.force.ravel()[index], np.empty(index.size)
+        active = loads.force.ravel()[index] > 0.0
         floor = np.full(index.size, _LEAST_WIDTH * system.usual)
-        active = force > 0.0
         if active.any():
             width = np.maximum(loads.half_width.ravel()[index], floor)
         else:
             active, width = gap <= np.quantile(gap, 0.25), np.full(index.size, system.usual)
-        status, rotation, iterations, change_of_width = solve_line_loads(
-            static, gap, lever, torque, curvature, starts, arc, length, _NEAR_FIELD * system.usual, self.modulus,
-            floor, 2.0 * system.usual, *stripe_table(), _WIDTH_TOLERANCE, self.max_iterations,
-            active, width, force, slack,
+        status, rotation, force, slack, iterations, change_of_width = solve_line_loads(
+            Slices(static, gap, lever, arc, length, floor, curvature, starts),
+            NearField(_NEAR_FIELD * system.usual, self.modulus, 2.0 * system.usual, *stripe_table()),
+            torque, _WIDTH_TOLERANCE, self.max_iterations, active, width,
         )  # fmt: skip
-        if status != SolveStatus.CONVERGED:
+        if status != LineStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
             shorter = "" if wear_compliance is None else ", or take shorter wear steps (more numerics.wear_steps)"
-            raise ConvergenceError(where + self._reason(SolveStatus(status), change_of_width) + shorter)
+            raise ConvergenceError(where + self._reason(LineStatus(status), change_of_width) + shorter)
         loads.force[self.rolls_of(position)] = 0.0
         loads.force.ravel()[index] = force
         loads.half_width.ravel()[index] = np.where(force > 0.0, width, 0.0)
@@ -400,11 +399,11 @@ class LineContact:
         loads.complementarity[position] = worst / float((lever * rotation - gap).max())
         return touching + float(rotation)
 
-    def _reason(self, status: SolveStatus, change: float) -> str:
-        if status == SolveStatus.WIDTHS_CHANGE:
+    def _reason(self, status: LineStatus, change: float) -> str:
+        if status == LineStatus.WIDTHS_CHANGE:
             return (
                 f"half-widths still change by {change:.1e}; raise numerics.max_iterations above {self.max_iterations}"
             )
-        if status == SolveStatus.NO_CONTACT_SET:
+        if status == LineStatus.NO_CONTACT_SET:
             return "the contact set does not settle; change numerics.face_slices"
         return "the compliance is not positive definite; raise numerics.harmonics or use fewer numerics.face_slices"

@@ -19,7 +19,7 @@ from semiwear.closed_forms.hertz import (
 )
 from semiwear.closed_forms.stripe import stripe_kernel, stripe_table
 from semiwear.compliance.tooth import line_compliance
-from semiwear.contact.active_set import SolveStatus, solve_line_loads
+from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_loads import LineLoads
 from semiwear.contact.stripe import add_near_stripe, subtract_mid_surface
@@ -421,16 +421,12 @@ def test_twice_the_stiffness_under_twice_the_torque(small):
 
 
 def loads_of(matrix, gap, lever, torque):
-    """`solve_line_loads` where the near field vanishes: infinitely stiff half-spaces, every slice on its own line."""
     n = gap.size
     force, slack = np.zeros(n), np.zeros(n)
-    status, rotation, _, _ = solve_line_loads(
-        static=matrix, gap=gap, lever=lever, torque=torque, curvature=np.ones(n),
-        starts=np.arange(n + 1), arc=np.zeros(n), length=np.ones(n), near=1.0, modulus=1e30, floor=np.ones(n),
-        reach=1.0, values=stripe_table()[0], slopes=stripe_table()[1], tolerance=1e-9, max_iterations=20,
-        active=np.zeros(n, dtype=bool), width=np.ones(n), force=force, slack=slack,
-    )  # fmt: skip
-    assert status == SolveStatus.CONVERGED
+    status, rotation, _ = solve_active_set(
+        matrix, gap, lever, torque, 0.0, True, np.zeros(n, dtype=bool), force, slack, 400
+    )
+    assert status == ActiveSetStatus.CONVERGED
     return force, rotation, slack
 
 
@@ -490,8 +486,7 @@ def test_active_set_refuses_an_indefinite_compliance():
     n = 3
     matrix = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     force, slack = np.zeros(n), np.zeros(n)
-    status = solve_line_loads(
-        matrix, np.zeros(n), np.ones(n), 1.0, np.ones(n), np.arange(n + 1), np.zeros(n), np.ones(n), 1.0, 1e30,
-        np.ones(n), 1.0, *stripe_table(), 1e-9, 20, np.ones(n, dtype=bool), np.ones(n), force, slack,
-    )[0]  # fmt: skip
-    assert status == SolveStatus.NOT_POSITIVE_DEFINITE
+    status = solve_active_set(
+        matrix, np.zeros(n), np.ones(n), 1.0, 0.0, True, np.ones(n, dtype=bool), force, slack, 400
+    )[0]
+    assert status == ActiveSetStatus.NOT_POSITIVE_DEFINITE
