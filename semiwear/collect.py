@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
-from semiwear.contact.patch_contact import PatchLoads
+from semiwear.contact.loads import SlicePressures
+from semiwear.contact.patch_contact import subsurface_stress
 from semiwear.contact.pressed_tips import relief_to_free, tip_load_share
-from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
 from semiwear.meshing.point_flank_pair import PointFlankMesh
@@ -167,7 +167,7 @@ def _on_path(teeth: LoadedTeeth) -> BoolArray:
     """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
     lines = teeth.lines
     inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
-    inside &= lines.separation[0] < teeth.solver.reach
+    inside &= lines.separation[0] < teeth.problem.reach
     # where a line stops or turns at a border its speed is none of the flank's
     inside[1:-1] &= inside[2:] & inside[:-2]
     return np.asarray(inside)
@@ -203,10 +203,10 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
         "contact_pressure_on_edge": on_edge.astype(np.int8),
         "contact_pressure_max_edge": edge,
         "tip_load_share": tip_load_share(teeth, state),
-        "line_load": teeth.solver.line_load(loads),
+        "line_load": teeth.problem.line_load(loads),
         "sliding_distance": np.where(on_edge[:, None], np.nan, sliding),
     }
-    if teeth.solver.bodies:
+    if teeth.problem.bodies:
         arrays["root_stress"] = teeth.root_stress(state)
     return arrays
 
@@ -265,11 +265,10 @@ def slices(teeth: LoadedTeeth) -> Arrays:
 
 def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, poissons_ratio: float) -> Arrays:
     """Stress below the driven flank where the pressure is greatest away from the borders; fidelity `patch` only."""
-    solver = teeth.solver.resolved
-    if solver is None:
+    if teeth.problem.cells is None:
         return {}
     roll, face = np.unravel_index(int(np.argmax(pressure.inner)), pressure.inner.shape)
-    found = solver.subsurface(state.loads, int(roll), int(face), poissons_ratio)
+    found = subsurface_stress(teeth.problem, state.loads, int(roll), int(face), poissons_ratio)
     return {
         "subsurface_stress_max": np.asarray(found.von_mises),
         "subsurface_stress_depth": np.asarray(found.von_mises_depth),
@@ -278,11 +277,11 @@ def subsurface(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
 
 def contact_patterns(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> Arrays:
     """Greatest pressure at each point of the driven flank, (wear_step, profile, face); fidelity `patch` only."""
-    solver = teeth.solver.resolved
-    if solver is None:
+    cells = teeth.problem.cells
+    if cells is None:
         return {}
-    patches = [state.loads for state in states if isinstance(state.loads, PatchLoads)]
-    return {"contact_pattern": np.stack([solver.contact_pattern(loads).T for loads in patches])}
+    pressures = (cells.pressure(state.loads.cells) for state in states)
+    return {"contact_pattern": np.stack([cells.greatest_on_flank(pressure).T for pressure in pressures])}
 
 
 def observed(

@@ -19,7 +19,7 @@ from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction, power_loss
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
-from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.contact.loads import SlicePressures
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["Film", "FrictionLoss", "Heat", "Observer"]
@@ -43,7 +43,7 @@ class Observer(Protocol):
 
 
 def _conditions(teeth: LoadedTeeth, state: LoadedState, speeds: SurfaceSpeeds) -> ContactConditions:
-    return line_conditions(teeth.solver, state.loads, state.coarse, speeds)
+    return line_conditions(teeth.problem, state.loads, state.coarse, speeds)
 
 
 def _greatest(values: FloatArray, pressure: SlicePressures) -> FloatArray:

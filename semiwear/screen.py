@@ -372,7 +372,7 @@ def _mesh_cycle(scene: Scene) -> _Cycle:
         values["wear rate"] = 1e3 * max(float(depth.max()) for depth in worn if depth is not None)
     pressure = teeth.pressures(contact)
     values["pressure"] = float(pressure.inner.max())
-    if teeth.solver.bodies:
+    if teeth.problem.bodies:
         for name, stress in zip(BODIES, teeth.root_stress(contact).max(axis=0), strict=True):
             values[f"root stress {name}"] = float(stress)
     error = collect.mesh_cycle(teeth, contact)["transmission_error_loaded"]

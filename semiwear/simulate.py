@@ -23,7 +23,7 @@ from semiwear.results.kinds import Errors, step_errors
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.kept_state import restored_state, search_as_far, state_arrays
+from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
@@ -154,7 +154,6 @@ def _restored(physics: Plan, stepper: WearStepper, kept: Keeper, clock: _Clock) 
     if not kept.steps:
         return []
     last = kept.steps[-1]
-    search_as_far(stepper, last.arrays)
     clock.earlier = {_WEARING: last.seconds[_WEARING]}
     physics.clock.seconds |= {name: spent for name, spent in last.seconds.items() if name != _WEARING}
     return [restored_state(stepper, step.arrays) for step in kept.steps]

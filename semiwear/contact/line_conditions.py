@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.teeth_solver import TeethSolver
+from semiwear.contact.loads import TeethLoads
+from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["line_conditions"]
 
 
-def line_conditions(solver: TeethSolver, loads: Any, worn: Footprints, speeds: SurfaceSpeeds) -> ContactConditions:
+def line_conditions(
+    problem: ContactProblem, loads: TeethLoads, worn: Footprints, speeds: SurfaceSpeeds
+) -> ContactConditions:
     """Conditions in every slice.
 
     Parameters
     ----------
-    solver : TeethSolver
+    problem : ContactProblem
     loads : TeethLoads
-        Of the solver's own kind.
     worn : Footprints
     speeds : SurfaceSpeeds
         At the same roll positions.
     """
-    line_load, half_width = solver.line_load(loads), loads.half_width
+    line_load, half_width = problem.line_load(loads), loads.half_width
     width = np.where(half_width > 0.0, half_width, 1.0)
     return ContactConditions(
         line_load=np.where(half_width > 0.0, line_load, 0.0),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints, footprints
-from semiwear.contact.teeth_solver import SlicePressures, TeethLoads, TeethSolver
+from semiwear.contact.loads import SlicePressures, TeethLoads
+from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import FlankPair
@@ -17,14 +18,14 @@ from semiwear.meshing.partner_flank import PartnerFlank
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
-__all__ = ["LoadedState", "LoadedTeeth"]
+__all__ = ["LoadedState", "LoadedTeeth", "fresh_flanks", "slices_near"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
-_USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the solver's reach always has room
+_USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the problem's reach always has room
 _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
@@ -66,7 +67,9 @@ class LoadedTeeth:
     fine, lines : ContactLines
         On the fine roll grid, and at the positions that are solved.
     grid : FlankGrid
-    solver : TeethSolver
+    problem : ContactProblem
+        At the solved positions.
+    fidelity : Fidelity
     half_width : float [mm]
         Hertz half-width at the pitch point with the whole torque on one fresh tooth: the reference width of
         footprints and the half-width of the pitch band.
@@ -83,7 +86,8 @@ class LoadedTeeth:
     fine: ContactLines
     lines: ContactLines
     grid: FlankGrid
-    solver: TeethSolver
+    problem: ContactProblem
+    fidelity: Fidelity
     half_width: float
     zero: float
     modification: FloatArray | None = None
@@ -92,42 +96,38 @@ class LoadedTeeth:
     def removed(
         self, wear: FloatArray, partner_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:
-        """What is gone from both flanks on the fine roll grid; with `slices` it need be right in these only."""
-        grid, depth = self.grid, wear[None] if self.modification is None else self.modification + wear
-        if partner_wear is not None and self.partner is not None:
-            grid = self.partner.driven
-            driven, depth = depth, self.partner.met(partner_wear, slices)
-            depth += grid.from_grid(driven)
+        """Material removed from both flanks on the fine roll grid; with `slices` it need be right in these only."""
+        removed = fresh_flanks(self.fine, self.grid, self.modification, wear)
+        if partner_wear is None or self.partner is None:
+            return removed
+        grid = self.partner.driven
+        depth = self.partner.met(partner_wear, slices)
+        depth += grid.from_grid(removed.depth)
         rolls = self.fine.roll.size
         row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
         return Removed(grid, depth, row)
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
-        fine = footprints(self.fine, removed, self.half_width, self._near_lines(removed))
+        fine = footprints(self.fine, removed, self.half_width, slices_near(self.problem, self.fine, removed))
         return fine, fine.every(self.rolls.substeps)
 
     def touch_solved(self, removed: Removed) -> Footprints:
         """Footprints at the solved positions alone."""
         step = self.rolls.substeps
-        near = np.ascontiguousarray(self._near_lines(removed)[::step])
+        near = np.ascontiguousarray(slices_near(self.problem, self.fine, removed)[::step])
         return footprints(self.lines, removed.every(step), self.half_width, near)
-
-    def _near_lines(self, removed: Removed) -> BoolArray:
-        """Slices that can carry load, on the fine roll grid."""
-        deepest = float(removed.depth.max())
-        return self.solver.is_near(self.fine, deepest if deepest > _USUAL_DEPTH * self.pair.base_pitch else 0.0)
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, partner_wear: FloatArray | None = None
     ) -> LoadedState:
         """Elastic contact on worn flanks [mm], started from other loads when given."""
         fine, coarse = self.touch(self.removed(wear, partner_wear))
-        solved = start is None
-        loads: Any = self.solver.solve(coarse, self.solver.no_loads()) if solved else start
+        solved, problem, fidelity = start is None, self.problem, self.fidelity
+        loads = fidelity.solve(problem, coarse) if start is None else start
         edged, residual = coarse, 0.0
         for _ in range(_EDGE_PASSES):
-            before, edged = edged, self.solver.with_edges(coarse, loads, edged)
+            before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged)
             if edged is before and solved:
                 break
             positions = None
@@ -136,7 +136,7 @@ class LoadedTeeth:
                 rolls = np.flatnonzero((edged.gap != before.gap).any(axis=1))
                 positions = np.unique(rolls % self.rolls.phase.size).tolist()
             force = loads.force
-            loads, solved = self.solver.solve(edged, loads, positions=positions), True
+            loads, solved = fidelity.solve(problem, edged, loads, positions=positions), True
             residual = float(np.abs(loads.force - force).max() / loads.force.max())
             if residual <= _EDGE_TOLERANCE:
                 break
@@ -158,7 +158,7 @@ class LoadedTeeth:
         a pressure counts as at the border: there it depends on the edge's rounding and on the mesh.
         """
         margin = 2.0 * self.half_width
-        found = self.solver.pressures(state.loads, state.coarse, margin)
+        found = self.fidelity.pressures(self.problem, state.loads, state.coarse, margin)
         aside = self._at_ends(margin) | self._near(found.border > found.inner, _ALONG * margin)
         return SlicePressures(
             inner=np.where(aside, 0.0, found.inner),
@@ -172,11 +172,11 @@ class LoadedTeeth:
         Fidelity `patch` knows the force on every cell, `line` the middle of each slice's footprint.
         """
         force, moved = state.loads.force, state.coarse.profile - self.lines.profile
-        if self.solver.resolved is not None:
-            force, offset = self.solver.resolved.cell_forces(state.loads)
-            moved = offset / self.lines.spacing[..., None]
+        if self.problem.cells is not None:
+            force = state.loads.cells
+            moved = self.problem.cells.offsets(force.shape[-1]) / self.lines.spacing[..., None]
         per_cycle = self.rolls.phase.size
-        return np.stack([body.root_stress(force, per_cycle, moved) for body in self.solver.bodies], axis=-1)
+        return np.stack([body.root_stress(force, per_cycle, moved) for body in self.problem.bodies], axis=-1)
 
     def _at_ends(self, margin: float) -> BoolArray:
         """Slices nearer than `margin` to an end of either body's face, (roll, face)."""
@@ -196,3 +196,28 @@ class LoadedTeeth:
             arc = self.lines.arc[roll]
             near[roll] = np.abs(arc[:, None] - arc[chosen[roll]]).min(axis=1) < distance
         return near
+
+
+def fresh_flanks(
+    lines: ContactLines, grid: FlankGrid, modification: FloatArray | None, wear: FloatArray | float = 0.0
+) -> Removed:
+    """Material that modifications, and wear of the driven flank [mm], take off the flanks.
+
+    Parameters
+    ----------
+    lines : ContactLines
+        On the fine roll grid.
+    grid : FlankGrid
+    modification : (rows, face, profile) array [mm] or None
+    wear : (face, profile) array [mm], or none
+    """
+    depth = np.broadcast_to(wear, grid.profile.shape)[None] if modification is None else modification + wear
+    rolls = lines.roll.size
+    row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
+    return Removed(grid, np.ascontiguousarray(depth), row)
+
+
+def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:
+    """Slices of lines on the fine roll grid that can carry load where so much is removed, (roll, face)."""
+    deepest = float(removed.depth.max())
+    return problem.is_near(lines, deepest if deepest > _USUAL_DEPTH * problem.base_pitch else 0.0)

@@ -1,9 +1,9 @@
-"""Loaded contact of all tooth pairs with pressure resolved in two dimensions: fidelity `patch`.
+"""Fidelity `patch`: pressure resolved in two dimensions on cells that follow the contact lines of all pairs.
 
-For every mesh position: cell forces f >= 0 on patches that follow the contact lines of all pairs, and one rotation
-of the driving body (`patch_system`). Under each pair lies the half-space with Love's uniformly loaded rectangles;
-teeth and rims are felt slice by slice, as at fidelity `line`, and that fidelity gives the start. The gap is taken
-over the flanks up to their rounded edges, so that contact beyond the path of action needs no case of its own.
+For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_system`). Under each pair
+lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
+`line`, and that fidelity gives the start. The gap is taken over the flanks up to their rounded edges, so that contact
+beyond the path of action needs no case of its own.
 
 Slightly bent lines are treated as straight: a patch keeps its arc lengths, not its chords.
 """
@@ -11,7 +11,8 @@ Slightly bent lines are treated as straight: a patch keeps its arc lengths, not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -19,329 +20,200 @@ from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
-from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.complementarity import ComplementarityStatus
+from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.line_contact import LineContact
-from semiwear.contact.line_loads import LineLoads
-from semiwear.contact.mesh_position import MeshPosition
+from semiwear.contact.line_contact import solve_lines
+from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_system import PatchSystem, SharedTorque, share_torque
+from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
-from semiwear.contact.teeth_solver import SlicePressures
 from semiwear.errors import ConvergenceError
-from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["PatchContact", "PatchLoads"]
+__all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
+_CONVOLUTIONS = 400  # at a mesh position
 _MARGIN = 1.1  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
-_AROUND = 8.0  # half-widths along the line that stress below the surface feels
+_AROUND = 8.0  # half-widths along the line within which pressure counts for the stress below the surface
 _ROWS = 8  # rows of a patch come in multiples
 
 
-@dataclass
-class PatchLoads:
-    """Loads on patches; changed in place while positions are solved.
-
-    Attributes
-    ----------
-    cells : (roll, face, columns) array [N]
-        Normal force on each cell; the fresh line in the middle of the columns.
-    force : (roll, face) array [N]
-        On each slice.
-    half_width : (roll, face) array [mm]
-        Half-width of the Hertz contact with the same load and greatest pressure.
-    rotation : (mesh_position,) array [rad]
-        Rotation of the driving body beyond its nominal place.
-    iterations : (mesh_position,) int array
-        Convolutions.
-    balance, complementarity : (mesh_position,) arrays
-        Relative error of the torque; greatest gap where cells press, or penetration elsewhere, over the approach.
-    """
-
-    cells: FloatArray
-    force: FloatArray
-    half_width: FloatArray
-    rotation: FloatArray
-    iterations: IntArray
-    balance: FloatArray
-    complementarity: FloatArray
-
-    def copy(self) -> PatchLoads:
-        """An independent copy."""
-        return PatchLoads(*(getattr(self, entry.name).copy() for entry in fields(self)))
-
-    def with_columns(self, columns: int) -> FloatArray:
-        """The cells in rows of at least so many columns."""
-        more = max(columns - self.cells.shape[-1], 0) // 2
-        return np.pad(self.cells, ((0, 0), (0, 0), (more, more))) if more else self.cells
+def solve_cells(
+    problem: ContactProblem,
+    worn: Footprints,
+    start: TeethLoads | None = None,
+    wear_compliance: FloatArray | None = None,
+    positions: Sequence[int] | None = None,
+) -> TeethLoads:
+    """Loads of the cells and slices; as in `SolveLoads`."""
+    loads = problem.no_loads() if start is None else start.copy()
+    for position in range(problem.per_cycle) if positions is None else positions:
+        _Position(problem, position, worn, wear_compliance).solve(loads)
+    return loads
 
 
-@dataclass
-class PatchContact:
-    """Contact solver on patches.
+def cell_pressures(problem: ContactProblem, loads: TeethLoads, worn: Footprints, margin: float) -> SlicePressures:
+    """Greatest cell pressures; as in `Fidelity`."""
+    lines, cells = problem.lines, _cells_of(problem)
+    pressure = cells.pressure(loads.cells)
+    offset = cells.offsets(pressure.shape[-1])
+    first = (lines.low - lines.profile) * lines.spacing + margin
+    last = (lines.high - lines.profile) * lines.spacing - margin
+    inside = (offset >= first[..., None]) & (offset <= last[..., None])
+    inner = np.where(inside, pressure, 0.0)
+    at = inner.argmax(axis=-1)
+    return SlicePressures(
+        inner=inner.max(axis=-1),
+        place=lines.profile + offset[at] / lines.spacing,
+        border=np.where(inside, 0.0, pressure).max(axis=-1),
+    )
 
-    Attributes
-    ----------
-    line : LineContact
-        The same contact at fidelity `line`: candidates, compliance of the teeth, and the start.
-    cells : PatchCells
-        Cells at the positions of `line`.
-    max_iterations : int
-        Convolutions at a mesh position.
-    """
 
-    line: LineContact
-    cells: PatchCells
-    max_iterations: int = 400
-    length: float = field(init=False)
-    _influence: dict[tuple[int, int], FloatArray] = field(default_factory=dict, repr=False)
+def _as_they_are(problem: ContactProblem, worn: Footprints, loads: TeethLoads, before: Footprints) -> Footprints:
+    """Footprints unchanged: patches resolve edges."""
+    return worn
 
-    def __post_init__(self) -> None:
-        near = self.line.is_near(self.line.lines)
-        if not near.any():
-            raise ConvergenceError(
-                "no flank can touch at any mesh position: check the depth of modifications, and the placement if the "
-                "pinion is displaced"
-            )
-        self.length = float(self.line.lines.length[near].mean())
 
-    @property
-    def lines(self) -> ContactLines:
-        """Lines of all roll positions."""
-        return self.line.lines
+PATCH = Fidelity(solve_cells, _as_they_are, cell_pressures)
+"""Forces on cells, with Love's half-space under each pair."""
 
-    @property
-    def per_cycle(self) -> int:
-        """Mesh positions in a cycle."""
-        return self.line.per_cycle
+
+def subsurface_stress(
+    problem: ContactProblem, loads: TeethLoads, roll: int, face: int, poissons_ratio: float
+) -> GreatestSubsurfaceStress:
+    """Greatest stress below the surface around a slice of a roll position."""
+    cells, length = _cells_of(problem), problem.slice_length
+    some = _AROUND * problem.usual_half_width
+    rows = slice(max(face - int(some / length) - 1, 0), face + int(some / length) + 2)
+    pressure = cells.pressure(loads.cells)[roll, rows]
+    return greatest_subsurface_stress(pressure, cell=(length, cells.width), poissons_ratio=poissons_ratio)
+
+
+def _cells_of(problem: ContactProblem) -> PatchCells:
+    if problem.cells is None:
+        raise ValueError("the contact problem has no cells: give it PatchCells to resolve pressure across its lines")
+    return problem.cells
+
+
+@lru_cache(maxsize=64)
+def _coefficients(rows: int, columns: int, cell: tuple[float, float], modulus: float) -> FloatArray:
+    """Displacement under a unit force on a cell [mm/N], by rows and columns apart."""
+    return love_coefficients((rows, columns), cell) / (modulus * cell[0] * cell[1])
+
+
+@dataclass(frozen=True)
+class _Position:
+    """A mesh position to be solved on worn flanks."""
+
+    problem: ContactProblem
+    position: int
+    worn: Footprints
+    wear_compliance: FloatArray | None
 
     @property
-    def pairs(self) -> int:
-        """Tooth pairs considered at once."""
-        return self.line.pairs
+    def where(self) -> str:
+        """The position, for messages."""
+        return f"mesh position {self.position}/{self.problem.per_cycle}"
 
-    @property
-    def bodies(self) -> tuple[CompliantBody, ...]:
-        """Tooth compliance of both bodies; empty for rigid teeth."""
-        return self.line.bodies
-
-    @property
-    def modulus(self) -> float:
-        """Effective modulus E* [MPa]."""
-        return self.line.modulus
-
-    @property
-    def reach(self) -> float:
-        """Separation beyond which no slice can touch, however loaded and worn [mm]."""
-        return self.line.reach
-
-    @property
-    def resolved(self) -> PatchContact:
-        """The solver itself, which resolves pressure in two dimensions."""
-        return self
-
-    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
-        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
-
-        `depth` [mm] is the wear that there is already, where it is more than usual.
-        """
-        return self.line.is_near(lines, depth)
-
-    @property
-    def searched(self) -> FloatArray:
-        """Separation up to which candidates are known at each mesh position; 0 where not yet looked for [mm]."""
-        return self.line.searched
-
-    def search(self, searched: FloatArray) -> None:
-        """Know the candidates that a solver knew which had searched so far: its solutions are then the same."""
-        self.line.search(searched)
-
-    def line_load(self, loads: PatchLoads) -> FloatArray:
-        """Line load q [N/mm], (roll, face)."""
-        return loads.force / self.lines.length
-
-    def cell_pressure(self, loads: PatchLoads) -> FloatArray:
-        """Pressure of each cell [MPa], (roll, face, columns)."""
-        return loads.cells / (self.lines.length * self.cells.width)[..., None]
-
-    def cell_forces(self, loads: PatchLoads) -> tuple[FloatArray, FloatArray]:
-        """Force on each cell [N], (roll, face, columns), and its distance from the line [mm], (columns,)."""
-        return loads.cells, self.cells.offsets(loads.cells.shape[-1])
-
-    def pressures(self, loads: PatchLoads, worn: Footprints, margin: float) -> SlicePressures:
-        """Greatest cell pressures; as in `TeethSolver`."""
-        lines, pressure = self.lines, self.cell_pressure(loads)
-        offset = self.cells.offsets(pressure.shape[-1])
-        first = (lines.low - lines.profile) * lines.spacing + margin
-        last = (lines.high - lines.profile) * lines.spacing - margin
-        inside = (offset >= first[..., None]) & (offset <= last[..., None])
-        inner = np.where(inside, pressure, 0.0)
-        at = inner.argmax(axis=-1)
-        return SlicePressures(
-            inner=inner.max(axis=-1),
-            place=lines.profile + offset[at] / lines.spacing,
-            border=np.where(inside, 0.0, pressure).max(axis=-1),
-        )
-
-    def with_edges(self, worn: Footprints, loads: PatchLoads, before: Footprints) -> Footprints:
-        """As they are: patches resolve edges."""
-        return worn
-
-    def contact_pattern(self, loads: PatchLoads) -> FloatArray:
-        """Greatest pressure that each node of the flank meets in a mesh [MPa]: (face, profile)."""
-        return self.cells.greatest_on_flank(self.cell_pressure(loads))
-
-    def subsurface(self, loads: PatchLoads, roll: int, face: int, poissons_ratio: float) -> GreatestSubsurfaceStress:
-        """Greatest stress below the surface around a slice of a roll position."""
-        some = _AROUND * self.line.usual_half_width
-        rows = slice(max(face - int(some / self.length) - 1, 0), face + int(some / self.length) + 2)
-        pressure = self.cell_pressure(loads)[roll, rows]
-        return greatest_subsurface_stress(
-            pressure, cell=(self.length, self.cells.width), poissons_ratio=poissons_ratio
-        )
-
-    def approach(self, loads: PatchLoads) -> FloatArray:
-        """Approach along the line of action at each mesh position [mm]."""
-        return loads.rotation * self.lines.lever_arm[: self.per_cycle, 0]
-
-    def no_loads(self) -> PatchLoads:
-        """No loads yet."""
-        rolls, faces = self.lines.profile.shape
-        nothing, each = np.zeros((rolls, faces)), np.zeros(self.per_cycle)
-        whole = np.zeros(self.per_cycle, dtype=np.int64)
-        return PatchLoads(np.zeros((rolls, faces, 0)), nothing, nothing, each, whole, each, each)
-
-    def solve(
-        self,
-        worn: Footprints,
-        loads: PatchLoads,
-        wear_compliance: FloatArray | None = None,
-        positions: Sequence[int] | None = None,
-    ) -> PatchLoads:
-        """Solve mesh positions; parameters and errors as in `LineContact.solve`."""
-        new = loads.copy()
-        for position in range(self.per_cycle) if positions is None else positions:
-            self._solve_position(position, worn, new, wear_compliance)
-        return new
-
-    def _solve_position(
-        self, position: int, worn: Footprints, loads: PatchLoads, wear_compliance: FloatArray | None
-    ) -> None:
-        line, rolls = self.line, self.line.rolls_of(position)
-        lever = float(self.lines.lever_arm.max())
-        least = float(worn.least[rolls].min())
-        first: LineLoads | None = None
+    def solve(self, loads: TeethLoads) -> None:
+        """Find the loads, starting from those that are there."""
+        problem, worn, cells = self.problem, self.worn, _cells_of(self.problem)
+        rolls, lever = problem.rolls_of(self.position), float(problem.lines.lever_arm.max())
+        least, usual = float(worn.least[rolls].min()), problem.typical_approach
+        first: TeethLoads | None = None
         if loads.force[rolls].any():
-            approach = lever * float(loads.rotation[position])
+            approach = lever * float(loads.rotation[self.position])
         else:
-            first = self._line_loads(position, worn, wear_compliance)
-            approach = lever * float(first.rotation[position]) if first else least + line.typical_approach
-        columns = max(loads.cells.shape[-1], self.cells.columns_for(2.0 * line.usual_half_width))
+            first = self._line_loads()
+            approach = lever * float(first.rotation[self.position]) if first else least + usual
+        columns = max(loads.cells.shape[-1], cells.columns_for(2.0 * problem.usual_half_width))
         for _ in range(_APPROACHES):
-            approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * line.typical_approach)
-            rows = _Rows.of(line, position, worn, approach)
-            gap, reach = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
-            if reach > (0.5 * columns - 0.5) * self.cells.width:
-                columns = self.cells.columns_for(reach)
-                gap, _ = self.cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+            approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * usual)
+            rows = _Rows.of(problem, self.position, worn, approach)
+            gap, reach = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+            if reach > (0.5 * columns - 0.5) * cells.width:
+                columns = cells.columns_for(reach)
+                gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
             if not np.isfinite(gap[rows.candidate >= 0]).any():
-                approach = self._farther(position, least, approach)
+                approach = self._farther(least, approach)
                 continue
             if first is not None:
-                guess = self._hertz(rows, columns, worn, first)
+                guess = self._hertz(rows, columns, first)
             else:
                 guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
-            solution = self._solve_rows(position, rows, gap, worn, wear_compliance, guess)
+            solution = self._share(rows, gap, guess)
             if solution.sharing.status is not ComplementarityStatus.CONVERGED:
-                shorter = "" if wear_compliance is None else ", or take shorter wear steps (more numerics.wear_steps)"
-                where = f"load sharing stopped at mesh position {position}/{self.per_cycle}: "
-                raise ConvergenceError(where + _reason(solution) + shorter)
+                longer = self.wear_compliance is not None
+                shorter = ", or take shorter wear steps (more numerics.wear_steps)" if longer else ""
+                raise ConvergenceError(f"load sharing stopped at {self.where}: {_reason(solution)}{shorter}")
             # gaps up to the approach were looked at: what reaches farther is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
                 break
         else:
             raise ConvergenceError(
-                f"load sharing stopped at mesh position {position}/{self.per_cycle}: the approach, {approach:.3g} mm "
-                "by now, grows with every cell that is let touch; check the torque, the materials and "
-                "numerics.tooth_compliance"
+                f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
+                "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
             )
-        self._keep(position, rows, solution, loads)
-        if wear_compliance is None:
-            worn.require_followed(loads.force, rolls, f"{position}/{self.per_cycle}")
+        self._keep(rows, solution, loads)
+        if self.wear_compliance is None:
+            worn.require_followed(loads.force, rolls, f"{self.position}/{problem.per_cycle}")
 
-    def _farther(self, position: int, least: float, approach: float) -> float:
+    def _farther(self, least: float, approach: float) -> float:
         """A greater approach to look at where no cell's middle is nearer: an edge may be steep over a cell."""
-        height = float((self.lines.high - self.lines.low).max())
-        if approach - least > height:
+        lines = self.problem.lines
+        if approach - least > float((lines.high - lines.low).max()):
             raise ConvergenceError(
-                f"no cell can touch at mesh position {position}/{self.per_cycle}: the contact is narrower than a "
-                "cell; raise numerics.cells_per_half_width, or give edges a radius"
+                f"no cell can touch at {self.where}: the contact is narrower than a cell; raise "
+                "numerics.cells_per_half_width, or give edges a radius"
             )
         return least + 2.0 * (approach - least)
 
-    def _line_loads(self, position: int, worn: Footprints, wear_compliance: FloatArray | None) -> LineLoads | None:
+    def _line_loads(self) -> TeethLoads | None:
         """The start at fidelity `line`; none where that fails, which is no reason for patches to fail."""
         try:
-            return self.line.solve(worn, self.line.no_loads(), wear_compliance, [position])
+            return solve_lines(self.problem, self.worn, None, self.wear_compliance, [self.position])
         except ConvergenceError:
             return None
 
-    def _hertz(self, rows: _Rows, columns: int, worn: Footprints, first: LineLoads) -> FloatArray:
+    def _hertz(self, rows: _Rows, columns: int, first: TeethLoads) -> FloatArray:
         """Line loads as semi-ellipses around the footprints: where cells are first taken to touch."""
-        at = (rows.rolls, rows.faces)
-        offset = self.cells.offsets(columns)
-        centre = (worn.profile[at] - self.lines.profile[at]) * self.lines.spacing[at]
-        width = np.maximum(first.half_width[at], self.cells.width)
+        at, lines, cells = (rows.rolls, rows.faces), self.problem.lines, _cells_of(self.problem)
+        offset = cells.offsets(columns)
+        centre = (self.worn.profile[at] - lines.profile[at]) * lines.spacing[at]
+        width = np.maximum(first.half_width[at], cells.width)
         shape = np.sqrt(np.maximum(1.0 - ((offset - centre[:, None]) / width[:, None]) ** 2, 0.0))
         total = shape.sum(axis=1)
         return first.force[at][:, None] * shape / np.where(total > 0.0, total, 1.0)[:, None]
 
-    def _solve_rows(
-        self,
-        position: int,
-        rows: _Rows,
-        gap: FloatArray,
-        worn: Footprints,
-        wear_compliance: FloatArray | None,
-        guess: FloatArray,
-    ) -> SharedTorque:
-        columns = gap.shape[1]
+    def _share(self, rows: _Rows, gap: FloatArray, guess: FloatArray) -> SharedTorque:
+        problem, columns = self.problem, gap.shape[1]
         gap[rows.candidate < 0] = np.inf
-        on = np.flatnonzero(rows.candidate >= 0)
+        on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
         smooth = np.zeros((rows.rolls.size, rows.rolls.size))
-        smooth[np.ix_(on, on)] = rows.system.compliance(rows.system.smooth, rows.candidate[on], worn, wear_compliance)
-        cell = (self.length, self.cells.width)
+        smooth[np.ix_(on, on)] = known.compliance(known.smooth, rows.candidate[on], self.worn, self.wear_compliance)
+        cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
         system = PatchSystem(
             starts=rows.starts,
-            half_spaces=tuple(HalfSpace((int(count), columns), cell, self.modulus) for count in np.diff(rows.starts)),
+            half_spaces=tuple(HalfSpace((int(count), columns), cell, problem.modulus) for count in counts),
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
-            coefficients=self._coefficients(int(np.diff(rows.starts).max()), columns),
+            coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
         )
-        lever = self.lines.lever_arm[rows.rolls, rows.faces]
-        return share_torque(system, gap, lever, float(self.line.torque[position]), guess, self.max_iterations)
+        lever = problem.lines.lever_arm[rows.rolls, rows.faces]
+        return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
 
-    def _coefficients(self, rows: int, columns: int) -> FloatArray:
-        known = self._influence.get((rows, columns))
-        if known is None:
-            cell = (self.length, self.cells.width)
-            known = love_coefficients((rows, columns), cell) / (self.modulus * cell[0] * cell[1])
-            self._influence[rows, columns] = known
-        return known
-
-    def _keep(self, position: int, rows: _Rows, solution: SharedTorque, loads: PatchLoads) -> None:
-        cells = solution.sharing.pressure
+    def _keep(self, rows: _Rows, solution: SharedTorque, loads: TeethLoads) -> None:
+        cells, width, position = solution.sharing.pressure, _cells_of(self.problem).width, self.position
         columns = cells.shape[1]
-        loads.cells = loads.with_columns(columns)
-        all_rolls, at = self.line.rolls_of(position), (rows.rolls, rows.faces)
+        loads.cells = _with_columns(loads.cells, columns)
+        all_rolls, at = self.problem.rolls_of(position), (rows.rolls, rows.faces)
         more = (loads.cells.shape[-1] - columns) // 2
         loads.cells[all_rolls] = 0.0
         loads.force[all_rolls] = 0.0
@@ -350,7 +222,7 @@ class PatchContact:
         force, greatest = cells.sum(axis=1), cells.max(axis=1)
         loads.force[at] = force
         # Hertz: b = 2 q / (pi p0)
-        loads.half_width[at] = 2.0 * force * self.cells.width / (pi * np.where(greatest > 0.0, greatest, 1.0))
+        loads.half_width[at] = 2.0 * force * width / (pi * np.where(greatest > 0.0, greatest, 1.0))
         loads.rotation[position] = solution.rotation
         loads.iterations[position] = solution.sharing.iterations
         loads.balance[position] = solution.balance
@@ -372,17 +244,17 @@ class _Rows:
 
     Attributes
     ----------
-    system : MeshPosition
+    candidates : Candidates
     approach : float [mm]
         Gaps up to it were looked at.
     rolls, faces : (n,) int arrays
     starts : (pairs + 1,) int array
         First row of each pair that has any.
     candidate : (n,) int array
-        Index in the candidates of `system`; -1 where there is none.
+        Index in `candidates`; -1 where there is none.
     """
 
-    system: MeshPosition
+    candidates: Candidates
     approach: float
     rolls: IntArray
     faces: IntArray
@@ -390,14 +262,14 @@ class _Rows:
     candidate: IntArray
 
     @classmethod
-    def of(cls, line: LineContact, position: int, worn: Footprints, approach: float) -> _Rows:
+    def of(cls, problem: ContactProblem, position: int, worn: Footprints, approach: float) -> _Rows:
         """Slices nearer than the approach [mm], and what lies between them."""
-        system = line.mesh_position(position, approach)
-        slices = line.lines.face.size
-        place = np.full(line.lines.profile.size, -1)
-        place[system.index] = np.arange(system.index.size)
+        candidates, lines = problem.candidates(position, approach), problem.lines
+        slices = lines.face.size
+        place = np.full(lines.profile.size, -1)
+        place[candidates.index] = np.arange(candidates.index.size)
         rolls, faces, starts = [], [], [0]
-        for roll in line.rolls_of(position):
+        for roll in problem.rolls_of(position):
             near = np.flatnonzero(worn.least[roll] < approach)
             if near.size == 0:
                 continue
@@ -408,7 +280,14 @@ class _Rows:
             faces.append(np.arange(first, first + count))
             starts.append(starts[-1] + count)
         at = np.concatenate(rolls), np.concatenate(faces)
-        return cls(system, approach, *at, np.array(starts), place[np.ravel_multi_index(at, line.lines.profile.shape)])
+        index = place[np.ravel_multi_index(at, lines.profile.shape)]
+        return cls(candidates, approach, *at, np.array(starts), index)
+
+
+def _with_columns(cells: FloatArray, columns: int) -> FloatArray:
+    """The cells in rows of at least so many columns."""
+    more = max(columns - cells.shape[-1], 0) // 2
+    return np.pad(cells, ((0, 0), (0, 0), (more, more))) if more else cells
 
 
 def _fitted(cells: FloatArray, columns: int) -> FloatArray:

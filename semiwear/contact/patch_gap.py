@@ -223,6 +223,10 @@ class PatchCells:
         """Distance of the middle of each cell in a row from the line [mm], (columns,)."""
         return (np.arange(columns, dtype=np.float64) - 0.5 * (columns - 1)) * self.width
 
+    def pressure(self, forces: FloatArray) -> FloatArray:
+        """Pressure [MPa] of forces on cells [N], (roll, face, columns)."""
+        return forces / (self.lines.length * self.width)[..., None]
+
     def columns_for(self, reach: float) -> int:
         """Even number of cells in a row, in whole multiples, that covers `reach` [mm] to either side."""
         half = max(int(reach / self.width) + 2, 4)

@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.line_contact import LineContact
-from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loads import TeethLoads
+from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
@@ -61,31 +62,30 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     """
     pressed, at_tips = pressed_tips(teeth, state), _at_tips(teeth, state)
     relief = np.zeros(len(BODIES))
-    line: LineContact = teeth.solver.line
+    problem = teeth.problem
     per_cycle = teeth.rolls.phase.size
     positions = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % per_cycle)
     without: BoolArray = np.logical_or.reduce(at_tips, axis=0)
     opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
-    start = line.no_loads()
     for position in positions:
-        rolls = line.rolls_of(int(position))
+        rolls = problem.rolls_of(int(position))
         if not (state.loads.force[rolls] * ~without[rolls]).any():
             continue  # nothing but tips bears here: no relief frees them all
-        loads = line.solve(opened, start, positions=[int(position)])
-        overlap = _overlap(line, int(position), loads, state)
+        loads = solve_lines(problem, opened, positions=[int(position)])
+        overlap = _overlap(problem, int(position), loads, state)
         for body in (DRIVING, DRIVEN):
             counts = pressed[body][rolls] & ~np.isnan(overlap)
             relief[body] = max(relief[body], float(np.max(overlap, where=counts, initial=0.0)))
     return relief
 
 
-def _overlap(line: LineContact, position: int, loads: LineLoads, state: LoadedState) -> FloatArray:
+def _overlap(problem: ContactProblem, position: int, loads: TeethLoads, state: LoadedState) -> FloatArray:
     """How far the flanks overlap in every slice of a mesh position, (pair, face) [mm]; NaN far from contact."""
-    rolls, worn = line.rolls_of(position), state.coarse
-    system = line.mesh_position(position, 0.0)
-    every = np.arange(system.index.size)
-    deflection = system.compliance(system.static, every, worn, None) @ loads.force.ravel()[system.index]
+    rolls, worn = problem.rolls_of(position), state.coarse
+    candidates = problem.candidates(position, 0.0)
+    every = np.arange(candidates.index.size)
+    deflection = candidates.compliance(candidates.static, every, worn, None) @ loads.force.ravel()[candidates.index]
     overlap = np.full(worn.gap.size, np.nan)
-    approach = loads.rotation[position] * system.lever
-    overlap[system.index] = approach - worn.least.ravel()[system.index] - deflection
+    approach = loads.rotation[position] * candidates.lever
+    overlap[candidates.index] = approach - worn.least.ravel()[candidates.index] - deflection
     return overlap.reshape(worn.gap.shape)[rolls]

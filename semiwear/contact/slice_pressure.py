@@ -25,7 +25,7 @@ from semiwear.contact.footprint import (
     outline,
     rises_within,
 )
-from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import locate, smooth_value

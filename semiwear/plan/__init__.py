@@ -7,19 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.compliance.blas_threads import one_blas_thread
-from semiwear.contact.line_contact import LineContact, usual_approach
-from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact.footprint import footprints
+from semiwear.contact.line_contact import LINE
+from semiwear.contact.loaded_teeth import LoadedTeeth, fresh_flanks, slices_near
+from semiwear.contact.patch_contact import PATCH
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.teeth_solver import TeethSolver
+from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from xarray import DataTree
 
     from semiwear.observers import Observer
+    from semiwear.wear.contact_factor import ContactFactor
 
 __all__ = ["Choice", "Plan", "plan"]
 
@@ -140,7 +142,8 @@ class Plan:
         bodies = tooth_compliance(scene, pair, lines)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
-        line = LineContact(
+        patches = numerics.fidelity == "patch"
+        problem = ContactProblem(
             lines=lines,
             per_cycle=rolls.phase.size,
             bodies=bodies,
@@ -151,22 +154,22 @@ class Plan:
             usual_half_width=half_width,
             base_pitch=pair.base_pitch,
             max_iterations=numerics.max_iterations,
-            more=self._further_compliance(pair, lines, bodies, half_width),
+            more=effects.further_compliance(scene, pair, lines, bodies, half_width, self.clock),
+            cells=PatchCells(lines, shape.grid, whole / numerics.cells_per_half_width) if patches else None,
         )
-        near = line.is_near(shape.fine)
-        teeth = LoadedTeeth(
+        return LoadedTeeth(
             pair=pair,
             rolls=rolls,
             fine=shape.fine,
             lines=lines,
             grid=shape.grid,
-            solver=self._solver(line, pair, whole, shape.grid),
+            problem=problem,
+            fidelity=effects.rubbing(scene, pair, lines, PATCH if patches else LINE),
             half_width=whole,
-            zero=0.0,
+            zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
-            partner=self._partner(pair, shape, near),
+            partner=self._partner(pair, shape, problem.is_near(shape.fine)),
         )
-        return replace(teeth, zero=self._unworn_zero(teeth))
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
         """The wear of the flanks; the scene must have a table [wear]."""
@@ -219,7 +222,7 @@ class Plan:
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
         """What effects tell of a loaded state."""
         scene = self.scene
-        rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.solver.modulus)
+        rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.problem.modulus)
         flash = effects.flash_temperature(scene)
         if rubbing is None and film is None and flash is None:
             return ()
@@ -252,40 +255,25 @@ class Plan:
                 modification = effects.modification_depth(scene, pair, fine, grid)
         return _Shape(fine, grid, modification)
 
-    def _further_compliance(
-        self, pair: FlankPair, lines: ContactLines, bodies: tuple[Any, ...], half_width: float
-    ) -> tuple[Any, ...]:
-        return effects.further_compliance(self.scene, pair, lines, bodies, half_width, self.clock)
-
-    def _solver(self, line: LineContact, pair: FlankPair, half_width: float, grid: FlankGrid) -> TeethSolver:
-        numerics = self.scene.numerics
-        plain: TeethSolver = line
-        if numerics.fidelity == "patch":
-            plain = PatchContact(line, PatchCells(line.lines, grid, half_width / numerics.cells_per_half_width))
-        rubbing = effects.friction(self.scene)
-        if rubbing is None:
-            return plain
-        from semiwear.contact.frictional_contact import FrictionalContact
-
-        speeds = effects.speeds_of(self.scene, pair, line.lines)
-        return FrictionalContact(partial(_under_torque, plain), line.torque, rubbing, speeds)
-
     def _partner(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> PartnerFlank | None:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None
         return partner_flank(pair, shape.fine, shape.grid, near)
 
-    def _unworn_zero(self, teeth: LoadedTeeth) -> float:
+    def _unworn_zero(
+        self, pair: FlankPair, rolls: RollGrid, shape: _Shape, problem: ContactProblem, half_width: float
+    ) -> float:
         """Mean of the least separation over an even mesh cycle [mm]."""
-        rolls, positions = teeth.rolls, self.scene.numerics.roll_positions
+        positions = self.scene.numerics.roll_positions
         even = even_roll_grid(rolls.start, rolls.pairs, positions, positions)
         if not np.array_equal(rolls.phase, even.phase):
-            shape = self._shape(teeth.pair, even, teeth.grid.face)
-            teeth = replace(teeth, rolls=even, fine=shape.fine, lines=shape.fine, modification=shape.modification)
-        least = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1].least
-        least = least * (reference_lever(teeth.pair) / teeth.lines.lever_arm)
-        return float(least.min(axis=1).reshape(even.pairs, -1).min(axis=0).mean())
+            shape, rolls = self._shape(pair, even, shape.grid.face), even
+        unworn = fresh_flanks(shape.fine, shape.grid, shape.modification)
+        touch = footprints(shape.fine, unworn, half_width, slices_near(problem, shape.fine, unworn))
+        least = touch.every(rolls.substeps).least
+        least = least * (reference_lever(pair) / shape.fine.every(rolls.substeps).lever_arm)
+        return float(least.min(axis=1).reshape(rolls.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
         """What the teeth wear under: every torque of a spectrum with every way in which teeth follow."""
@@ -301,15 +289,15 @@ class Plan:
         return tuple(
             LoadCase(
                 share * often,
-                replace(case, solver=_under_torque(case.solver, np.full(teeth.rolls.phase.size, 1e3 * torque))),
+                replace(case, problem=case.problem.under(np.full(teeth.rolls.phase.size, 1e3 * torque))),
                 mean / torque,
             )
             for case, often in following
             for torque, share in zip(torques, shares, strict=True)
         )
 
-    def _coefficient_factor(self, teeth: LoadedTeeth) -> Any:
-        laws = effects.contact_laws(self.scene, teeth.solver.modulus)
+    def _coefficient_factor(self, teeth: LoadedTeeth) -> ContactFactor | None:
+        laws = effects.contact_laws(self.scene, teeth.problem.modulus)
         if not laws:
             return None
         from semiwear.wear.contact_factor import ContactFactor
@@ -359,15 +347,6 @@ def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: Floa
     return even_roll_grid(start, pairs, scene.numerics.roll_positions, _FINE_ROLLS)
 
 
-def _under_torque(solver: Any, torque: FloatArray) -> Any:
-    """The same solver under other torques [N mm]; what it has found for its lines is kept."""
-    if isinstance(solver, LineContact):
-        return replace(solver, torque=torque)
-    if isinstance(solver, PatchContact):
-        return replace(solver, line=replace(solver.line, torque=torque))
-    return replace(solver, torque=torque)  # friction around one of them
-
-
 def _pushed_back(lines: ContactLines, offset: FloatArray) -> ContactLines:
     """Lines whose tooth pairs are farther apart by an offset each [mm]."""
     separation = lines.separation.copy()
@@ -379,13 +358,4 @@ def _with_pitch(teeth: LoadedTeeth, offset: FloatArray) -> LoadedTeeth:
     """The same teeth with tooth pairs pushed back by an offset each [mm]."""
     fine = _pushed_back(teeth.fine, offset)
     lines = fine.every(teeth.rolls.substeps)
-    return replace(teeth, fine=fine, lines=lines, solver=_on_lines(teeth.solver, lines))
-
-
-def _on_lines(solver: Any, lines: ContactLines) -> Any:
-    """The same solver on other lines, whose places on the flanks are the same."""
-    if isinstance(solver, LineContact):
-        return replace(solver, lines=lines, _systems={})
-    if isinstance(solver, PatchContact):
-        return replace(solver, line=_on_lines(solver.line, lines), cells=replace(solver.cells, lines=lines))
-    return replace(solver, frictionless=partial(_under_torque, _on_lines(solver.solver, lines)))
+    return replace(teeth, fine=fine, lines=lines, problem=teeth.problem.on_lines(lines))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody
+from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines
@@ -44,6 +45,7 @@ __all__ = [
     "modification_depth",
     "modification_of",
     "pitch_ways",
+    "rubbing",
     "speeds_of",
     "tallest_modification",
 ]
@@ -238,6 +240,16 @@ def friction(scene: Scene) -> Friction | None:
 
     law = "constant" if table.law == "constant" else "iso_14179"
     return Friction(law, table.coefficient, table.viscosity_mPas, table.roughness_um)  # type: ignore[arg-type]
+
+
+def rubbing(scene: Scene, pair: FlankPair, lines: ContactLines, fidelity: Fidelity) -> Fidelity:
+    """The fidelity with friction in its load sharing, where the scene has some; otherwise as it is."""
+    law = friction(scene)
+    if law is None:
+        return fidelity
+    from semiwear.contact.frictional_contact import FrictionalContact
+
+    return replace(fidelity, solve=FrictionalContact(fidelity.solve, law, speeds_of(scene, pair, lines)))
 
 
 def friction_of_heat(scene: Scene) -> Friction:

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
+from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.wear.stepping import ControlPoint, Trial, WearState, WearStepper
 from semiwear.wear.two_stage import measured
@@ -31,7 +31,7 @@ _SHORTEST = 1e-3  # of what is asked for: shorter steps would not end
 _ADVANCES = 0.1  # of a step's length, that it has to get on at least
 _END = 1e-9  # of what is asked for
 
-Advance = Callable[[WearState, float, Sequence[Any] | None], Trial]
+Advance = Callable[[WearState, float, Sequence[TeethLoads] | None], Trial]
 """A step from a state to a reading of what measures the way, with loads near those to come."""
 
 
@@ -69,7 +69,7 @@ class AdaptiveStepper:
         """The state `meshes` engagements later."""
         begin = state.meshes
 
-        def advance(now: WearState, end: float, near: Sequence[Any] | None) -> Trial:
+        def advance(now: WearState, end: float, near: Sequence[TeethLoads] | None) -> Trial:
             return self.stepper.trial(now, end - now.meshes, near)
 
         return self._until(state, begin, begin + meshes, advance, lambda now: now.meshes)
@@ -78,7 +78,7 @@ class AdaptiveStepper:
         """The state in which the control point has worn to `depth` [mm]."""
         stepper = self.stepper
 
-        def advance(now: WearState, end: float, near: Sequence[Any] | None) -> Trial:
+        def advance(now: WearState, end: float, near: Sequence[TeethLoads] | None) -> Trial:
             return stepper.trial_to_depth(now, point, end, near)
 
         def reading(now: WearState) -> float:
@@ -122,6 +122,6 @@ class AdaptiveStepper:
         return state
 
 
-def _to(advance: Advance, there: float) -> Callable[[WearState, Sequence[Any] | None], Trial]:
+def _to(advance: Advance, there: float) -> Callable[[WearState, Sequence[TeethLoads] | None], Trial]:
     """Goes from a state to the end of a step."""
     return lambda state, near: advance(state, there, near)

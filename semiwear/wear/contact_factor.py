@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 from semiwear.wear.laws import ContactLaw
@@ -44,9 +45,9 @@ class ContactFactor:
     speeds: SurfaceSpeeds
     clock: Clock
 
-    def __call__(self, teeth: LoadedTeeth, loads: Any, worn: Footprints) -> FloatArray:
+    def __call__(self, teeth: LoadedTeeth, loads: TeethLoads, worn: Footprints) -> FloatArray:
         """Factor in every slice, (roll, face); 1 where there is no load."""
-        conditions = line_conditions(teeth.solver, loads, worn, self.speeds)
+        conditions = line_conditions(teeth.problem, loads, worn, self.speeds)
         product = np.ones(conditions.line_load.shape)
         for name, law in self.laws.items():
             with self.clock.measure(name):

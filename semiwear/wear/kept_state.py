@@ -1,7 +1,7 @@
 """Wear states as plain arrays, and back: what a run needs to go on from them as if it had never stopped.
 
-Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the contact of pressed edges
-(it depends on the loads on the way) and how far candidates were searched. Footprints are found again from the wear.
+Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, and the contact of pressed
+edges, which depends on the loads on the way. Footprints are found again from the wear.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loads import TeethLoads
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.volume import WearVolume
 
-__all__ = ["restored_state", "search_as_far", "state_arrays"]
+__all__ = ["restored_state", "state_arrays"]
 
 _PRESSED = ("gap", "curvature", "profile")  # of footprints, where edges press
 _NUMBERS = ("meshes", "pace", "error", "law_residual")  # of a state
@@ -44,9 +45,8 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     for k, contact in enumerate((state.contact, *state.cases)):
         arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in _PRESSED}
         arrays[f"{k}.edge_residual"] = np.array(contact.edge_residual)
-        loads: Any = contact.loads
-        arrays |= {f"{k}.{entry.name}": getattr(loads, entry.name) for entry in fields(loads)}
-    return arrays | {f"{k}.searched": teeth.solver.searched for k, teeth in enumerate(_all_teeth(stepper))}
+        arrays |= {f"{k}.{entry.name}": getattr(contact.loads, entry.name) for entry in fields(TeethLoads)}
+    return arrays
 
 
 def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> WearState:
@@ -58,12 +58,6 @@ def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> We
     return WearState(contact=contacts[0], cases=tuple(contacts[1:]), stride=stride, volume=volume, **numbers)
 
 
-def search_as_far(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> None:
-    """Have the solvers know the candidates that they knew in this state."""
-    for k, teeth in enumerate(_all_teeth(stepper)):
-        teeth.solver.search(arrays[f"{k}.searched"])
-
-
 def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
     return (stepper.teeth, *(case.teeth for case in stepper.cases))
 
@@ -71,8 +65,7 @@ def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
 def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> LoadedState:
     wear, partner = arrays["wear"], arrays.get("partner_wear")
     fine, coarse = teeth.touch(teeth.removed(wear, partner))
-    kind = type(teeth.solver.no_loads())
-    loads = kind(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(kind)})
+    loads = TeethLoads(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(TeethLoads)})
     pressed: dict[str, Any] = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
     residual = float(arrays[f"{k}.edge_residual"])
     return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner, residual)

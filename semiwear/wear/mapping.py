@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact.loads import TeethLoads
+from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
@@ -67,13 +68,12 @@ class Passage:
     ----------
     teeth : LoadedTeeth
     loads : TeethLoads
-        Of the solver's own kind.
     weight : float, or (roll, face) array
         Share of the meshes; times the factor on the wear coefficient where it varies.
     """
 
     teeth: LoadedTeeth
-    loads: Any
+    loads: TeethLoads
     weight: float | FloatArray = 1.0
 
 
@@ -114,7 +114,7 @@ class WearMapping(Protocol):
 
 def _line_load(passages: Sequence[Passage]) -> FloatArray:
     """Line load on the fine roll grid, averaged over the passages: footprints have one shape for all of them."""
-    parts = [one.teeth.on_fine_rolls(one.teeth.solver.line_load(one.loads) * one.weight) for one in passages]
+    parts = [one.teeth.on_fine_rolls(one.teeth.problem.line_load(one.loads) * one.weight) for one in passages]
     total = parts[0]
     for part in parts[1:]:
         total = total + part
@@ -130,7 +130,7 @@ def _swept(
     taken: FloatArray | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt on the driven flank under line loads whose footprints `removed` shapes [N/mm]."""
-    what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices, taken)
+    what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices, taken)
     return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
 
 
@@ -171,7 +171,7 @@ class InterpolatedWear:
             slices = _with_neighbours(slices, driven.shape[0])
         for _ in range(cycles):
             removed = teeth.removed(driven, driving, slices)
-            what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+            what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
             if driving is not None and teeth.partner is not None:
                 partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what, taken[DRIVING])
@@ -224,7 +224,7 @@ class MarchedWear:
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
         unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
         slid = np.maximum(_slid(passages, chosen), _swept(teeth, motion, removed, unit, slices))
-        stiffness = 0.5 * dose * teeth.solver.modulus * slid
+        stiffness = 0.5 * dose * teeth.problem.modulus * slid
         area = flank_area(teeth.pair, DRIVEN, teeth.grid)
         depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
         return Worn(np.maximum(depth, worn.driven)), on_edges
@@ -236,24 +236,24 @@ def driving_wear_of_mesh(
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.partner is not None
     slices = _with_neighbours(slices, worn.driven.shape[0])
-    what = (motion, _line_load(passages), teeth.half_width, teeth.solver.modulus, slices)
+    what = (motion, _line_load(passages), teeth.half_width, teeth.problem.modulus, slices)
     return partner_wear_of_mesh(teeth.fine, teeth.partner, teeth.removed(*worn, slices), *what)
 
 
-def _patch(passage: Passage) -> PatchContact:
-    solver = passage.teeth.solver.resolved
-    assert isinstance(solver, PatchContact)  # the scene's rules see to it
-    return solver
+def _cells(passage: Passage) -> PatchCells:
+    cells = passage.teeth.problem.cells
+    assert cells is not None  # the scene's rules see to it
+    return cells
 
 
 def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> tuple[FloatArray, float]:
     """Sum of p |v_s| dt at the nodes [N/mm], and that of F |v_s| dt beyond them [N mm]."""
-    found = [marched_wear(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
+    found = [marched_wear(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in passages]
     return np.sum([mesh for mesh, _ in found], axis=0), sum(beyond for _, beyond in found)
 
 
 def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
-    slid = [sliding_distance_under_contact(p.teeth, _patch(p), p.loads, chosen, p.weight) for p in passages]
+    slid = [sliding_distance_under_contact(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in passages]
     return np.asarray(np.sum(slid, axis=0))
 
 

@@ -29,7 +29,8 @@ from numpy.typing import NDArray
 from scipy.fft import dct
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.patch_contact import PatchContact, PatchLoads
+from semiwear.contact.loads import TeethLoads
+from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.flank_grid import FlankGrid
 
 __all__ = ["marched_wear", "sliding_distance_under_contact", "spread_by_contact"]
@@ -39,21 +40,21 @@ BoolArray = NDArray[np.bool_]
 
 
 def _sum_over_rolls(
-    teeth: LoadedTeeth, solver: PatchContact, rate: FloatArray, slices: BoolArray
+    teeth: LoadedTeeth, cells: PatchCells, rate: FloatArray, slices: BoolArray
 ) -> tuple[FloatArray, float]:
     """Sum of cell values times |v_s| dt at the nodes of the flank, (face, profile), and over the area beyond them."""
     lines, out = teeth.lines, np.zeros(teeth.grid.profile.shape)
     rolls, faces = np.nonzero(rate.any(axis=-1) & slices)
     time = np.gradient(lines.roll) / teeth.pair.roll_per_time
-    cells = np.ascontiguousarray(rate[rolls, faces]) * time[rolls, None]
-    beyond = solver.cells.add_to_flank(rolls, faces, cells, lines.sliding, lines.sliding_slope, slices, out)
+    amount = np.ascontiguousarray(rate[rolls, faces]) * time[rolls, None]
+    beyond = cells.add_to_flank(rolls, faces, amount, lines.sliding, lines.sliding_slope, slices, out)
     return out, beyond
 
 
 def marched_wear(
     teeth: LoadedTeeth,
-    solver: PatchContact,
-    loads: PatchLoads,
+    cells: PatchCells,
+    loads: TeethLoads,
     slices: BoolArray,
     weight: float | FloatArray = 1.0,
 ) -> tuple[FloatArray, float]:
@@ -62,8 +63,8 @@ def marched_wear(
     Parameters
     ----------
     teeth : LoadedTeeth
-    solver : PatchContact
-    loads : PatchLoads
+    cells : PatchCells
+    loads : TeethLoads
     slices : (face,) bool array
         Slices to do; the others stay zero.
     weight : float, or (roll, face) array
@@ -76,20 +77,20 @@ def marched_wear(
     beyond : float [N mm]
         Force times sliding distance beyond the ends of the nodes, on the roundings of edges.
     """
-    rate = solver.cell_pressure(loads) * np.asarray(weight)[..., None]
-    return _sum_over_rolls(teeth, solver, rate, slices)
+    rate = cells.pressure(loads.cells) * np.asarray(weight)[..., None]
+    return _sum_over_rolls(teeth, cells, rate, slices)
 
 
 def sliding_distance_under_contact(
     teeth: LoadedTeeth,
-    solver: PatchContact,
-    loads: PatchLoads,
+    cells: PatchCells,
+    loads: TeethLoads,
     slices: BoolArray,
     weight: float | FloatArray = 1.0,
 ) -> FloatArray:
     """Distance that the other flank slides over each node while it is pressed, in one mesh [mm]: (face, profile)."""
     rate = (loads.cells > 0.0) * np.asarray(weight)[..., None]
-    return _sum_over_rolls(teeth, solver, rate, slices)[0]
+    return _sum_over_rolls(teeth, cells, rate, slices)[0]
 
 
 @lru_cache(maxsize=4)

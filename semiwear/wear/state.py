@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loads import TeethLoads
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.wear.mapping import Worn
 from semiwear.wear.volume import WearVolume
@@ -115,7 +115,7 @@ class Trial:
 
     start: WearState
     meshes: float
-    loads: Sequence[Any]
+    loads: Sequence[TeethLoads]
     worn: Worn
     pace: float
     volume: WearVolume = field(default_factory=WearVolume.none)

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints, depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn, driving_wear_of_mesh
@@ -30,7 +30,7 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-CoefficientFactor = Callable[[LoadedTeeth, Any, Footprints], FloatArray]
+CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, Footprints], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _CYCLES = (4, 64)  # within an implicit step
@@ -110,7 +110,7 @@ class WearStepper:
         self,
         state: WearState,
         meshes: float,
-        near: Sequence[Any] | None = None,
+        near: Sequence[TeethLoads] | None = None,
         *,
         loads_after: float | None = None,
     ) -> Trial:
@@ -128,7 +128,7 @@ class WearStepper:
         return self._tried(_Step(self, state, near), meshes, loads_after)
 
     def trial_to_depth(
-        self, state: WearState, point: ControlPoint, depth: float, near: Sequence[Any] | None = None
+        self, state: WearState, point: ControlPoint, depth: float, near: Sequence[TeethLoads] | None = None
     ) -> Trial:
         """What a step to a depth of the control point [mm] would wear; `near` as in `trial`."""
         step = _Step(self, state, near)
@@ -203,7 +203,7 @@ class _CaseStep:
             now = now * self.factor
         # wear that the present loads would leave, where they are; elasticity spreads it when it is large
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
-        elastic = 2.0 * float(np.abs(self.case.teeth.solver.approach(self.state.loads)).mean())
+        elastic = 2.0 * float(np.abs(self.case.teeth.problem.approach(self.state.loads)).mean())
         growth = depth / (1.0 + depth / elastic)
         self.rate = self._own(growth)
         return growth
@@ -222,7 +222,7 @@ class _CaseStep:
             total = total + partner if total.size else partner
         return self.case.others * total
 
-    def correct(self, worn: Worn, loads: Any, meshes: float) -> None:
+    def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
         """Own wear of the lines as these worn flanks show it, after a step under these loads."""
         teeth, force = self.case.teeth, loads.force
         after = teeth.touch_solved(teeth.removed(*worn))
@@ -235,11 +235,11 @@ class _CaseStep:
         ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
         self.rate = self.rate * np.clip(ratio, *_CORRECTION)
 
-    def _factor(self, loads: Any) -> FloatArray:
+    def _factor(self, loads: TeethLoads) -> FloatArray:
         assert self.stepper.factor is not None
         return self.stepper.factor(self.case.teeth, loads, self.state.coarse)
 
-    def loads(self, meshes: float, positions: Sequence[int] | None, start: Any | None) -> Any:
+    def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
         """Loads that hold over the step."""
         if not self.stepper.implicit:
             return self.state.loads
@@ -262,11 +262,12 @@ class _CaseStep:
             )
         return loads
 
-    def _solve(self, meshes: float, positions: Sequence[int] | None, start: Any) -> Any:
+    def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
         rate = self.rate if self.factor is None else self.rate * self.factor
-        return self.case.teeth.solver.solve(self.state.coarse, start, meshes * rate, positions)
+        teeth = self.case.teeth
+        return teeth.fidelity.solve(teeth.problem, self.state.coarse, start, meshes * rate, positions)
 
-    def passage(self, loads: Any) -> Passage:
+    def passage(self, loads: TeethLoads) -> Passage:
         """Part of the case in the wear."""
         weight = self.case.share if self.factor is None else self.case.share * self.factor
         return Passage(self.case.teeth, loads, weight)
@@ -275,7 +276,7 @@ class _CaseStep:
 class _Step:
     """What a step knows about its start, whatever its length."""
 
-    def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[Any] | None = None):
+    def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth
         self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
         per_time = teeth.pair.roll_per_time
@@ -289,8 +290,8 @@ class _Step:
         self.pace = state.pace
 
     def loads(
-        self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[Any] | None = None
-    ) -> list[Any]:
+        self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
+    ) -> list[TeethLoads]:
         """Loads of every case that hold over the step, found from `start` (its first loads unless given)."""
         if self.cycles == 0:
             # fixed by the first length that is asked for
@@ -300,7 +301,7 @@ class _Step:
                 depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
                 self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
                 self._rehearse(meshes)
-        starts = start or self.near or [None] * len(self.cases)
+        starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
     def _rehearse(self, meshes: float) -> None:
@@ -334,15 +335,17 @@ class _Step:
         """Greatest of the load cases."""
         return max(case.law_residual for case in self.cases)
 
-    def passages(self, loads: Sequence[Any]) -> list[Passage]:
+    def passages(self, loads: Sequence[TeethLoads]) -> list[Passage]:
         """The cases' parts in the wear."""
         return [case.passage(one) for case, one in zip(self.cases, loads, strict=True)]
 
-    def worn(self, loads: Sequence[Any], meshes: float, slices: IntArray | None = None) -> Worn:
+    def worn(self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None) -> Worn:
         """Wear at the end of the step [mm]."""
         return self.mapped(loads, meshes, slices)[0]
 
-    def mapped(self, loads: Sequence[Any], meshes: float, slices: IntArray | None = None) -> tuple[Worn, FloatArray]:
+    def mapped(
+        self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None
+    ) -> tuple[Worn, FloatArray]:
         """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
@@ -367,7 +370,7 @@ class _Step:
                 f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
             )
         positions = self._positions_at(point, slices) if nearby else None
-        loads: list[Any] = [loaded.loads for loaded in self.state.loaded]
+        loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
         start = (teeth, self.motion, self.state.worn, self.passages(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import semiwear as sw
 from semiwear.closed_forms.stripe import stripe_table
-from semiwear.contact.line_contact import LineContact
+from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.stripe import add_near_stripe
@@ -124,15 +124,15 @@ def test_a_hard_contact_meets_its_equations_or_is_refused() -> None:
 
 def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, position: int) -> tuple[np.ndarray, Any]:
     """Slack of all candidates of a mesh position [mm], from the forces alone."""
-    solver, loads, worn = teeth.solver, state.loads, state.coarse
-    assert isinstance(solver, LineContact)
-    system = solver.mesh_position(position, 0.0)
+    problem, loads, worn = teeth.problem, state.loads, state.coarse
+    assert teeth.fidelity is LINE
+    system = problem.candidates(position, 0.0)
     everything = np.arange(system.index.size)
     matrix = system.compliance(system.static, everything, worn, None)
-    width = np.where(force > 0.0, loads.half_width.ravel()[system.index], 0.1 * system.usual)
-    factor = 1.0 / (pi * solver.modulus)
+    width = np.where(force > 0.0, loads.half_width.ravel()[system.index], 0.1 * problem.usual_half_width)
+    factor = 1.0 / (pi * problem.modulus)
     add_near_stripe(
-        matrix, system.starts, system.arc, system.length, width, 12.0 * system.usual, factor, *stripe_table()
+        matrix, system.starts, system.arc, system.length, width, system.near_field, factor, *stripe_table()
     )
     gap = worn.gap.ravel()[system.index]
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
@@ -154,8 +154,8 @@ def test_line_loads_press_where_the_gap_is_closed(case: HardCase) -> None:
         return
     loads, worn = state.loads, state.coarse
     for position in range(teeth.rolls.phase.size):
-        rolls = teeth.solver.rolls_of(position)
-        system = teeth.solver.mesh_position(position, 0.0)
+        rolls = teeth.problem.rolls_of(position)
+        system = teeth.problem.candidates(position, 0.0)
         force = loads.force.ravel()[system.index]
         slack, system = displacement_anew(teeth, force, state, position)
         approach = float((loads.rotation[position] * system.lever - worn.gap.ravel()[system.index]).max())
@@ -170,7 +170,7 @@ def test_line_loads_press_where_the_gap_is_closed(case: HardCase) -> None:
         apart = (worn.least[rolls] - shift)[others.reshape(worn.gap.shape)[rolls]]
         assert apart.size == 0 or apart.min() > -WIDTHS * approach
         moment = float((loads.force * teeth.lines.lever_arm)[rolls].sum())
-        np.testing.assert_allclose(moment, teeth.solver.torque[position], rtol=BALANCE)
+        np.testing.assert_allclose(moment, teeth.problem.torque[position], rtol=BALANCE)
 
 
 def answers(tree: xr.DataTree) -> dict[str, np.ndarray]:

@@ -78,17 +78,17 @@ def test_cells_press_where_the_gap_is_closed(depth, torque):
     teeth = plan(PATCHES.replace({"operation.pinion_torque_Nm": torque, "numerics.tooth_compliance": "rigid"}))
     teeth = teeth.loaded_teeth()
     state = teeth.load(np.ascontiguousarray(1e-3 * depth.T))
-    solver, loads = teeth.solver, state.loads
+    problem, loads = teeth.problem, state.loads
     position, columns = 5, loads.cells.shape[-1]
     faces = np.arange(SHAPE[1])
     approach = float(loads.rotation[position] * teeth.lines.lever_arm.max())
-    rolls = solver.line.rolls_of(position)
+    rolls = problem.rolls_of(position)
     everything = []
     for roll in rolls:
-        gap, _ = solver.cells.gap(np.full(faces.size, roll), faces, approach, columns, state.coarse.removed)
+        gap, _ = problem.cells.gap(np.full(faces.size, roll), faces, approach, columns, state.coarse.removed)
         force = loads.cells[roll]
         rows, places = np.nonzero(force)
-        reached = love(solver, (faces.size, columns))
+        reached = love(problem, (faces.size, columns))
         displacement = np.zeros(force.shape)
         for row, place in zip(rows, places, strict=True):
             displacement += force[row, place] * reached[np.abs(faces - row)][:, np.abs(np.arange(columns) - place)]
@@ -102,10 +102,10 @@ def test_cells_press_where_the_gap_is_closed(depth, torque):
     np.testing.assert_allclose(moment, 1e3 * torque, rtol=1e-9)
 
 
-def love(solver, shape):
+def love(problem, shape):
     """Displacement [mm] at cell offsets from a unit force on a cell."""
-    cell = (solver.length, solver.cells.width)
-    return love_coefficients(shape, cell) / (solver.modulus * cell[0] * cell[1])
+    cell = (problem.slice_length, problem.cells.width)
+    return love_coefficients(shape, cell) / (problem.modulus * cell[0] * cell[1])
 
 
 @given(wear_maps(), torques, st.floats(1.05, 2.0))

@@ -125,7 +125,7 @@ def test_a_grid_of_deviations_is_the_modification_that_it_describes(body, tmp_pa
     )
     assert by_name.modification.max() > 0.019
     np.testing.assert_allclose(from_file.modification, by_name.modification, atol=1e-12)
-    assert from_file.solver.reach == pytest.approx(by_name.solver.reach, rel=1e-12)
+    assert from_file.problem.reach == pytest.approx(by_name.problem.reach, rel=1e-12)
 
 
 # ---------------------------------------------------------------- friction, by kinematics of its own

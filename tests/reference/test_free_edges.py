@@ -257,18 +257,18 @@ def test_edge_parallel_to_the_line_against_its_end():
 @pytest.mark.slow
 def test_real_lines_stay_positive_definite(small):
     teeth = plan(small.replace({"numerics.harmonics": 9})).loaded_teeth()
-    solver, lines = teeth.solver, teeth.lines
-    bodies = [on_lines.body for on_lines in solver.bodies]
+    problem, lines = teeth.problem, teeth.lines
+    bodies = [on_lines.body for on_lines in problem.bodies]
     edges = FreeEdges.of(
         lines, teeth.pair.borders(lines.face, sharp=True), (bodies[0], bodies[1]),
-        (solver.bodies[0].depth, solver.bodies[1].depth), solver.usual_half_width, tip_turns=(1.05, 1.13),
+        (problem.bodies[0].depth, problem.bodies[1].depth), problem.usual_half_width, tip_turns=(1.05, 1.13),
     )  # fmt: skip
     for position in (0, 5):
-        system = solver.mesh_position(position, 0.1)
+        system = problem.candidates(position, 0.1)
         at = np.unravel_index(system.index, lines.profile.shape)
-        width = np.full(system.index.size, system.usual)
+        width = np.full(system.index.size, problem.usual_half_width)
         matrix = system.smooth.copy()
-        factor = 1.0 / (pi * solver.modulus)
+        factor = 1.0 / (pi * problem.modulus)
         add_near_stripe(matrix, system.starts, system.arc, system.length, width, np.inf, factor, *stripe_table())
         added = edges.matrix(at, system.starts)
         assert np.linalg.eigvalsh(matrix + added)[0] > 0.5 * np.linalg.eigvalsh(matrix)[0] > 0.0

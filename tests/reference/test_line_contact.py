@@ -21,7 +21,7 @@ from semiwear.closed_forms.stripe import stripe_kernel, stripe_table
 from semiwear.compliance.tooth import line_compliance
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.line_loads import LineLoads
+from semiwear.contact.line_contact import LINE
 from semiwear.contact.stripe import add_near_stripe, subtract_mid_surface
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
@@ -211,15 +211,15 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     lines = dataclasses.replace(
         teeth.lines, profile=0.0 * one, separation=separation, spacing=one, length=step * one, arc=arc
     )
-    solver = dataclasses.replace(teeth.solver, lines=lines, _systems={})
+    problem = teeth.problem.on_lines(lines)
     fresh = Removed.alike(teeth.grid, np.zeros((slices, 2)), 2)
     worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0])
-    loads = solver.solve(worn, LineLoads.none(2, slices, 2))
-    hertz = elliptic_contact(TOOTH_LOAD, along, across, solver.modulus)
+    loads = LINE.solve(problem, worn)
+    hertz = elliptic_contact(TOOTH_LOAD, along, across, problem.modulus)
     assert 0.5 * step * np.sum(loads.force[0] > 0.0) == pytest.approx(hertz.major_half_axis, abs=step)
     assert loads.half_width[0].max() == pytest.approx(hertz.minor_half_axis, rel=0.002)
-    assert solver.pressures(loads, worn, 0.0).inner[0].max() == pytest.approx(hertz.peak_pressure, rel=0.002)
-    assert solver.approach(loads)[0] == pytest.approx(hertz.approach, rel=0.002)
+    assert LINE.pressures(problem, loads, worn, 0.0).inner[0].max() == pytest.approx(hertz.peak_pressure, rel=0.002)
+    assert problem.approach(loads)[0] == pytest.approx(hertz.approach, rel=0.002)
 
 
 @pytest.mark.slow
@@ -283,26 +283,26 @@ class Assembled:
     """Equations of one mesh position, put together anew from the public pieces, without the solver's shortcuts."""
 
     def __init__(self, teeth, state, position):
-        solver, lines = teeth.solver, teeth.lines
+        problem, lines = teeth.problem, teeth.lines
         rolls = np.arange(teeth.rolls.pairs) * teeth.rolls.phase.size + position
-        pair, face = np.nonzero(solver.is_near(lines)[rolls])
+        pair, face = np.nonzero(problem.is_near(lines)[rolls])
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(teeth.rolls.pairs + 1))
         self.force = state.loads.force[at]
         self.gap = state.coarse.gap[at]
         self.lever = lines.lever_arm[at]
         self.rotation = state.loads.rotation[position]
-        tooth, slope = line_compliance(solver.bodies, rolls[pair], face, pair)
+        tooth, slope = line_compliance(problem.bodies, rolls[pair], face, pair)
         # footprints that an edge cuts off lie aside from the valley
         moved = slope * (state.coarse.profile - lines.profile)[at][:, None]
         self.tooth = tooth + moved + moved.T
         self.matrix = self.tooth.copy()
         width = np.where(self.force > 0.0, state.loads.half_width[at], 0.3)
-        factor = 1.0 / (np.pi * solver.modulus)
-        bodies = [on_lines.body for on_lines in solver.bodies]
+        factor = 1.0 / (np.pi * problem.modulus)
+        bodies = [on_lines.body for on_lines in problem.bodies]
         subtract_mid_surface(
             self.matrix, starts, lines.arc[at], lines.length[at],
-            np.stack([on_lines.depth[at] for on_lines in solver.bodies]),
+            np.stack([on_lines.depth[at] for on_lines in problem.bodies]),
             np.array([(1.0 + b.poissons_ratio) / (2.0 * np.pi * b.youngs_modulus) for b in bodies]),
             np.array([b.poissons_ratio for b in bodies]),
         )  # fmt: skip
@@ -342,7 +342,7 @@ def test_compliance_is_symmetric_and_positive_definite(fresh_teeth, position):
 @pytest.mark.slow
 def test_pinion_compliance_is_reciprocal_before_it_is_made_symmetric(fresh_teeth):
     teeth, _ = fresh_teeth
-    pinion = teeth.solver.bodies[0]
+    pinion = teeth.problem.bodies[0]
     pairs = teeth.rolls.pairs
     rolls = np.repeat(np.arange(pairs) * teeth.rolls.phase.size + 3, 5)
     faces = np.tile(np.linspace(5, 55, 5).astype(int), pairs)

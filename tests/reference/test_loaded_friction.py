@@ -71,8 +71,8 @@ class Rubbing:
 
     @property
     def solver(self) -> FrictionalContact:
-        assert isinstance(self.teeth.solver, FrictionalContact)
-        return self.teeth.solver
+        assert isinstance(self.teeth.fidelity.solve, FrictionalContact)
+        return self.teeth.fidelity.solve
 
     @property
     def force(self) -> np.ndarray:
@@ -137,9 +137,9 @@ class Rubbing:
 @pytest.mark.parametrize(("name", "coefficient", "fidelity"), CASES)
 def test_forces_times_levers_are_the_torque(name, coefficient, fidelity):
     rubbing = Rubbing.of(scene_of(name, coefficient, fidelity), [0.0, 1e-6, 1e-3, -1e-3, 0.03, 0.15, 0.45, 0.6, 0.9])
-    torque, lever = rubbing.solver.torque, rubbing.teeth.lines.lever_arm
+    torque, lever = rubbing.teeth.problem.torque, rubbing.teeth.lines.lever_arm
     normal = (rubbing.force * lever).sum(axis=1).reshape(rubbing.teeth.rolls.pairs, -1).sum(axis=0)
-    rubs = rubbing.solver.moment(rubbing.state.loads, rubbing.state.coarse)
+    rubs = rubbing.solver.moment(rubbing.teeth.problem, rubbing.state.loads, rubbing.state.coarse)
     np.testing.assert_allclose(normal + rubs, torque, rtol=1e-9)
     # and by the kinematics of rigid bodies, as exactly as traced contact lines lie on the path of contact
     goes_in, comes_out, loss = rubbing.moments()

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.contact.patch_contact import PatchContact
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.plan import plan
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
@@ -49,13 +48,13 @@ class Crossing:
             place, self.slices, half_height=6.0, sliding=offset + SLIDING * place, sliding_slope=slope
         )
         grid = even_grid(lines, 1201)
-        line = dataclasses.replace(some_teeth.solver.line, lines=lines, _systems={})
-        self.solver = PatchContact(line, PatchCells(lines, grid, half_width / cells))
-        self.teeth = dataclasses.replace(some_teeth, lines=lines, fine=lines, grid=grid, solver=self.solver)
+        self.cells = PatchCells(lines, grid, half_width / cells)
+        problem = dataclasses.replace(some_teeth.problem.on_lines(lines), cells=self.cells)
+        self.teeth = dataclasses.replace(some_teeth, lines=lines, fine=lines, grid=grid, problem=problem)
         edges = np.clip((np.arange(2 * cells + 9) - (cells + 4)) / cells, -1.0, 1.0)
         filled = (edges * np.sqrt(1.0 - edges**2) + np.arcsin(edges)) / np.pi
         forces = np.broadcast_to(LOAD * np.diff(filled), (place.size, self.slices, edges.size - 1)).copy()
-        self.loads = dataclasses.replace(self.solver.no_loads(), cells=forces)
+        self.loads = dataclasses.replace(problem.no_loads(), cells=forces)
         self.half_width, self.offset, self.slope = half_width, offset, slope
         self.speed = 2.0 * TRAVEL * some_teeth.pair.roll_per_time
         nodes = grid.profile[1]
@@ -65,7 +64,7 @@ class Crossing:
     @property
     def wear(self):
         """Sum of p |v_s| dt at nodes that the whole contact has crossed."""
-        return marched_wear(self.teeth, self.solver, self.loads, np.ones(self.slices, dtype=bool))[0][1, self.inside]
+        return marched_wear(self.teeth, self.cells, self.loads, np.ones(self.slices, dtype=bool))[0][1, self.inside]
 
     @property
     def swept(self):
@@ -151,7 +150,7 @@ def test_sliding_distance_under_contact(some_teeth):
     """|v_s| over v_n times the width that is pressed, at even sliding."""
     contact = Crossing(some_teeth, 0.5, 0.06, offset=9.0)
     found = sliding_distance_under_contact(
-        contact.teeth, contact.solver, contact.loads, np.ones(contact.slices, dtype=bool)
+        contact.teeth, contact.cells, contact.loads, np.ones(contact.slices, dtype=bool)
     )[1, contact.inside]
     middle = np.abs(contact.nodes) < 0.5
     # whole roll steps count, of 0.06 half-widths
@@ -162,8 +161,8 @@ def test_sliding_distance_under_contact(some_teeth):
 @pytest.mark.slow
 def test_only_chosen_slices_wear(some_teeth):
     contact = Crossing(some_teeth, 0.5, 0.2)
-    every = marched_wear(contact.teeth, contact.solver, contact.loads, np.ones(3, dtype=bool))[0]
-    one = marched_wear(contact.teeth, contact.solver, contact.loads, np.array([False, True, False]))[0]
+    every = marched_wear(contact.teeth, contact.cells, contact.loads, np.ones(3, dtype=bool))[0]
+    one = marched_wear(contact.teeth, contact.cells, contact.loads, np.array([False, True, False]))[0]
     assert (one[[0, 2]] == 0.0).all()
     np.testing.assert_array_equal(one[1], every[1])
     assert (every >= 0.0).all()

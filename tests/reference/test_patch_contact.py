@@ -11,7 +11,7 @@ import semiwear as sw
 from semiwear import collect
 from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact.patch_contact import PATCH as PATCHES
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
@@ -45,19 +45,18 @@ class Ellipse:
             np.zeros(2), slices, step=step, across=across, along=along, lever=teeth.lines.lever_arm[0, 0]
         )
         grid = even_grid(lines, 41)
-        line = dataclasses.replace(teeth.solver, lines=lines, _systems={})
-        self.hertz = elliptic_contact(TOOTH_LOAD, along, across, line.modulus)
+        self.hertz = elliptic_contact(TOOTH_LOAD, along, across, teeth.problem.modulus)
         cell = self.hertz.minor_half_axis / cells
-        solver = PatchContact(line, PatchCells(lines, grid, cell))
+        problem = dataclasses.replace(teeth.problem.on_lines(lines), cells=PatchCells(lines, grid, cell))
         one = np.ones((2, slices))
         worn = Footprints(
             Removed.alike(grid, np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
             self.hertz.minor_half_axis * one, one < 0.0, lines.separation[0],
         )  # fmt: skip
-        self.loads = solver.solve(worn, solver.no_loads())
-        self.pressure = solver.cell_pressure(self.loads)[0]
-        self.peak = float(solver.pressures(self.loads, worn, 0.0).inner[0].max())
-        self.approach = float(solver.approach(self.loads)[0])
+        self.loads = PATCHES.solve(problem, worn)
+        self.pressure = problem.cells.pressure(self.loads.cells)[0]
+        self.peak = float(PATCHES.pressures(problem, self.loads, worn, 0.0).inner[0].max())
+        self.approach = float(problem.approach(self.loads)[0])
         self.cell = (step, cell)
         x = lines.arc[0] - 0.5 * self.width
         y = (np.arange(self.pressure.shape[1]) - 0.5 * (self.pressure.shape[1] - 1)) * cell
@@ -140,7 +139,7 @@ class Loaded:
         }
         self.engagement = parts["engagement"]
         self.history = collect.history(self.teeth, self.state, self.pressure, parts)
-        self.approach = self.teeth.solver.approach(self.state.loads)
+        self.approach = self.teeth.problem.approach(self.state.loads)
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +236,7 @@ def on_cells(teeth, rolls, wear, columns):
     NaN beyond the flank, and from where a slice's separation bends away from it.
     """
     lines, grid = teeth.lines, teeth.grid
-    offset = (np.arange(columns) - 0.5 * (columns - 1)) * teeth.solver.cells.width
+    offset = (np.arange(columns) - 0.5 * (columns - 1)) * teeth.problem.cells.width
     away = offset / lines.spacing[rolls][..., None]
     place = lines.profile[rolls][..., None] + away
     value, slope, bend, third, fourth = lines.separation[:, rolls][..., None]
@@ -257,13 +256,13 @@ class Ridge:
         self.teeth = teeth = plan(shipped.replace(PATCH | {"numerics.roll_positions": 8})).loaded_teeth()
         at = int(np.abs(teeth.lines.roll).argmin())
         self.position = at % teeth.rolls.phase.size
-        self.rolls = teeth.solver.line.rolls_of(self.position)
+        self.rolls = teeth.problem.rolls_of(self.position)
         self.pair = int(np.flatnonzero(self.rolls == at)[0])
         aside = (teeth.grid.profile - teeth.lines.profile[at][:, None]) * teeth.lines.spacing[at][:, None] - 2.0
         self.wear = 0.15 * (1.0 - np.exp(-0.5 * (aside / 0.5) ** 2))
         self.removed = teeth.removed(self.wear)
         coarse = teeth.touch(self.removed)[1]
-        self.loads = teeth.solver.solve(coarse, teeth.solver.no_loads(), None, [self.position])
+        self.loads = teeth.fidelity.solve(teeth.problem, coarse, positions=[self.position])
         self.approach = self.loads.rotation[self.position] * teeth.lines.lever_arm[self.rolls]
 
 
@@ -275,11 +274,11 @@ def ridge(shipped):
 @pytest.mark.slow
 def test_the_patch_follows_the_contact_to_a_ridge(ridge):
     columns = ridge.loads.cells.shape[-1]
-    offset = (np.arange(columns) - 0.5 * (columns - 1)) * ridge.teeth.solver.cells.width
+    offset = (np.arange(columns) - 0.5 * (columns - 1)) * ridge.teeth.problem.cells.width
     loaded = ridge.loads.cells[ridge.rolls[ridge.pair]].sum(axis=0)
     # it lies four half-widths of the fresh contact aside
     assert loaded @ offset / loaded.sum() == pytest.approx(2.0, abs=ridge.teeth.half_width)
-    assert columns > ridge.teeth.solver.cells.columns_for(2.0 * ridge.teeth.half_width)
+    assert columns > ridge.teeth.problem.cells.columns_for(2.0 * ridge.teeth.half_width)
     assert ridge.loads.balance[ridge.position] < 1e-9
     assert ridge.loads.complementarity[ridge.position] < 1e-6
 
@@ -288,7 +287,7 @@ def test_the_patch_follows_the_contact_to_a_ridge(ridge):
 def test_nothing_is_pierced_beyond_the_patch(ridge):
     """On the whole flank: elasticity only opens gaps, so what is farther than the approach is not touched."""
     columns = ridge.loads.cells.shape[-1]
-    more = int(6.0 / ridge.teeth.solver.cells.width)
+    more = int(6.0 / ridge.teeth.problem.cells.width)
     clear = on_cells(ridge.teeth, ridge.rolls, ridge.wear, columns + 2 * more) - ridge.approach[..., None]
     inner = clear[..., more:-more]
     beyond = np.concatenate([clear[..., :more], clear[..., -more:]], axis=-1)
@@ -305,7 +304,7 @@ def test_nothing_is_pierced_beyond_the_patch(ridge):
 @pytest.mark.slow
 def test_gap_of_the_cells_is_fresh_separation_and_wear(ridge):
     """`PatchCells` with many more columns: what it leaves out is farther than the approach."""
-    cells, approach, columns = ridge.teeth.solver.cells, float(ridge.approach.max()), 400
+    cells, approach, columns = ridge.teeth.problem.cells, float(ridge.approach.max()), 400
     faces = np.arange(10, 50, 8)
     at = ridge.rolls[ridge.pair]
     found, reach = cells.gap(np.full(faces.size, at), faces, approach, columns, ridge.removed)
@@ -324,7 +323,7 @@ def test_no_cell_is_nearer_than_its_line(shipped, approach):
     teeth = plan(shipped.replace(PATCH)).loaded_teeth()
     least = teeth.lines.separation[0]
     rolls, faces = np.nonzero(least < approach)
-    gap, _ = teeth.solver.cells.gap(rolls, faces, approach, 900, teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    gap, _ = teeth.problem.cells.gap(rolls, faces, approach, 900, teeth.removed(np.zeros(teeth.grid.profile.shape)))
     # lines are traced in two steps: where flanks are far apart, to some micrometres
     assert (gap.min(axis=1) - least[rolls, faces]).min() > -5e-3
 

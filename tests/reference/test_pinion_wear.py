@@ -151,7 +151,7 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
     removed = teeth.removed(state.wear, state.partner_wear)
     mesh = partner_wear_of_mesh(
-        lines, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.solver.modulus, slices
+        lines, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
     )
     expected = swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
@@ -170,7 +170,7 @@ def one_step():
 
 def test_a_solved_load_wears_the_pinion_as_the_swept_line(one_step):
     teeth, _, state = one_step
-    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.contact.loads))
+    line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.contact.loads))
     expected = 1e5 * RATIO * K_PINION * swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
     assert clear.sum() > 1000
@@ -209,7 +209,7 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     removed = teeth.removed(state.wear, state.partner_wear)
     slices = np.arange(teeth.grid.face.size)
     mesh = partner_wear_of_mesh(
-        lines, teeth.partner, removed, motion, load, teeth.half_width, teeth.solver.modulus, slices
+        lines, teeth.partner, removed, motion, load, teeth.half_width, teeth.problem.modulus, slices
     )
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
@@ -303,7 +303,7 @@ def test_an_even_depth_off_either_flank_only_delays(depth):
     fresh = teeth.load(gear, None, pinion)
     off_gear, off_pinion = teeth.load(gear + depth, None, pinion), teeth.load(gear, None, pinion + depth)
     for state in (off_gear, off_pinion):
-        later = teeth.solver.approach(state.loads) - teeth.solver.approach(fresh.loads)
+        later = teeth.problem.approach(state.loads) - teeth.problem.approach(fresh.loads)
         np.testing.assert_allclose(later, depth, rtol=0.0, atol=1e-6)
         # the loads are found to 1e-6 of the widths, and elastic ones start elsewhere
         np.testing.assert_allclose(

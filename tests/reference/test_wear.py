@@ -155,7 +155,7 @@ def test_constant_load_wears_as_the_swept_line(fresh, valley):
     teeth, _, motion = fresh
     lines = teeth.fine
     line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
-    mesh = wear_of_mesh(lines, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.solver.modulus)
+    mesh = wear_of_mesh(lines, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus)
     worst, count = compare_with_identity(teeth, valley, mesh, line_load)
     assert count > 200
     assert worst < 0.02
@@ -164,9 +164,9 @@ def test_constant_load_wears_as_the_swept_line(fresh, valley):
 @pytest.mark.slow
 def test_solved_load_wears_as_the_swept_line(fresh, valley):
     teeth, state, motion = fresh
-    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
     mesh = wear_of_mesh(
-        teeth.fine, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.solver.modulus
+        teeth.fine, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus
     )
     worst, count = compare_with_identity(teeth, valley, mesh, line_load)
     assert count > 100
@@ -183,8 +183,8 @@ def test_volume_is_load_times_sliding_distance(fresh):
     teeth, state, motion = fresh
     grid, lines, pair = teeth.grid, teeth.fine, teeth.pair
     # what an edge's rounding bears wears no flank
-    line_load = np.where(state.fine.edge, 0.0, teeth.on_fine_rolls(teeth.solver.line_load(state.loads)))
-    mesh = wear_of_mesh(lines, grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.solver.modulus)
+    line_load = np.where(state.fine.edge, 0.0, teeth.on_fine_rolls(teeth.problem.line_load(state.loads)))
+    mesh = wear_of_mesh(lines, grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus)
 
     # area of the flank per face and profile coordinate, from the surface itself
     face, profile, step = grid.face[:, None], grid.profile, 1e-3
@@ -205,11 +205,11 @@ def test_volume_is_load_times_sliding_distance(fresh):
 @pytest.mark.slow
 def test_nothing_wears_where_nothing_touches(fresh):
     teeth, _, motion = fresh
-    line_load = np.where(teeth.solver.is_near(teeth.fine), LOAD, 0.0)
+    line_load = np.where(teeth.problem.is_near(teeth.fine), LOAD, 0.0)
     line_load[:, :20] = 0.0
     line_load[:, 40:] = 0.0
     mesh = wear_of_mesh(
-        teeth.fine, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.solver.modulus
+        teeth.fine, teeth.grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus
     )
     assert (mesh[:20] == 0.0).all()
     assert (mesh[40:] == 0.0).all()
@@ -331,7 +331,7 @@ def test_lines_leave_no_ripples_between_roll_positions():
     load = np.full(teeth.fine.profile.shape, LOAD)
     for i in (30, 45, 50):
         wear = wear_of_mesh(
-            teeth.fine, teeth.grid, removed, motion, load, teeth.half_width, teeth.solver.modulus, np.array([i])
+            teeth.fine, teeth.grid, removed, motion, load, teeth.half_width, teeth.problem.modulus, np.array([i])
         )[i]
         middle = wear[130:270]
         assert np.abs(np.diff(middle, 2)).max() < 0.06 * middle.mean()

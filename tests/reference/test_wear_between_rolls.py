@@ -82,7 +82,7 @@ def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
     # laid down evenly along a roll step, what is worn made those of half a step to a step deeper
     teeth, state = fine_teeth
     motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
-    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
     nodes = teeth.grid.profile[SLICE]
     step = np.median(np.abs(np.diff(teeth.fine.profile[:, SLICE])))
     assert np.diff(nodes).max() < 0.25 * step
@@ -91,7 +91,7 @@ def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
         depth = np.full(teeth.grid.profile.shape, 1e-3)
         depth[SLICE] += 1e-5 * ripple
         removed, slices = teeth.removed(depth), np.array([SLICE])
-        what = (motion, line_load, teeth.half_width, teeth.solver.modulus, slices)
+        what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
         return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)[SLICE]
 
     wave = np.sin(2.0 * np.pi * (nodes / (length * step) + phase))
@@ -124,7 +124,7 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
     """
     teeth, state = fine_pinion
     motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
-    line_load = teeth.on_fine_rolls(teeth.solver.line_load(state.loads))
+    line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
     nodes = teeth.partner.grid.profile[0]
     near_root = (nodes > -4.5) & (nodes < -2.0)
     place, slope = teeth.fine.partner_profile[:, SLICE], np.abs(teeth.fine.partner_slope[:, SLICE])
@@ -133,7 +133,7 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
     def answer(length):
         wave = np.sin(2.0 * np.pi * (np.arange(nodes.size) / length + phase))
         depth = np.full(teeth.partner.grid.profile.shape, 1e-3)
-        what = (motion, line_load, teeth.half_width, teeth.solver.modulus, np.arange(teeth.grid.face.size))
+        what = (motion, line_load, teeth.half_width, teeth.problem.modulus, np.arange(teeth.grid.face.size))
         meshes = []
         for ripple in (1e-8 * wave, 1e-3 * wave):
             removed = teeth.removed(state.wear, depth + ripple)

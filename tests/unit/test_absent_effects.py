@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.contact.line_contact import LineContact
+from semiwear.contact import line_contact
+from semiwear.contact.line_contact import LINE
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
@@ -133,19 +135,19 @@ def test_an_effect_builds_its_own_classes_alone(counted, name, built):
 def contact_calls(monkeypatch, scene):
     """Calls of the contact solver and of its kernel in a run."""
     calls = {"solve": 0, "kernel": 0}
-    solve, kernel = LineContact.solve, LineContact._solve_chosen
+    kernel = line_contact._share_among
 
-    def counted_solve(self, *args, **kwargs):
+    def counted_solve(*args, **kwargs):
         calls["solve"] += 1
-        return solve(self, *args, **kwargs)
+        return LINE.solve(*args, **kwargs)
 
-    def counted_kernel(self, *args, **kwargs):
+    def counted_kernel(*args, **kwargs):
         calls["kernel"] += 1
-        return kernel(self, *args, **kwargs)
+        return kernel(*args, **kwargs)
 
     with monkeypatch.context() as patched:
-        patched.setattr(LineContact, "solve", counted_solve)
-        patched.setattr(LineContact, "_solve_chosen", counted_kernel)
+        patched.setattr("semiwear.plan.LINE", replace(LINE, solve=counted_solve))
+        patched.setattr(line_contact, "_share_among", counted_kernel)
         sw.simulate(scene)
     return calls
 
@@ -169,8 +171,8 @@ def test_a_scene_without_effects_has_no_hooks():
     physics = plan(TINY)
     teeth = physics.loaded_teeth()
     stepper = physics.wear_stepper(teeth)
-    assert type(teeth.solver) is LineContact
-    assert teeth.solver.more == ()
+    assert teeth.fidelity is LINE
+    assert teeth.problem.more == () and teeth.problem.cells is None
     assert teeth.modification is None and teeth.partner is None
     assert stepper.cases == () and stepper.factor is None and stepper.depth_factor is None
     assert stepper.mapping.grow is np.add and stepper.mapping.grow_partner is np.add

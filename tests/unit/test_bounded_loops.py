@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.contact import patch_gap, slice_pressure
-from semiwear.contact.line_contact import LineContact
-from semiwear.contact.patch_contact import PatchContact
+from semiwear.contact import line_contact, patch_contact, patch_gap, slice_pressure
 from semiwear.errors import ConvergenceError
 from semiwear.plan import plan
 from semiwear.wear import stepping
@@ -91,22 +89,22 @@ def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None})).loaded_teeth()
     worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]
 
-    def farther(self, position, system, *_):
-        return 2.0 * system.cap / float(system.lever.max())
+    def farther(problem, position, candidates, *_):
+        return 2.0 * candidates.cap / float(candidates.lever.max())
 
-    monkeypatch.setattr(LineContact, "_solve_system", farther)
+    monkeypatch.setattr(line_contact, "_share_torque", farther)
     with within(20.0), pytest.raises(ConvergenceError, match="mesh position 0/8: the approach"):
-        teeth.solver.solve(worn, teeth.solver.no_loads(), positions=[0])
+        teeth.fidelity.solve(teeth.problem, worn, positions=[0])
 
 
 @pytest.mark.slow
 def test_an_approach_of_patches_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None, "numerics.fidelity": "patch"})).loaded_teeth()
     worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]
-    solve, turns = PatchContact._solve_rows, (2.0**k for k in count(-10))
-    monkeypatch.setattr(PatchContact, "_solve_rows", lambda *args: replace(solve(*args), rotation=next(turns)))
+    solve, turns = patch_contact.share_torque, (2.0**k for k in count(-10))
+    monkeypatch.setattr(patch_contact, "share_torque", lambda *args: replace(solve(*args), rotation=next(turns)))
     with within(60.0), pytest.raises(ConvergenceError, match="mesh position 0/8: the approach"):
-        teeth.solver.solve(worn, teeth.solver.no_loads(), positions=[0])
+        teeth.fidelity.solve(teeth.problem, worn, positions=[0])
 
 
 def test_adaptive_steps_that_do_not_advance_are_an_error(monkeypatch):

@@ -39,12 +39,12 @@ def crown(face: np.ndarray, offset: np.ndarray, middle: float, edge: float) -> n
 
 
 class MadeUp:
-    """A solver whose pressures are made up."""
+    """A fidelity whose pressures are made up."""
 
     def __init__(self, teeth: LoadedTeeth, middle: float, edge: float):
         self.lines, self.middle, self.edge = teeth.lines, middle, edge
 
-    def pressures(self, loads, worn, margin):
+    def pressures(self, problem, loads, worn, margin):
         lines = self.lines
         pressure = crown(lines.face[None, :, None], OFFSETS, self.middle, self.edge)
         place = lines.profile[..., None] + OFFSETS / lines.spacing[..., None]
@@ -70,7 +70,7 @@ def test_both_part_pressures_alike(teeth: LoadedTeeth, pair: PairKinematics, mid
     class State:
         loads = coarse = None
 
-    found = replace(teeth, solver=MadeUp(teeth, middle, edge)).pressures(State())
+    found = replace(teeth, fidelity=MadeUp(teeth, middle, edge)).pressures(State())
     rolls = {round(float(roll), 6): k for k, roll in enumerate(teeth.lines.roll)}
     apart = 0
     for roll in ROLLS:

@@ -11,7 +11,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.contact.footprint import fresh_gap, fresh_slope
-from semiwear.contact.line_contact import LineContact
+from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
@@ -291,7 +291,7 @@ def test_loads_are_those_of_the_footprints_that_a_state_keeps():
     """
     teeth, wear = grooved_heel()
     state = teeth.load(wear)
-    again = teeth.solver.solve(state.coarse, state.loads)
+    again = teeth.fidelity.solve(teeth.problem, state.coarse, state.loads)
     scale = state.loads.force.max()
     np.testing.assert_allclose(again.force, state.loads.force, atol=1e-3 * scale)
     np.testing.assert_allclose(again.rotation, state.loads.rotation, rtol=1e-4)
@@ -304,12 +304,12 @@ def test_loads_are_those_of_the_footprints_that_a_state_keeps():
 def test_edges_that_were_pressed_stay_so_while_a_state_is_found():
     teeth, wear = grooved_heel()
     worn = teeth.touch(teeth.removed(wear))[1]
-    loads = teeth.solver.solve(worn, teeth.solver.no_loads())
-    pressed = teeth.solver.with_edges(worn, loads, worn)
+    loads = teeth.fidelity.solve(teeth.problem, worn)
+    pressed = teeth.fidelity.with_edges(teeth.problem, worn, loads, worn)
     assert (pressed.gap != worn.gap).any()
     apart = replace(loads, force=np.zeros_like(loads.force), rotation=loads.rotation - 1.0)
-    assert teeth.solver.with_edges(worn, apart, worn) is worn
-    held = teeth.solver.with_edges(worn, apart, pressed)
+    assert teeth.fidelity.with_edges(teeth.problem, worn, apart, worn) is worn
+    held = teeth.fidelity.with_edges(teeth.problem, worn, apart, pressed)
     np.testing.assert_array_equal(held.gap != worn.gap, pressed.gap != worn.gap)
 
 
@@ -384,4 +384,4 @@ def test_wear_vanishes_where_sliding_does(fidelity):
 
 def test_teeth_bound_to_line_contact_know_their_solver():
     """The certificates of the properties read the solver of fidelity `line`."""
-    assert isinstance(plan(scene_of()).loaded_teeth().solver, LineContact)
+    assert plan(scene_of()).loaded_teeth().fidelity is LINE

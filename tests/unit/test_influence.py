@@ -40,7 +40,7 @@ def sampled(body: BodyOnLines, ends) -> dict[str, np.ndarray]:
 @pytest.fixture(scope="module")
 def influence_file(small, tmp_path_factory):
     teeth = plan(small).loaded_teeth()
-    pinion, gear = teeth.solver.bodies
+    pinion, gear = teeth.problem.bodies
 
     def of_pinion(faces):
         borders = teeth.pair.borders(faces, sharp=True)

@@ -16,10 +16,9 @@ import pytest
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.contact.line_contact import LineContact
-from semiwear.contact.line_loads import LineLoads
+from semiwear.contact import line_contact
 from semiwear.contact.loaded_teeth import LoadedState
-from semiwear.contact.patch_contact import PatchLoads
+from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError
 from semiwear.plan import plan
 from semiwear.results import checkpoint
@@ -86,12 +85,11 @@ def test_stopped_after_every_step_and_resumed(small, tmp_path, kind):
 
 def test_a_state_comes_back_bit_for_bit(small):
     """Also what is not kept but found again; a field that a state gains must be thought of here."""
-    names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, LineLoads, PatchLoads)}
+    names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, TeethLoads)}
     assert names == {
         WearState: {"meshes", "contact", "pace", "cases", "error", "stride", "volume", "law_residual"},
         LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear", "edge_residual"},
-        LineLoads: {"force", "half_width", "rotation", "iterations", "balance", "complementarity"},
-        PatchLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
+        TeethLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
     }
     # a pinion at a slope presses with its edge: gaps there depend on the loads on the way
     physics = plan(small.replace(SCENES["both bodies"] | {"effects.misalignment.pinion_slope_mrad": 2.0}))
@@ -382,7 +380,7 @@ def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, ca
 
     scene, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
     scene.write_text(small.to_toml(), encoding="utf-8")
-    monkeypatch.setattr(LineContact, "solve", stop)
+    monkeypatch.setattr(line_contact, "_solve_position", stop)
     assert main(["run", str(scene), "-o", str(output), "--resume"]) == 130
     told = capsys.readouterr().err
     assert "no steps in " in told and "worn.nc.partial: starting from the beginning" in told

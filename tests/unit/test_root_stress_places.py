@@ -32,7 +32,7 @@ def on_places(teeth, body: int, moved: np.ndarray) -> BodyOnLines:
     rolls = len(moved)
     profile = (here.profile[..., None] + here.slope[..., None] * moved).reshape(rolls, -1)
     face = np.broadcast_to(here.face[..., None], moved.shape).reshape(rolls, -1)
-    whole, places = teeth.solver.bodies[body], LinePlaces(profile, np.ones_like(profile), face)
+    whole, places = teeth.problem.bodies[body], LinePlaces(profile, np.ones_like(profile), face)
     teeth_of, beyond = whole.body, None
     if whole.beyond is not None:
         along = face - (teeth_of.start + 0.5 * teeth_of.width)
@@ -44,7 +44,7 @@ def on_places(teeth, body: int, moved: np.ndarray) -> BodyOnLines:
 def test_forces_on_the_line_are_forces_that_have_not_moved(unworn, body):
     teeth, state = unworn
     force, per_cycle = state.loads.force, teeth.rolls.phase.size
-    one = teeth.solver.bodies[body]
+    one = teeth.problem.bodies[body]
     still = one.root_stress(force, per_cycle, np.zeros_like(force))
     np.testing.assert_allclose(still, one.root_stress(force, per_cycle), rtol=1e-10)
 
@@ -57,7 +57,7 @@ def test_moved_forces_are_forces_on_other_lines(unworn, body):
     force = state.loads.force[..., None] * random.uniform(0.0, 1.0, (*state.loads.force.shape, 3))
     moved = random.uniform(-6.0, 6.0, force.shape)
     per_cycle = teeth.rolls.phase.size
-    found = teeth.solver.bodies[body].root_stress(force, per_cycle, moved)
+    found = teeth.problem.bodies[body].root_stress(force, per_cycle, moved)
     expected = on_places(teeth, body, moved).root_stress(force.reshape(len(force), -1), per_cycle)
     np.testing.assert_allclose(found, expected, rtol=1e-10)
     assert found.max() > 0.0

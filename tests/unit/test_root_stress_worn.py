@@ -27,12 +27,12 @@ def test_worn_teeth_are_stressed_where_they_bear(small, fidelity):
         force, moved = state.loads.force, state.coarse.profile - lines.profile
     else:
         # the line is where the middle two of the columns meet
-        columns, width = state.loads.cells.shape[-1], teeth.solver.cells.width
+        columns, width = state.loads.cells.shape[-1], teeth.problem.cells.width
         distance = width * (np.arange(columns) - 0.5 * (columns - 1))
         force, moved = state.loads.cells, distance / lines.spacing[..., None]
     assert np.abs(moved[force > 0.0]).max() > 0.5  # the groove has driven the load away from the line
     found = teeth.root_stress(state)
-    for body, stress in zip(teeth.solver.bodies, found.T, strict=True):
+    for body, stress in zip(teeth.problem.bodies, found.T, strict=True):
         np.testing.assert_allclose(stress, body.root_stress(force, per_cycle, moved), rtol=1e-9)
         on_line = body.root_stress(state.loads.force, per_cycle)
         assert not np.allclose(stress, on_line, rtol=1e-3)  # the line's places would not have done

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from semiwear.collect import _Zones
-from semiwear.contact.teeth_solver import SlicePressures
+from semiwear.contact.loads import SlicePressures
 from semiwear.results import Zone
 
 SLICES = 9

@@ -171,7 +171,7 @@ def _swept(quick: bool) -> xr.Dataset:
         free = (line.profile > line.low + 1e-6) & (line.profile < line.high - 1e-6)
         load = np.where(free, torque / 1600.0 * 300.0, 0.0)
         removed = teeth.removed(np.zeros(teeth.grid.profile.shape))
-        mesh = wear_of_mesh(line, teeth.grid, removed, motion, load, teeth.half_width, teeth.solver.modulus)
+        mesh = wear_of_mesh(line, teeth.grid, removed, motion, load, teeth.half_width, teeth.problem.modulus)
         apart, greatest = 0.0, 0.0
         reach = 3.0 * teeth.half_width / line.spacing.mean()
         for i in range(3, teeth.grid.face.size - 3):

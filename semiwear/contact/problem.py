@@ -1,0 +1,299 @@
+"""Loaded contact of all tooth pairs as a problem: lines, compliance, torque, and which slices may touch.
+
+For every mesh position: forces F >= 0 on the slices of all pairs and one rotation phi of the driving body with
+
+    gap + C F - a phi >= 0,   F (gap + C F - a phi) = 0,   sum of a F = torque
+
+(a: lever arms). C is the contact compliance of each line, plus the tooth compliance of both bodies with its coupling
+to neighbouring teeth, plus, in a wear step, the wear that a force itself causes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.compliance.slice_compliance import SliceCompliance
+from semiwear.compliance.tooth import CompliantBody, line_compliance
+from semiwear.contact.footprint import Footprints
+from semiwear.contact.loads import TeethLoads
+from semiwear.contact.patch_gap import PatchCells
+from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
+from semiwear.errors import ConvergenceError, SceneError
+from semiwear.meshing.contact_lines import ContactLines
+
+__all__ = ["Candidates", "ContactProblem", "usual_approach"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
+_NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
+_FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
+
+
+def usual_approach(line_load: float, modulus: float) -> float:
+    """Order of the approach of loaded teeth: q/(pi E*) times a usual fourteen [mm]."""
+    return 14.0 * line_load / (pi * modulus)
+
+
+def _least_separation(lines: ContactLines) -> FloatArray:
+    """Least fresh separation of each slice [mm], (roll, face).
+
+    Where the line is held at a border the flanks come nearer still on the rounding of the edge: least where the arc
+    has turned by as much as they are inclined to each other.
+    """
+    slope = lines.separation[1] / lines.spacing
+    nearer = np.hypot(1.0, slope) - 1.0
+    at_low = np.where((lines.profile <= lines.low) & (slope > 0.0), nearer * lines.low_edge_radius, 0.0)
+    at_high = np.where((lines.profile >= lines.high) & (slope < 0.0), nearer * lines.high_edge_radius, 0.0)
+    return np.asarray(lines.separation[0] - np.maximum(at_low, at_high))
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Slices that may touch at a mesh position, and how they yield to one another's forces.
+
+    Attributes
+    ----------
+    cap : float [mm]
+        Fresh separation below which a slice is a candidate.
+    index : (n,) int array
+        Flat indices of the candidates in (roll, face) arrays.
+    starts : (lines + 1,) int array
+        First candidate of each contact line.
+    smooth : (n, n) array [mm/N]
+        Deflection that slices cause in one another as a whole: tooth compliance less the half-space displacement at
+        the mid-surface.
+    static : (n, n) array [mm/N]
+        The same and the far field of the stripe kernel.
+    near_field : float [mm]
+        Distance along a line up to which the stripe kernel is not in `static`.
+    slope : (n, n) array [mm/N/mm]
+        Change of row i when point i moves.
+    least, profile, lever, length, arc : (n,) arrays [mm]
+        Least fresh separation, place on the flank, lever arm, length, place along the line.
+    farthest_move : float [mm]
+        Of a worn line, up to which tooth compliance follows it linearly.
+    """
+
+    cap: float
+    index: IntArray
+    starts: IntArray
+    smooth: FloatArray
+    static: FloatArray
+    near_field: float
+    slope: FloatArray
+    least: FloatArray
+    profile: FloatArray
+    lever: FloatArray
+    length: FloatArray
+    arc: FloatArray
+    farthest_move: float
+
+    def compliance(
+        self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
+    ) -> FloatArray:
+        """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
+        index, pick = self.index[chosen], np.ix_(chosen, chosen)
+        picked = matrix[pick]
+        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
+        if moved.any():
+            change = self.slope[pick] * moved[:, None]
+            picked += change
+            picked += change.T
+        if wear_compliance is not None:
+            picked.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
+        return picked
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """Contact of all tooth pairs over a mesh cycle, whatever the wear.
+
+    Attributes
+    ----------
+    lines : ContactLines
+        Lines of all roll positions: `pairs` mesh cycles of `per_cycle` positions.
+    per_cycle : int
+        Mesh positions in a cycle.
+    bodies : tuple of CompliantBody
+        Tooth compliance of both bodies; empty for rigid teeth.
+    torque : (mesh_position,) array [N mm]
+    reach : float [mm]
+        Separation beyond which no slice can touch, however loaded and usually worn.
+    modulus : float [MPa]
+        Effective modulus E*.
+    usual_load : float [N/mm]
+        Order of the line load.
+    usual_half_width : float [mm]
+        Half-width under it.
+    base_pitch : float [mm]
+        Of the pair.
+    max_iterations : int
+        Of load sharing on lines.
+    more : tuple of SliceCompliance
+        Further compliance between slices.
+    cells : PatchCells or None
+        Cells across the lines where pressure is resolved in two dimensions.
+    """
+
+    lines: ContactLines
+    per_cycle: int
+    bodies: tuple[CompliantBody, ...]
+    torque: FloatArray
+    reach: float
+    modulus: float
+    usual_load: float
+    usual_half_width: float
+    base_pitch: float
+    max_iterations: int = 60
+    more: tuple[SliceCompliance, ...] = ()
+    cells: PatchCells | None = None
+    _kept: dict[tuple[int, int], Candidates] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        height = float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
+        if self.typical_approach > height:
+            raise SceneError.of(
+                "operation.pinion_torque_Nm",
+                1e-3 * float(self.torque.max()),
+                f"loads that press flanks {height:.3g} mm high together by much less",
+                f"they would approach by some {self.typical_approach:.3g} mm: give less, or stiffer materials",
+            )
+
+    def under(self, torque: FloatArray) -> ContactProblem:
+        """The same problem under other torques [N mm], (mesh_position,)."""
+        return replace(self, torque=torque)
+
+    def on_lines(self, lines: ContactLines) -> ContactProblem:
+        """The same problem on other lines, whose places on the flanks are the same."""
+        cells = None if self.cells is None else replace(self.cells, lines=lines)
+        return replace(self, lines=lines, cells=cells, _kept={})
+
+    @property
+    def pairs(self) -> int:
+        """Tooth pairs considered at once."""
+        return self.lines.roll.size // self.per_cycle
+
+    @property
+    def typical_approach(self) -> float:
+        """Order of the approach [mm]."""
+        return usual_approach(self.usual_load, self.modulus)
+
+    @cached_property
+    def least_curvature(self) -> float:
+        """Of a usual contact as wide as the flank [1/mm]: none is wider, however flat a slice."""
+        half_flank = 0.5 * float(((self.lines.high - self.lines.low) * self.lines.spacing).max())
+        return 4.0 * self.usual_load / (pi * self.modulus * half_flank**2)
+
+    @cached_property
+    def slice_length(self) -> float:
+        """Mean length of the slices that can touch [mm]."""
+        near = self.is_near(self.lines)
+        if not near.any():
+            raise ConvergenceError(
+                "no flank can touch at any mesh position: check the depth of modifications, and the placement if the "
+                "pinion is displaced"
+            )
+        return float(self.lines.length[near].mean())
+
+    def is_near(self, lines: ContactLines, depth: float = 0.0) -> BoolArray:
+        """Slices whose fresh separation is small enough that elasticity and wear may close it, (roll, face).
+
+        `depth` [mm] is the wear that there is already, where it is more than usual.
+        """
+        separation = _least_separation(lines)
+        # of the nearest pair at the same mesh position: misplaced flanks transmit unevenly
+        per_cycle = lines.roll.size // self.pairs
+        position = np.arange(lines.roll.size) % per_cycle
+        least = np.full(per_cycle, np.inf)
+        np.minimum.at(least, position, separation.min(axis=1))
+        return separation < (least[position] + self.reach + depth)[:, None]
+
+    def rolls_of(self, position: int) -> IntArray:
+        """Roll positions of all pairs at a mesh position."""
+        return np.arange(self.pairs) * self.per_cycle + position
+
+    def no_loads(self) -> TeethLoads:
+        """No loads yet."""
+        rolls, faces = self.lines.profile.shape
+        return TeethLoads.none(rolls, faces, self.per_cycle)
+
+    def line_load(self, loads: TeethLoads) -> FloatArray:
+        """Line load q [N/mm], (roll, face)."""
+        return loads.force / self.lines.length
+
+    def approach(self, loads: TeethLoads) -> FloatArray:
+        """Approach along the line of action at each mesh position [mm]."""
+        return loads.rotation * self.lines.lever_arm[: self.per_cycle, 0]
+
+    def candidates(self, position: int, approach: float) -> Candidates:
+        """Slices that may touch under an approach [mm], and perhaps some more.
+
+        Wear only adds to the separation, and compliance couples with one sign: a slice whose fresh separation
+        exceeds the approach cannot touch. What is found is kept, and is the same whatever was asked for before.
+        """
+        rolls = self.rolls_of(position)
+        least = self._least[rolls]
+        first, doublings = float(least.min()) + self.reach, 0
+        while first + (2.0**doublings - 1.0) * self.reach < approach:
+            doublings += 1
+        known = self._kept.get((position, doublings))
+        if known is None:
+            known = self._found(position, first + (2.0**doublings - 1.0) * self.reach)
+            self._kept[position, doublings] = known
+        return known
+
+    @cached_property
+    def _least(self) -> FloatArray:
+        return _least_separation(self.lines)
+
+    def _found(self, position: int, cap: float) -> Candidates:
+        rolls, lines, usual = self.rolls_of(position), self.lines, self.usual_half_width
+        pair, face = np.nonzero(self._least[rolls] < cap)
+        if pair.size == 0:
+            raise ConvergenceError(
+                f"no flank can touch at mesh position {position}/{self.per_cycle}: check the depth of wear and "
+                "modifications, and the placement if the pinion is displaced"
+            )
+        at = (rolls[pair], face)
+        starts = np.searchsorted(pair, np.arange(self.pairs + 1))
+        smooth, slope = line_compliance(self.bodies, *at, pair)
+        arc, length = lines.arc[at], lines.length[at]
+        subtract_mid_surface(smooth, starts, arc, length, *self._mid_surface(at, _LEAST_DEPTH * usual))
+        for further in self.more:
+            smooth += further.matrix(at, starts)
+        static = smooth.copy()
+        add_far_stripe(static, starts, arc, length, usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus))
+        return Candidates(
+            cap=cap,
+            index=np.ravel_multi_index(at, lines.profile.shape),
+            starts=starts,
+            smooth=smooth,
+            static=static,
+            near_field=_NEAR_FIELD * usual,
+            slope=slope,
+            least=self._least[at],
+            profile=lines.profile[at],
+            lever=lines.lever_arm[at],
+            length=length,
+            arc=arc,
+            farthest_move=_FARTHEST_MOVE * self.base_pitch,
+        )
+
+    def _mid_surface(self, at: tuple[IntArray, IntArray], least: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Depth of the mid-surface below the points, (1 + nu)/(2 pi E) and nu, of each body."""
+        if not self.bodies:
+            return np.zeros((0, at[0].size)), np.zeros(0), np.zeros(0)
+        bodies = [on_lines.body for on_lines in self.bodies]
+        return (
+            np.maximum(np.stack([on_lines.depth[at] for on_lines in self.bodies]), least),
+            np.array([(1.0 + b.poissons_ratio) / (2.0 * pi * b.youngs_modulus) for b in bodies]),
+            np.array([b.poissons_ratio for b in bodies]),
+        )
