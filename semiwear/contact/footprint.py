@@ -16,29 +16,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.contact.gap import (
+    fresh_gap,
+    gap_at,
+    gap_of_flanks,
+    most_places,
+    outline,
+    rises_within,
+    slice_gap,
+)
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import change_above, locate, slope_at, smooth_value
+from semiwear.meshing.flank_grid import change_above, locate, slope_at
 from semiwear.meshing.removed import Removed
 
 __all__ = [
     "Footprints",
     "clipped",
     "depth_of",
-    "edge_tangent",
     "footprints",
-    "fresh_beyond",
-    "fresh_gap",
-    "fresh_slope",
-    "most_places",
-    "outline",
     "reached",
-    "rises_within",
     "segment",
 ]
 
@@ -46,9 +49,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
-_ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
-_BETWEEN = 1000  # places of a footprint between nodes and on edges, at most
 
 
 @dataclass(frozen=True)
@@ -108,155 +109,21 @@ class Footprints:
             )
 
 
-@njit(cache=True, error_model="numpy")
-def _convex(away, terms):  # type: ignore[no-untyped-def]
-    """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
-    side = 1.0 if away >= 0.0 else -1.0
-    bend, third, fourth = max(terms[2], 0.0), side * terms[3], terms[4]
-    # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
-    rest = third * third - 2.0 * bend * fourth
-    if rest < 0.0:
-        return bend, away
-    if third > 0.0:
-        first = -(third + sqrt(rest)) / fourth if fourth < 0.0 else np.inf
-    elif sqrt(rest) - third > 0.0:
-        first = 2.0 * bend / (sqrt(rest) - third)
-    else:
-        first = 0.0 if fourth < 0.0 else np.inf
-    return bend, away if abs(away) <= first else side * first
+class _Found(NamedTuple):
+    """Arrays of `Footprints`."""
 
-
-@njit(cache=True, error_model="numpy")
-def fresh_gap(away, terms):  # type: ignore[no-untyped-def]
-    """Fresh separation at a distance in profile coordinates from the line.
-
-    The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
-    beyond the place where its curvature vanishes the separation goes on straight.
-    """
-    bend, d = _convex(away, terms)
-    slope = terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
-    rise = d * (terms[1] + d * (0.5 * bend + d * (terms[3] / 6.0 + d * terms[4] / 24.0)))
-    return terms[0] + rise + (away - d) * slope
-
-
-@njit(cache=True, error_model="numpy")
-def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
-    """Derivative of `fresh_gap`."""
-    bend, d = _convex(away, terms)
-    return terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
-
-
-@njit(cache=True, error_model="numpy")
-def _wear_at(place, wear, nodes, split):  # type: ignore[no-untyped-def]
-    cell, x = locate(nodes, split, place)
-    return smooth_value(wear, nodes, split, cell, x)
-
-
-@njit(cache=True, error_model="numpy")
-def _gap_at(place, at, terms, wear, nodes, split):  # type: ignore[no-untyped-def]
-    return fresh_gap(place - at, terms) + _wear_at(place, wear, nodes, split)
-
-
-@njit(cache=True, error_model="numpy")
-def edge_tangent(border, direction, per_mm, at, terms):  # type: ignore[no-untyped-def]
-    """Fresh separation at a border, and its slope outwards per mm."""
-    return fresh_gap(border - at, terms), direction * fresh_slope(border - at, terms) / per_mm
-
-
-@njit(cache=True, error_model="numpy")
-def fresh_beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
-    """Fresh separation on a rounded edge, so far beyond its border: the flank's tangent falls away along an arc."""
-    return fresh + slope * beyond + radius - sqrt(max(radius * radius - beyond * beyond, 0.0))
-
-
-@njit(cache=True, error_model="numpy")
-def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
-    """How far beyond a border a rounded edge has opened by a height; its radius at most."""
-    if height >= radius * (1.0 + slope):
-        return radius
-    steep, rest = 1.0 + slope * slope, radius - height
-    return (sqrt(max(steep * radius * radius - rest * rest, 0.0)) - slope * rest) / steep
-
-
-@njit(cache=True, error_model="numpy")
-def _arc(border, direction, radius, per_mm, room, at, terms, wear, nodes, split, u, g, count):  # type: ignore[no-untyped-def]
-    """Append points of a rounded edge to the outline.
-
-    Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
-    the edge has worn.
-    """
-    fresh, slope = edge_tangent(border, direction, per_mm, at, terms)
-    here = _wear_at(border, wear, nodes, split)
-    rises = 0.0
-    cell = locate(nodes, split, border)[0]
-    p = cell if direction < 0.0 else cell + 1
-    while 0 <= p < nodes.shape[0] and abs(nodes[p] - border) * per_mm < radius:
-        rises = max(rises, here - wear[p])
-        p += 1 if direction > 0.0 else -1
-    reach = _reach_on_edge(room + rises, slope, radius)
-    for c in range(1, _ARC_NODES + 1):
-        x = reach * c / _ARC_NODES
-        u[count] = border + direction * x / per_mm
-        g[count] = fresh_beyond(x, fresh, slope, radius) + _wear_at(u[count], wear, nodes, split)
-        count += 1
-    return count
+    profile: FloatArray
+    gap: FloatArray
+    curvature: FloatArray
+    half_width: FloatArray
+    least: FloatArray
+    edge: BoolArray
 
 
 @njit(cache=True, error_model="numpy")
 def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of a fresh gap of this bend over the reference half-width."""
     return 0.5 * max(bend * half_width, _LEAST_BEND) * half_width
-
-
-@njit(cache=True, error_model="numpy")
-def rises_within(height, bend):  # type: ignore[no-untyped-def]
-    """Distance within which a fresh gap of this bend rises by a height: without end where it is flat."""
-    return sqrt(2.0 * height / bend) if bend > 0.0 else np.inf
-
-
-@njit(cache=True, error_model="numpy")
-def most_places(nodes):  # type: ignore[no-untyped-def]
-    """What an outline of a slice of these nodes has room in, refined or not."""
-    return nodes.shape[1] + _BETWEEN
-
-
-@njit(cache=True, error_model="numpy")
-def outline(  # type: ignore[no-untyped-def]
-    start, stop, at, low, high, terms, per_mm, low_radius, high_radius, room, wear, nodes, split, u, g
-):
-    """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
-    start, stop = max(low, min(start, high)), min(high, max(stop, low))
-    count = 0
-    if start <= low and low_radius > 0.0:
-        count = _arc(low, -1.0, low_radius, per_mm, room, at, terms, wear, nodes, split, u, g, count)
-        u[:count] = u[:count][::-1].copy()
-        g[:count] = g[:count][::-1].copy()
-    p = np.searchsorted(nodes, start)
-    if start > low and p > 0 and nodes[p - 1] > low:
-        # from a node, where nothing has to be read between
-        p -= 1
-    else:
-        u[count] = start
-        g[count] = _gap_at(start, at, terms, wear, nodes, split)
-        count += 1
-        if p < nodes.shape[0] and nodes[p] <= start:
-            p += 1
-    while p < nodes.shape[0] and nodes[p] < stop:
-        u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
-        count += 1
-        p += 1
-    if p < nodes.shape[0] and nodes[p] < high and stop < high:
-        u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - at, terms) + wear[p]
-        count += 1
-    elif count == 0 or stop > u[count - 1]:
-        u[count] = stop
-        g[count] = _gap_at(stop, at, terms, wear, nodes, split)
-        count += 1
-    if stop >= high and high_radius > 0.0:
-        count = _arc(high, 1.0, high_radius, per_mm, room, at, terms, wear, nodes, split, u, g, count)
-    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -272,18 +139,19 @@ def _bend_beside(values, cell):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(u, g, count, at, low, high, terms, room, longest, wear, nodes, split, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]
+def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]
     """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
 
     `slopes` keeps what is found of `slope_at` for these depths: NaN where it is not known.
     """
+    nodes, split, removed = gap.nodes, gap.split, gap.removed
     least = g[0]
     for c in range(1, count):
         least = min(least, g[c])
     fine_u[0], fine_g[0] = u[0], g[0]
     n, cell = 1, -1
     for c in range(count - 1):
-        if u[c] >= low and u[c + 1] <= high:
+        if u[c] >= gap.low and u[c + 1] <= gap.high:
             width = u[c + 1] - u[c]
             # nodes are places of the outline, so that each of its stretches lies in one cell
             if cell < 0:
@@ -291,22 +159,22 @@ def _refine(u, g, count, at, low, high, terms, room, longest, wear, nodes, split
             elif cell + 2 < nodes.shape[0] and u[c] >= nodes[cell + 1]:
                 cell += 1
             # by so much, and what wear bends, the gap between two places may be less than at both
-            above = min(g[c], g[c + 1]) - least - room - 0.125 * terms[2] * width * width
-            if above < 0.0 or above < 0.125 * _bend_beside(wear, cell):
+            above = min(g[c], g[c + 1]) - least - room - 0.125 * gap.terms[2] * width * width
+            if above < 0.0 or above < 0.125 * _bend_beside(removed, cell):
                 parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
                 if parts > 1:
                     for node in range(cell, cell + 2):
                         if np.isnan(slopes[node]):
-                            slopes[node] = slope_at(wear, nodes, split, node)
+                            slopes[node] = slope_at(removed, nodes, split, node)
                     before, slope = change_above(slopes[cell], nodes, split, cell), slopes[cell + 1]
-                    rise, size = wear[cell + 1] - wear[cell], nodes[cell + 1] - nodes[cell]
+                    rise, size = removed[cell + 1] - removed[cell], nodes[cell + 1] - nodes[cell]
                     second, third = 3.0 * rise - 2.0 * before - slope, before + slope - 2.0 * rise
                     x, step = (u[c] - nodes[cell]) / size, width / (size * parts)
                     for part in range(1, parts):
                         x += step
                         fine_u[n] = u[c] + part * width / parts
-                        gone = wear[cell] + x * (before + x * (second + x * third))  # `cubic`
-                        fine_g[n] = fresh_gap(fine_u[n] - at, terms) + gone
+                        gone = removed[cell] + x * (before + x * (second + x * third))  # `cubic`
+                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.terms) + gone
                         n += 1
         fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
         n += 1
@@ -316,33 +184,17 @@ def _refine(u, g, count, at, low, high, terms, room, longest, wear, nodes, split
 
 
 @njit(cache=True, error_model="numpy")
-def reached(at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, slopes, work):  # type: ignore[no-untyped-def]
-    """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap."""
-    width = half_width / per_mm
-    room = depth_of(terms[2], width)
+def reached(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
+    """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap.
+
+    `slopes` keeps `slope_at` of the nodes, NaN where it is not known; `work` is (4, `most_places`).
+    """
+    width = half_width / gap.per_mm
+    room = depth_of(gap.terms[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + rises_within(gone.max() - gone.min() + room, terms[2])
-    count = outline(
-        at - reach, at + reach, at, low, high, terms, per_mm, low_radius, high_radius, room, gone, nodes, split,
-        work[0], work[1],
-    )  # fmt: skip
-    count, least = _refine(
-        work[0],
-        work[1],
-        count,
-        at,
-        low,
-        high,
-        terms,
-        room,
-        _FINE * width,
-        gone,
-        nodes,
-        split,
-        slopes,
-        work[2],
-        work[3],
-    )
+    reach = width + rises_within(gap.removed.max() - gap.removed.min() + room, gap.terms[2])
+    count = outline(gap, gap.at - reach, gap.at + reach, room, work[0], work[1])
+    count, least = _refine(gap, work[0], work[1], count, room, _FINE * width, slopes, work[2], work[3])
     return room, count, least
 
 
@@ -374,60 +226,60 @@ def clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _find(  # type: ignore[no-untyped-def]
-    near, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, half_width,
-    out_profile, out_gap, out_curvature, out_width, out_edge, out_least,
-):  # fmt: skip
-    work, slopes = np.empty((4, most_places(nodes))), np.empty(nodes.shape[1])
+def _shape(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
+    """Room and least gap of a footprint, its area, moments of gap and place, and whether an end cuts it off."""
+    room, count, least = reached(gap, half_width, slopes, work)
     u, g = work[2], work[3]
-    rolls, faces = profile.shape
+    area, below, moment = 0.0, 0.0, 0.0
+    for c in range(count - 1):
+        if min(g[c], g[c + 1]) - least >= room:
+            continue
+        u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+        if u_b > u_a:
+            a, b = segment(room, u_b - u_a, t_a, t_b)
+            area += a
+            below += b
+            moment += a * 0.5 * (u_a + u_b)
+    # cut off where the gap is still open to the footprint at an end of the slice
+    cut = False
+    for c in range(count):
+        if (u[c] <= gap.low or u[c] >= gap.high) and g[c] - least < room:
+            cut = True
+    return room, least, area, below, moment, cut
+
+
+@njit(cache=True, error_model="numpy")
+def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
+    work, slopes = np.empty((4, most_places(flank.nodes))), np.empty(flank.nodes.shape[1])
+    rolls, faces = near.shape
     for i in range(faces):
         for k in range(rolls):
-            if k == 0 or row[k] != row[k - 1]:
+            if k == 0 or flank.row[k] != flank.row[k - 1]:
                 slopes[:] = np.nan
-            at, per_mm = profile[k, i], spacing[k, i]
-            terms, gone = separation[:, k, i], removed[row[k], i]
-            width = half_width / per_mm
-            out_profile[k, i] = at
-            out_gap[k, i] = _gap_at(at, at, terms, gone, nodes[i], split[i])
-            out_curvature[k, i] = 2.0 * depth_of(terms[2], width) / half_width**2
-            out_width[k, i] = half_width
-            out_least[k, i] = out_gap[k, i]
-            out_edge[k, i] = at - low[k, i] < width or high[k, i] - at < width
+            gap = slice_gap(flank, k, i)
+            width = half_width / gap.per_mm
+            found.profile[k, i] = gap.at
+            found.gap[k, i] = gap_at(gap, gap.at)
+            found.curvature[k, i] = 2.0 * depth_of(gap.terms[2], width) / half_width**2
+            found.half_width[k, i] = half_width
+            found.least[k, i] = found.gap[k, i]
+            found.edge[k, i] = gap.at - gap.low < width or gap.high - gap.at < width
             if not near[k, i]:
                 continue
-            if gone.max() == gone.min() and not out_edge[k, i]:
+            if gap.removed.max() == gap.removed.min() and not found.edge[k, i]:
                 continue
-            room, count, least = reached(
-                at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i], high_radius[k, i], gone, nodes[i],
-                split[i], half_width, slopes, work,
-            )  # fmt: skip
-            out_least[k, i] = least
-            area, below, moment = 0.0, 0.0, 0.0
-            for c in range(count - 1):
-                if min(g[c], g[c + 1]) - least >= room:
-                    continue
-                u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
-                if u_b > u_a:
-                    a, b = segment(room, u_b - u_a, t_a, t_b)
-                    area += a
-                    below += b
-                    moment += a * 0.5 * (u_a + u_b)
+            room, least, area, below, moment, cut = _shape(gap, half_width, slopes, work)
+            found.least[k, i] = least
             if area <= 0.0:
                 # a single point is left of the slice: it touches as the fresh flank would
-                out_edge[k, i] = True
+                found.edge[k, i] = True
                 continue
             # Hertz: the mean of (room - g) is 3/4 of room, the greatest density sqrt(room)/area = 2/(pi b)
-            out_gap[k, i] = least + (room - below / area) - 0.25 * room
-            out_width[k, i] = 2.0 * area / (pi * sqrt(room)) * per_mm
-            out_curvature[k, i] = 2.0 * room / out_width[k, i] ** 2
-            out_profile[k, i] = min(max(moment / area, low[k, i]), high[k, i])
-            # cut off where the gap is still open to the footprint at an end of the slice
-            cut = False
-            for c in range(count):
-                if (u[c] <= low[k, i] or u[c] >= high[k, i]) and g[c] - least < room:
-                    cut = True
-            out_edge[k, i] = cut
+            found.gap[k, i] = least + (room - below / area) - 0.25 * room
+            found.half_width[k, i] = 2.0 * area / (pi * sqrt(room)) * gap.per_mm
+            found.curvature[k, i] = 2.0 * room / found.half_width[k, i] ** 2
+            found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
+            found.edge[k, i] = cut
 
 
 def footprints(lines: ContactLines, removed: Removed, half_width: float, near: BoolArray) -> Footprints:
@@ -444,11 +296,7 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
         Slices that can carry load; the others keep their fresh place.
     """
     shape = lines.profile.shape
-    profile, gap, curvature, width, least = (np.empty(shape) for _ in range(5))
-    edge = np.empty(shape, dtype=np.bool_)
-    _find(
-        near, lines.profile, lines.low, lines.high, lines.separation, lines.spacing,
-        lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile,
-        removed.grid.split, half_width, profile, gap, curvature, width, edge, least,
-    )  # fmt: skip
-    return Footprints(removed, profile, gap, curvature, width, edge, least, near)
+    profile, gap, curvature, width, least = np.empty((5, *shape))
+    found = _Found(profile, gap, curvature, width, least, np.empty(shape, dtype=np.bool_))
+    _find(near, gap_of_flanks(lines, removed), half_width, found)
+    return Footprints(removed, **found._asdict(), near=near)

@@ -18,7 +18,7 @@ from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loads import SlicePressures, TeethLoads
-from semiwear.contact.problem import Candidates, ContactProblem
+from semiwear.contact.problem import FIRST_CAP, Candidates, ContactProblem
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
 
@@ -32,7 +32,6 @@ _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _MARGIN = 1.15  # of the expected approach
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
-_FIRST_CAP = 3.5  # of a typical approach: slices nearer than that are first let touch
 
 
 def solve_lines(
@@ -97,20 +96,31 @@ def _solve_position(
     loads: TeethLoads,
     wear_compliance: FloatArray | None,
 ) -> None:
-    reached = 0.0
+    rolls = problem.rolls_of(position)
+    if loads.force[rolls].any():
+        reached = _MARGIN * float(loads.rotation[position] * problem.lines.lever_arm[rolls].max())
+    else:
+        reached = _first_cap(problem, rolls, worn)
     for _ in range(_CAPS):
         candidates = problem.candidates(position, reached)
         rotation = _share_torque(problem, position, candidates, worn, loads, wear_compliance)
         reached = rotation * float(candidates.lever.max())
         if reached <= candidates.cap:
             if wear_compliance is None:
-                worn.require_followed(loads.force, problem.rolls_of(position), f"{position}/{problem.per_cycle}")
+                worn.require_followed(loads.force, rolls, f"{position}/{problem.per_cycle}")
             return
     raise ConvergenceError(
         f"load sharing stopped at mesh position {position}/{problem.per_cycle}: the approach, {reached:.3g} mm by "
         "now, grows with every slice that is let touch; check the torque, the materials and "
         "numerics.tooth_compliance"
     )
+
+
+def _first_cap(problem: ContactProblem, rolls: IntArray, worn: Footprints) -> float:
+    """Separation within which slices are let touch where no loads are known [mm]."""
+    near = problem.is_near(problem.lines)[rolls]
+    nearest = float(worn.gap[rolls][near].min()) if near.any() else 0.0
+    return FIRST_CAP * problem.typical_approach + nearest
 
 
 def _share_torque(
@@ -129,9 +139,7 @@ def _share_torque(
         expected = least + _MARGIN * (loads.rotation[position] * candidates.lever - least)
         chosen = np.flatnonzero(gap < expected)
     else:
-        near = problem.is_near(problem.lines)[problem.rolls_of(position)]
-        nearest = float(worn.gap[problem.rolls_of(position)][near].min()) if near.any() else 0.0
-        chosen = np.flatnonzero(candidates.least < _FIRST_CAP * problem.typical_approach + nearest)
+        chosen = np.flatnonzero(candidates.least < _first_cap(problem, problem.rolls_of(position), worn))
     if chosen.size == 0:
         chosen = np.arange(gap.size)
     rotation = _share_among(problem, position, candidates, chosen, worn, loads, wear_compliance)

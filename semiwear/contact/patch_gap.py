@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.between_rolls import node_width
-from semiwear.contact.footprint import edge_tangent, fresh_beyond, fresh_gap
+from semiwear.contact.gap import fresh_gap, gap_beyond, gap_of_flanks, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 from semiwear.meshing.removed import Removed
@@ -29,39 +29,22 @@ _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 
 @njit(cache=True, error_model="numpy")
-def _rounded(away, border, side, radius, at, per_mm, terms):  # type: ignore[no-untyped-def]
-    """Separation on the rounded edge beyond a border; infinite beyond the edge itself."""
-    beyond = side * (at + away - border) * per_mm
-    if beyond >= radius:
-        return np.inf
-    fresh, slope = edge_tangent(border, side, per_mm, at, terms)
-    return fresh_beyond(beyond, fresh, slope, radius)
-
-
-@njit(cache=True, error_model="numpy")
-def _gaps(  # type: ignore[no-untyped-def]
-    rolls, faces, approach, columns, width, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, nodes, split, out,
-):  # fmt: skip
+def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[no-untyped-def]
     """Gaps less than `approach`; the separation is convex: beyond a greater one that grows all are greater."""
     farthest = -1.0
     for r in range(rolls.shape[0]):
-        k, i = rolls[r], faces[r]
-        at, per_mm, terms = profile[k, i], spacing[k, i], separation[:, k, i]
-        gone = removed[row[k], i]
-        least = gone.min()
+        gap = slice_gap(flank, rolls[r], faces[r])
+        least = gap.removed.min()
         for side in (-1.0, 1.0):
-            c, before = 0, terms[0]
+            c, before = 0, gap.terms[0]
             while True:
                 distance = (c + 0.5) * width
-                away = side * distance / per_mm
-                place = at + away
-                if place > high[k, i]:
-                    fresh = _rounded(away, high[k, i], 1.0, high_radius[k, i], at, per_mm, terms)
-                elif place < low[k, i]:
-                    fresh = _rounded(away, low[k, i], -1.0, low_radius[k, i], at, per_mm, terms)
+                away = side * distance / gap.per_mm
+                place = gap.at + away
+                if gap.low <= place <= gap.high:
+                    fresh = fresh_gap(away, gap.terms)
                 else:
-                    fresh = fresh_gap(away, terms)
+                    fresh = gap_beyond(gap, place)
                 if not fresh < np.inf:  # beyond all roundings
                     break
                 if fresh + least <= approach:
@@ -70,9 +53,9 @@ def _gaps(  # type: ignore[no-untyped-def]
                     break
                 before = fresh
                 if c < columns // 2:
-                    cell, x = locate(nodes[i], split[i], place)
+                    cell, x = locate(gap.nodes, gap.split, place)
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + smooth_value(gone, nodes[i], split[i], cell, x)
+                    out[r, column] = fresh + smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
                 c += 1
     return farthest
 
@@ -212,11 +195,7 @@ class PatchCells:
             Farthest distance of a cell from the line at which something can touch; negative where nothing can.
         """
         lines, out = self.lines, np.full((rolls.size, columns), np.inf)
-        reach = _gaps(
-            rolls, faces, approach, columns, self.width, lines.profile, lines.low, lines.high, lines.separation,
-            lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-            removed.grid.profile, removed.grid.split, out,
-        )  # fmt: skip
+        reach = _gaps(rolls, faces, approach, columns, self.width, gap_of_flanks(lines, removed), out)
         return out, reach
 
     def offsets(self, columns: int) -> FloatArray:

@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_TOLERANCE = 1e-7  # relative L2 error of the forces
+_TOLERANCE = 1e-9  # relative L2 error of the forces: what is less differs with the last bit of a gap
 _LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
 _DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
@@ -71,10 +71,15 @@ class PatchSystem:
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_rows(active, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
-    """Cholesky factors of every row's active cells, their response to an even displacement, and its sum."""
+def _factor_rows(active, before, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
+    """Cholesky factors of every row's active cells, their response to an even displacement, and its sum.
+
+    Rows with the same active cells as before keep theirs.
+    """
     rows, columns = active.shape
     for r in range(rows):
+        if np.array_equal(active[r], before[r]):
+            continue
         m = 0
         for c in range(columns):
             if active[r, c]:
@@ -164,14 +169,18 @@ class RowPreconditioner:
     Factors are kept until other cells are free.
     """
 
-    def __init__(self, system: PatchSystem):
+    def __init__(self, system: PatchSystem, columns: int):
+        rows = int(system.starts[-1])
         self._system = system
-        self._free: BoolArray | None = None
+        self._free = np.zeros((rows, columns), dtype=bool)
+        self._factors, self._ones = np.empty((rows, columns, columns)), np.empty((rows, columns))
+        self._members, self._counts = np.empty((rows, columns), np.int64), np.zeros(rows, np.int64)
+        self._compliance = np.zeros(rows)
 
     def __call__(self, residual: FloatArray, free: BoolArray) -> FloatArray:
         """Forces [N] for a displacement [mm], (rows, columns); zero on cells that are not free."""
-        if self._free is None or not np.array_equal(free, self._free):
-            self._factor(free.copy())
+        if not np.array_equal(free, self._free):
+            self._factor(free)
         out, sums = np.empty_like(residual), np.empty(residual.shape[0])
         _solve_rows(residual, self._factors, self._members, self._counts, out, sums)
         # (D + E c E')^-1 = D^-1 - D^-1 E R (1 + R c R)^-1 R c E' D^-1, with R^2 = E' D^-1 E
@@ -181,14 +190,14 @@ class RowPreconditioner:
         return out
 
     def _factor(self, free: BoolArray) -> None:
-        self._free, system = free, self._system
-        rows, most = free.shape[0], int(free.sum(axis=1).max())
-        self._factors, self._ones = np.empty((rows, most, most)), np.empty((rows, most))
-        self._members, self._counts = np.empty((rows, most), dtype=np.int64), np.empty(rows, dtype=np.int64)
-        compliance = np.empty(rows)
-        _factor_rows(free, system.coefficients[0], self._factors, self._ones, compliance, self._members, self._counts)
+        system = self._system
+        _factor_rows(
+            free, self._free, system.coefficients[0], self._factors, self._ones, self._compliance, self._members,
+            self._counts,
+        )  # fmt: skip
+        self._free = free.copy()
         self._on = on = np.flatnonzero(self._counts)
-        self._root = np.sqrt(compliance[on])
+        self._root = np.sqrt(self._compliance[on])
         self._coupling, matrix = np.empty((on.size, on.size)), np.empty((on.size, on.size))
         _couple_rows(
             on, self._counts, system.starts, system.coefficients, system.smooth, self._root, self._coupling, matrix
@@ -259,7 +268,7 @@ def share_torque(
     sharing = solve_complementarity(
         system,
         near,
-        RowPreconditioner(system),
+        RowPreconditioner(system, gap.shape[1]),
         lever=arms,
         direction=arms,
         load=torque,

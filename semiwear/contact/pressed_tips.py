@@ -82,7 +82,8 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
 def _overlap(problem: ContactProblem, position: int, loads: TeethLoads, state: LoadedState) -> FloatArray:
     """How far the flanks overlap in every slice of a mesh position, (pair, face) [mm]; NaN far from contact."""
     rolls, worn = problem.rolls_of(position), state.coarse
-    candidates = problem.candidates(position, 0.0)
+    turned = float(loads.rotation[position] * problem.lines.lever_arm[rolls].max())
+    candidates = problem.candidates(position, turned)
     every = np.arange(candidates.index.size)
     deflection = candidates.compliance(candidates.static, every, worn, None) @ loads.force.ravel()[candidates.index]
     overlap = np.full(worn.gap.size, np.nan)

@@ -26,7 +26,7 @@ from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["Candidates", "ContactProblem", "usual_approach"]
+__all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "usual_approach"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -34,6 +34,9 @@ BoolArray = NDArray[np.bool_]
 
 _LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show
+FIRST_CAP = 3.5
+"""Typical approaches within which slices are first let touch."""
+_ROOM = 1.5  # times what is first let touch: candidates for usual wear, too
 _FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
 
 
@@ -241,13 +244,12 @@ class ContactProblem:
         """
         rolls = self.rolls_of(position)
         least = self._least[rolls]
-        first, doublings = float(least.min()) + self.reach, 0
-        while first + (2.0**doublings - 1.0) * self.reach < approach:
-            doublings += 1
+        nearest, cap, doublings = float(least.min()), _ROOM * FIRST_CAP * self.typical_approach, 0
+        while nearest + cap < approach:
+            cap, doublings = 2.0 * cap, doublings + 1
         known = self._kept.get((position, doublings))
         if known is None:
-            known = self._found(position, first + (2.0**doublings - 1.0) * self.reach)
-            self._kept[position, doublings] = known
+            known = self._kept[position, doublings] = self._found(position, nearest + cap)
         return known
 
     @cached_property

@@ -11,19 +11,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import exp, log, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import (
-    Footprints,
-    edge_tangent,
-    fresh_beyond,
+from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import (
     fresh_gap,
+    gap_beyond,
+    gap_of_flanks,
     most_places,
     outline,
     rises_within,
+    slice_gap,
 )
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
@@ -33,6 +35,8 @@ from semiwear.meshing.flank_grid import locate, smooth_value
 __all__ = ["solve_slices"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 # across each of one, two or three bands that may touch; with the most, Hertz's peak within 0.3 %
 _CELLS = (32, 24, 16)
@@ -172,49 +176,44 @@ def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def _pressed_beyond(u, g, count, least, bands, first, last, x, width, force, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
+def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
     """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
     constant, farthest = log(2.0 * span), 0.0
     band = 0
     for c in range(count):
-        while band < bands and c > last[band]:
+        while band < bands and c > work.last[band]:
             band += 1
-        if band < bands and c >= first[band]:
+        if band < bands and c >= work.first[band]:
             continue
-        opening = (g[c] - least) / unit
+        opening = (work.g[c] - least) / unit
         if opening > _FAR * load:
             continue
         slack = opening - approach
         for k in range(n):
-            if force[k] > 0.0:
-                slack += force[k] * (constant - _mean_log(abs(u[c] * per_mm - x[k]), width[k]))
+            if work.force[k] > 0.0:
+                slack += work.force[k] * (
+                    constant - _mean_log(abs(work.u[c] * per_mm - work.place[k]), work.width[k])
+                )
         if slack < 0.0:
-            farthest = max(farthest, g[c] - least)
+            farthest = max(farthest, work.g[c] - least)
     return farthest
 
 
 @njit(cache=True, error_model="numpy")
-def _cells(  # type: ignore[no-untyped-def]
-    u, bands, first, last, at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split,
-    place, width, gap,
-):  # fmt: skip
+def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[no-untyped-def]
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
     n, cells = 0, _CELLS[bands - 1]
-    fresh_low, slope_low = edge_tangent(low, -1.0, per_mm, at, terms)
-    fresh_high, slope_high = edge_tangent(high, 1.0, per_mm, at, terms)
     for band in range(bands):
         start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
-            if at_cell < low:
-                fresh = fresh_beyond((low - at_cell) * per_mm, fresh_low, slope_low, low_radius)
-            elif at_cell > high:
-                fresh = fresh_beyond((at_cell - high) * per_mm, fresh_high, slope_high, high_radius)
+            if gap.low <= at_cell <= gap.high:
+                fresh = fresh_gap(at_cell - gap.at, gap.terms)
             else:
-                fresh = fresh_gap(at_cell - at, terms)
-            cell, x = locate(nodes, split, at_cell)
-            gap[n] = fresh + smooth_value(gone, nodes, split, cell, x)
-            place[n], width[n] = at_cell * per_mm, step * per_mm
+                fresh = gap_beyond(gap, at_cell)
+            cell, x = locate(gap.nodes, gap.split, at_cell)
+            opening[n] = fresh + smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
+            place[n], width[n] = at_cell * gap.per_mm, step * gap.per_mm
             n += 1
     return n
 
@@ -231,82 +230,111 @@ def _cut_off(u, bands, first, last, force, low, high):  # type: ignore[no-untype
     return False
 
 
-@njit(cache=True, error_model="numpy")
-def _solve(  # type: ignore[no-untyped-def]
-    line_load, profile, low, high, separation, spacing, low_radius, high_radius, removed, row, nodes, split, modulus,
-    margin, even, out_inner, out_place, out_border, out_gap, out_curvature, out_centre,
-):  # fmt: skip
-    gap, force = np.empty(_MOST), np.empty(_MOST)
-    place, width = np.empty(_MOST), np.empty(_MOST)
-    influence, a = np.empty((_MOST, _MOST)), np.empty((_MOST, _MOST))
-    x, y = np.empty(_MOST), np.empty(_MOST)
+class _Found(NamedTuple):
+    """What `solve_slices` finds of every slice, (roll, face)."""
+
+    inner: FloatArray
+    place: FloatArray
+    border: FloatArray
+    gap: FloatArray
+    curvature: FloatArray
+    centre: FloatArray
+
+
+class _Work(NamedTuple):
+    """Memory for one slice: cells, their influence and factor, outline, and bands."""
+
+    gap: FloatArray
+    force: FloatArray
+    place: FloatArray
+    width: FloatArray
+    influence: FloatArray
+    factor: FloatArray
+    x: FloatArray
+    y: FloatArray
+    on: IntArray
+    active: BoolArray
+    u: FloatArray
+    g: FloatArray
+    first: IntArray
+    last: IntArray
+
+
+def _work_space(places: int) -> _Work:
+    gap, force, place, width, x, y = np.empty((6, _MOST))
+    influence, factor = np.empty((2, _MOST, _MOST))
+    u, g = np.empty((2, places))
     on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
-    u, g = np.empty(most_places(nodes)), np.empty(most_places(nodes))
-    first, last = np.empty(len(_CELLS), dtype=np.int64), np.empty(len(_CELLS), dtype=np.int64)
+    first, last = np.empty((2, len(_CELLS)), dtype=np.int64)
+    return _Work(gap, force, place, width, influence, factor, x, y, on, active, u, g, first, last)
+
+
+@njit(cache=True, error_model="numpy")
+def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
+    """Forces on cells of a slice: how many, least gap, span, approach and its derivative (NaN if unsettled)."""
+    spread, closes = gap.removed.max() - gap.removed.min(), unit * load
+    # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
+    room, n, least, span, approach, rate = _ROOM * closes, 0, 0.0, 0.0, np.nan, np.nan
+    for _ in range(_ATTEMPTS):
+        reach = rises_within(spread + room, gap.terms[2])
+        count = outline(gap, gap.at - reach, gap.at + reach, room, work.u, work.g)
+        least = work.g[:count].min()
+        bands = _bands(work.u, work.g, count, least, room, work.first, work.last)
+        n = _cells(gap, work.u, bands, work.first, work.last, work.place, work.width, work.gap)
+        for c in range(n):
+            work.gap[c] -= least
+            work.active[c] = work.gap[c] < closes
+            work.gap[c] /= unit
+        span = (work.u[work.last[bands - 1]] - work.u[work.first[0]]) * gap.per_mm
+        if span <= 0.0:
+            break
+        if not work.active[:n].any():
+            work.active[np.argmin(work.gap[:n])] = True
+        _influences(work.place, work.width, n, bands, span, even, work.influence)
+        approach, rate = _plane_contact(
+            work.gap[:n], load, work.influence, work.active, work.force, work.factor, work.x, work.y, work.on
+        )
+        if np.isnan(approach) or _cut_off(work.u, bands, work.first, work.last, work.force, gap.low, gap.high):
+            room *= _WIDER
+            continue
+        beyond = _pressed_beyond(work, count, least, bands, n, gap.per_mm, span, approach, load, unit)
+        if beyond == 0.0:
+            break
+        room = max(room, _BEYOND * beyond)
+    return n, least, span, approach, rate
+
+
+@njit(cache=True, error_model="numpy")
+def _solve(line_load, flank, modulus, margin, even, work, found):  # type: ignore[no-untyped-def]
     unit = 2.0 / (pi * modulus)  # of deflection by line load
     rolls, faces = line_load.shape
     unsettled = 0
     for i in range(faces):
         for k in range(rolls):
-            q, at, per_mm, terms = line_load[k, i], profile[k, i], spacing[k, i], separation[:, k, i]
+            q = line_load[k, i]
             if q <= 0.0:
                 continue
-            gone = removed[row[k], i]
-            spread = gone.max() - gone.min()
-            # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
-            closes = unit * q
-            room = _ROOM * closes
-            for _ in range(_ATTEMPTS):
-                reach = rises_within(spread + room, terms[2])
-                count = outline(
-                    at - reach, at + reach, at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i],
-                    high_radius[k, i], room, gone, nodes[i], split[i], u, g,
-                )  # fmt: skip
-                least = g[:count].min()
-                bands = _bands(u, g, count, least, room, first, last)
-                n = _cells(
-                    u, bands, first, last, at, low[k, i], high[k, i], terms, per_mm, low_radius[k, i],
-                    high_radius[k, i], gone, nodes[i], split[i], place, width, gap,
-                )  # fmt: skip
-                for c in range(n):
-                    gap[c] -= least
-                    active[c] = gap[c] < closes
-                    gap[c] /= unit
-                span = (u[last[bands - 1]] - u[first[0]]) * per_mm
-                if span <= 0.0:
-                    break
-                if not active[:n].any():
-                    active[np.argmin(gap[:n])] = True
-                _influences(place, width, n, bands, span, even, influence)
-                approach, rate = _plane_contact(gap[:n], q, influence, active, force, a, x, y, on)
-                if np.isnan(approach) or _cut_off(u, bands, first, last, force, low[k, i], high[k, i]):
-                    room *= _WIDER
-                    continue
-                beyond = _pressed_beyond(
-                    u, g, count, least, bands, first, last, place, width, force, n, per_mm, span, approach, q, unit
-                )
-                if beyond == 0.0:
-                    break
-                room = max(room, _BEYOND * beyond)
+            gap = slice_gap(flank, k, i)
+            n, least, span, approach, rate = _settle(gap, q, unit, even, work)
             if span <= 0.0:
                 continue
             moment = 0.0
             for c in range(n):
-                moment += force[c] * place[c]
+                moment += work.force[c] * work.place[c]
             if np.isnan(approach):
                 unsettled += 1
             else:
                 # one band would be as stiff whose half-width is twice the logarithmic capacity of what touches
-                b = 4.0 * span * exp(-rate)
-                out_curvature[k, i] = 2.0 * closes / (b * b)
-                out_gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
-                out_centre[k, i] = min(max(moment / (q * per_mm), low[k, i]), high[k, i])
+                b, closes = 4.0 * span * exp(-rate), unit * q
+                found.curvature[k, i] = 2.0 * closes / (b * b)
+                found.gap[k, i] = least + unit * approach - closes * (log(4.0 * span / b) + 0.5)
+                found.centre[k, i] = min(max(moment / (q * gap.per_mm), gap.low), gap.high)
             for c in range(n):
-                pressure, at_cell = force[c] / width[c], place[c] / per_mm
-                if min(at_cell - low[k, i], high[k, i] - at_cell) * per_mm < margin:
-                    out_border[k, i] = max(out_border[k, i], pressure)
-                elif pressure > out_inner[k, i]:
-                    out_inner[k, i], out_place[k, i] = pressure, at_cell
+                pressure, at_cell = work.force[c] / work.width[c], work.place[c] / gap.per_mm
+                if min(at_cell - gap.low, gap.high - at_cell) * gap.per_mm < margin:
+                    found.border[k, i] = max(found.border[k, i], pressure)
+                elif pressure > found.inner[k, i]:
+                    found.inner[k, i], found.place[k, i] = pressure, at_cell
     return unsettled
 
 
@@ -332,17 +360,20 @@ def solve_slices(
         `worn` with the gap and the curvature of Hertz contacts that have the approach of these slices under their
         loads, and the same change of it by the load; and where the force lies.
     """
-    inner, border, removed = np.zeros(line_load.shape), np.zeros(line_load.shape), worn.removed
-    place, gap, curvature, centre = lines.profile.copy(), worn.gap.copy(), worn.curvature.copy(), worn.profile.copy()
-    unsettled = _solve(
-        line_load, lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
-        lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split, modulus, margin,
-        _INFLUENCE, inner, place, border, gap, curvature, centre,
-    )  # fmt: skip
+    found = _Found(
+        inner=np.zeros(line_load.shape),
+        place=lines.profile.copy(),
+        border=np.zeros(line_load.shape),
+        gap=worn.gap.copy(),
+        curvature=worn.curvature.copy(),
+        centre=worn.profile.copy(),
+    )
+    flank = gap_of_flanks(lines, worn.removed)
+    unsettled = _solve(line_load, flank, modulus, margin, _INFLUENCE, _work_space(most_places(flank.nodes)), found)
     if unsettled:
         raise ConvergenceError(
             f"the pressure across {unsettled} of {int((line_load > 0.0).sum())} loaded slices does not settle; "
             "change numerics.profile_points, or take shorter wear steps (more numerics.wear_steps)"
         )
-    touched = replace(worn, gap=gap, curvature=curvature, profile=centre)
-    return SlicePressures(inner, place, border), touched
+    touched = replace(worn, gap=found.gap, curvature=found.curvature, profile=found.centre)
+    return SlicePressures(found.inner, found.place, found.border), touched

@@ -6,8 +6,8 @@ as well, that root says little about their shares: there each is a footprint of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -15,24 +15,26 @@ from numpy.typing import NDArray
 
 from semiwear.contact.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
 from semiwear.contact.edge_share import share_of_edge
-from semiwear.contact.footprint import clipped, most_places, reached, segment
+from semiwear.contact.footprint import clipped, reached, segment
+from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 
-__all__ = ["Spread", "pieces_of", "spread_over_flank"]
+__all__ = ["Nodes", "Spread", "factor_at", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 
 _EVEN = 1e-4  # of what a footprint reaches down: a stretch that slopes less has its centroid in its middle
 
 
-@dataclass(frozen=True)
-class Spread:
-    """What is spread over the footprints, (roll, face) and (roll, face, 2) arrays.
+class Spread(NamedTuple):
+    """Amounts that are spread over the footprints, (roll, face) and (roll, face, 2) arrays.
 
     Attributes
     ----------
+    place : array [mm]
+        Centre of the footprint.
     rate : array
         Amount per length of line, e.g. line load times time.
     centre : array
@@ -43,10 +45,27 @@ class Spread:
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
     """
 
+    place: FloatArray
     rate: FloatArray
     centre: FloatArray
     slope: FloatArray
     closes: FloatArray
+
+
+class Nodes(NamedTuple):
+    """Nodes of a flank that take a deposit, (face, points) [mm], and where their spacing changes, (face,)."""
+
+    nodes: FloatArray
+    split: NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy")
+def factor_at(what, k, i, place):  # type: ignore[no-untyped-def]
+    """Length of the vector by which an amount counts, at a place in a slice."""
+    away = place - what.place[k, i]
+    v0 = what.centre[k, i, 0] + what.slope[k, i, 0] * away
+    v1 = what.centre[k, i, 1] + what.slope[k, i, 1] * away
+    return sqrt(v0 * v0 + v1 * v1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -74,19 +93,14 @@ def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_ed
 
 
 @njit(cache=True, error_model="numpy")
-def pieces_of(  # type: ignore[no-untyped-def]
-    at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, closes,
-    slopes, work, mass, middle, at_edge,
-):  # fmt: skip
+def pieces_of(gap, half_width, closes, slopes, work, mass, middle, at_edge):  # type: ignore[no-untyped-def]
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
 
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
-    room, count, least = reached(
-        at, low, high, terms, per_mm, low_radius, high_radius, gone, nodes, split, half_width, slopes, work
-    )
+    room, count, least = reached(gap, half_width, slopes, work)
     u, g = work[2], work[3]
-    edge, ridge, share, apart = share_of_edge(u, g, count, low, high, per_mm, closes)
+    edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
     pieces = 0
     if apart < 1.0:
         pieces = _add_pieces(u, g, 0, count - 1, least, room, 1.0 - apart, 0, mass, middle, at_edge, pieces)
@@ -104,43 +118,33 @@ def pieces_of(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _spread(  # type: ignore[no-untyped-def]
-    rate, centre, slope, closes, at_profile, profile, low, high, separation, spacing, low_radius, high_radius,
-    removed, row, seen, seen_split, half_width, nodes, split, slices, length, out, taken,
-):  # fmt: skip
-    most = most_places(seen)
+def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type: ignore[no-untyped-def]
+    most = most_places(flank.nodes)
     work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
-    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(seen.shape[1])
-    rolls = profile.shape[0]
-    points = nodes.shape[1]
+    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(flank.nodes.shape[1])
+    rolls = flank.profile.shape[0]
     for i in slices:
+        nodes, split = grid.nodes[i], grid.split[i]
         for k in range(rolls):
-            if k == 0 or row[k] != row[k - 1]:
+            if k == 0 or flank.row[k] != flank.row[k - 1]:
                 slopes[:] = np.nan
             # between two loaded positions a slice may pass beyond an end of the other body's face
-            if rate[k, i] == 0.0 or not np.isfinite(separation[0, k, i]):
+            if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
-            per_mm = spacing[k, i]
-            pieces = pieces_of(
-                profile[k, i], low[k, i], high[k, i], separation[:, k, i], per_mm, low_radius[k, i],
-                high_radius[k, i], removed[row[k], i], seen[i], seen_split[i], half_width, closes[k, i], slopes, work,
-                mass, middle, at_edge,
-            )  # fmt: skip
+            gap = slice_gap(flank, k, i)
+            pieces = pieces_of(gap, half_width, what.closes[k, i], slopes, work, mass, middle, at_edge)
+            rate = what.rate[:, i]
             shifts_of(
-                middle, at_edge, pieces, low[k, i], high[k, i], nodes[i, 1] - nodes[i, 0],
-                step_of(at_profile[:, i], rate[:, i], k), step_of(low[:, i], rate[:, i], k),
-                step_of(high[:, i], rate[:, i], k), shift,
+                middle, at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0], step_of(what.place[:, i], rate, k),
+                step_of(flank.low[:, i], rate, k), step_of(flank.high[:, i], rate, k), shift,
             )  # fmt: skip
             for c in range(pieces):
-                away = middle[c] - at_profile[k, i]
-                v0 = centre[k, i, 0] + slope[k, i, 0] * away
-                v1 = centre[k, i, 1] + slope[k, i, 1] * away
-                amount = rate[k, i] / per_mm * mass[c] * sqrt(v0 * v0 + v1 * v1)
-                laid = lay(nodes[i], split[i], middle[c], shift[c], amount, out[i])
-                taken[0] += amount * per_mm * length[k, i]
-                taken[1] += (amount - laid) * per_mm * length[k, i]
-        for p in range(points):
-            out[i, p] /= node_width(nodes[i], p)
+                amount = what.rate[k, i] / gap.per_mm * mass[c] * factor_at(what, k, i, middle[c])
+                laid = lay(nodes, split, middle[c], shift[c], amount, out[i])
+                taken[0] += amount * gap.per_mm * length[k, i]
+                taken[1] += (amount - laid) * gap.per_mm * length[k, i]
+        for p in range(nodes.shape[0]):
+            out[i, p] /= node_width(nodes, p)
 
 
 def spread_over_flank(
@@ -148,7 +152,6 @@ def spread_over_flank(
     grid: FlankGrid,
     removed: Removed,
     half_width: float,
-    places: FloatArray,
     what: Spread,
     slices: NDArray[np.int64],
     taken: FloatArray | None = None,
@@ -159,8 +162,6 @@ def spread_over_flank(
     ----------
     lines, grid, removed, half_width
         As in `footprints`.
-    places : (roll, face) array [mm]
-        Centres to which `what.centre` belongs.
     what : Spread
     slices : int array
         Slices to do; the others stay zero.
@@ -174,9 +175,7 @@ def spread_over_flank(
     """
     out = np.zeros(grid.profile.shape)
     _spread(
-        what.rate, what.centre, what.slope, what.closes, places, lines.profile, lines.low, lines.high,
-        lines.separation, lines.spacing, lines.low_edge_radius, lines.high_edge_radius, removed.depth, removed.row,
-        removed.grid.profile, removed.grid.split, half_width, grid.profile, grid.split, slices, lines.length, out,
+        gap_of_flanks(lines, removed), what, half_width, Nodes(grid.profile, grid.split), slices, lines.length, out,
         np.zeros(2) if taken is None else taken,
     )  # fmt: skip
     return out

@@ -139,7 +139,7 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
 
 def _what(motion: Sweep, line_load: FloatArray, modulus: float) -> Spread:
     closes = 2.0 / (pi * modulus) * line_load
-    return Spread(line_load * motion.time[:, None], motion.sliding, motion.sliding_slope, closes)
+    return Spread(motion.place, line_load * motion.time[:, None], motion.sliding, motion.sliding_slope, closes)
 
 
 def wear_of_mesh(
@@ -181,7 +181,7 @@ def wear_of_mesh(
     what = _what(motion, line_load, modulus)
     if slices is None:
         slices = np.arange(grid.face.size)
-    return spread_over_flank(lines, grid, removed, half_width, motion.place, what, slices, taken)
+    return spread_over_flank(lines, grid, removed, half_width, what, slices, taken)
 
 
 def partner_wear_of_mesh(
@@ -197,7 +197,7 @@ def partner_wear_of_mesh(
 ) -> FloatArray:
     """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
     what = _what(motion, line_load, modulus)
-    return spread_over_partner(lines, partner, removed, half_width, motion.place, what, slices, taken)
+    return spread_over_partner(lines, partner, removed, half_width, what, slices, taken)
 
 
 @njit(cache=True, error_model="numpy")

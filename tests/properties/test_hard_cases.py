@@ -126,7 +126,8 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     """Slack of all candidates of a mesh position [mm], from the forces alone."""
     problem, loads, worn = teeth.problem, state.loads, state.coarse
     assert teeth.fidelity is LINE
-    system = problem.candidates(position, 0.0)
+    turned = float(loads.rotation[position] * teeth.lines.lever_arm.max())
+    system = problem.candidates(position, turned)
     everything = np.arange(system.index.size)
     matrix = system.compliance(system.static, everything, worn, None)
     width = np.where(force > 0.0, loads.half_width.ravel()[system.index], 0.1 * problem.usual_half_width)
@@ -155,7 +156,7 @@ def test_line_loads_press_where_the_gap_is_closed(case: HardCase) -> None:
     loads, worn = state.loads, state.coarse
     for position in range(teeth.rolls.phase.size):
         rolls = teeth.problem.rolls_of(position)
-        system = teeth.problem.candidates(position, 0.0)
+        system = teeth.problem.candidates(position, float(loads.rotation[position] * teeth.lines.lever_arm.max()))
         force = loads.force.ravel()[system.index]
         slack, system = displacement_anew(teeth, force, state, position)
         approach = float((loads.rotation[position] * system.lever - worn.gap.ravel()[system.index]).max())

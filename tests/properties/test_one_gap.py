@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from semiwear.contact import patch_gap, slice_pressure
-from semiwear.contact.footprint import most_places, reached
+from semiwear.contact.footprint import reached
+from semiwear.contact.gap import FlankGap, SliceGap, most_places
 from semiwear.meshing.finer_grid import finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 
@@ -31,30 +32,28 @@ def gap(place: np.ndarray, at: float, bend: float, depth: np.ndarray) -> np.ndar
 def by_footprint(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     work = np.empty((4, most_places(NODES[None])))
     terms, unknown = np.array([0.0, 0.0, bend, 0.0, 0.0]), np.full(NODES.size, np.nan)
-    _, count, _ = reached(
-        at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT, HALF_WIDTH, unknown, work
-    )  # fmt: skip
+    slice_ = SliceGap(at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT)
+    _, count, _ = reached(slice_, HALF_WIDTH, unknown, work)
     return work[2, :count], work[3, :count]
 
 
 def by_pressure(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     place, width, found = np.empty(96), np.empty(96), np.empty(96)
     ends = np.array([LOW - 0.9 * RADIUS, HIGH + 0.9 * RADIUS])
-    n = slice_pressure._cells(
-        ends, 1, np.array([0]), np.array([1]), at, LOW, HIGH, np.array([0.0, 0.0, bend, 0.0, 0.0]), 1.0, RADIUS,
-        RADIUS, depth, NODES, SPLIT, place, width, found,
-    )  # fmt: skip
+    terms = np.array([0.0, 0.0, bend, 0.0, 0.0])
+    slice_ = SliceGap(at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT)
+    n = slice_pressure._cells(slice_, ends, 1, np.array([0]), np.array([1]), place, width, found)
     return place[:n], found[:n]
 
 
 def by_patch(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     columns, width = 160, 0.1
     one, found = np.ones((1, 1)), np.full((1, columns), np.inf)
-    patch_gap._gaps(
-        np.array([0]), np.array([0]), 1e3, columns, width, at * one, LOW * one, HIGH * one,
-        np.array([0.0, 0.0, bend, 0.0, 0.0])[:, None, None] * one, one, RADIUS * one, RADIUS * one, depth[None, None],
-        np.array([0]), NODES[None], np.array([SPLIT]), found,
+    flank = FlankGap(
+        at * one, LOW * one, HIGH * one, np.array([0.0, 0.0, bend, 0.0, 0.0])[:, None, None] * one, one,
+        RADIUS * one, RADIUS * one, depth[None, None], np.array([0]), NODES[None], np.array([SPLIT]),
     )  # fmt: skip
+    patch_gap._gaps(np.array([0]), np.array([0]), 1e3, columns, width, flank, found)
     place = at + (np.arange(columns) - 0.5 * (columns - 1)) * width
     met = np.isfinite(found[0])
     return place[met], found[0, met]

@@ -13,7 +13,8 @@ import pytest
 from scipy.optimize import brentq
 
 from semiwear.contact.edge_share import share_of_edge
-from semiwear.contact.footprint import Footprints, most_places, outline
+from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import SliceGap, most_places, outline
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
@@ -128,10 +129,9 @@ def test_shares_of_edge_and_valley(line_load):
     for deep in np.linspace(-6.0, 8.0, 8) * closes:
         lines, grid, wear = groove(float(deep))
         u, g = np.empty((2, most_places(grid.profile)))
-        count = outline(
-            EDGE, 0.9, 0.0, EDGE, 8.0, lines.separation[:, 0, 0], 1.0, RADIUS, 0.0, 3e-3, wear[0], grid.profile[0],
-            1600, u, g,
-        )  # fmt: skip
+        terms = lines.separation[:, 0, 0]
+        gap = SliceGap(0.0, EDGE, 8.0, terms, 1.0, RADIUS, 0.0, wear[0], grid.profile[0], 1600)
+        count = outline(gap, EDGE, 0.9, 3e-3, u, g)
         edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, closes)
         assert edge == -1 and apart == 1.0
         found.append(share)
@@ -161,9 +161,8 @@ def test_an_outline_holds_every_node_of_a_fine_flank():
     nodes = np.linspace(-3.0, 5.0, 3001)
     u, g = np.empty((2, most_places(nodes[None])))
     wear = np.where(nodes < 0.0, 0.1, 0.0)
-    count = outline(
-        -3.0, 5.0, 0.0, -3.0, 5.0, np.zeros(5), 1.0, RADIUS, RADIUS, 3e-3, wear, nodes, 1600, u, g,
-    )  # fmt: skip
+    gap = SliceGap(0.0, -3.0, 5.0, np.zeros(5), 1.0, RADIUS, RADIUS, wear, nodes, 1600)
+    count = outline(gap, -3.0, 5.0, 3e-3, u, g)
     inside = (u[:count] >= -3.0) & (u[:count] <= 5.0)
     np.testing.assert_array_equal(u[:count][inside], nodes)
     np.testing.assert_array_equal(g[:count][inside], wear)

@@ -11,6 +11,7 @@ import pytest
 
 import semiwear as sw
 from semiwear.contact import line_contact, patch_contact, patch_gap, slice_pressure
+from semiwear.contact.gap import FlankGap
 from semiwear.errors import ConvergenceError
 from semiwear.plan import plan
 from semiwear.wear import stepping
@@ -79,10 +80,11 @@ def test_rows_of_cells_end_at_the_flank(bend, approach):
     separation = np.array([0.0, 0.0, bend, 0.0])[:, None, None] * np.ones((4, 1, 1))
     nodes, rows = np.linspace(-5.0, 5.0, 11)[None], np.zeros(1, dtype=np.int64)
     with within(5.0):
-        patch_gap._gaps.py_func(
-            rows, rows, approach, 8, 0.1, 0.0 * one, -5.0 * one, 5.0 * one, separation, one, 0.2 * one, 0.2 * one,
-            np.zeros((1, 1, 11)), rows, nodes, np.zeros(1, dtype=np.int64), np.full((1, 8), np.inf),
+        flank = FlankGap(
+            0.0 * one, -5.0 * one, 5.0 * one, separation, one, 0.2 * one, 0.2 * one, np.zeros((1, 1, 11)), rows,
+            nodes, np.zeros(1, dtype=np.int64),
         )  # fmt: skip
+        patch_gap._gaps.py_func(rows, rows, approach, 8, 0.1, flank, np.full((1, 8), np.inf))
 
 
 def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):

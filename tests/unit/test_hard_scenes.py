@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
-from semiwear.contact.footprint import fresh_gap, fresh_slope
+from semiwear.contact.gap import fresh_gap, fresh_slope
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines

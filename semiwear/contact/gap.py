@@ -1,0 +1,278 @@
+"""Gap across a slice of a contact line: fresh separation, material removed, and the rounded edges at both ends.
+
+Footprints, plane-strain pressures, the deposit of wear and the cells of patches all read it here.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import locate, smooth_value
+from semiwear.meshing.removed import Removed
+
+__all__ = [
+    "FlankGap",
+    "SliceGap",
+    "fresh_gap",
+    "fresh_slope",
+    "gap_at",
+    "gap_beyond",
+    "gap_of_flanks",
+    "most_places",
+    "outline",
+    "rises_within",
+    "slice_gap",
+]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
+_BETWEEN = 1000  # places of an outline between nodes and on edges, at most
+
+
+class SliceGap(NamedTuple):
+    """Gap of one slice at one roll position.
+
+    Attributes
+    ----------
+    at : float [mm]
+        Profile coordinate of the fresh line.
+    low, high : float [mm]
+        Borders of what both flanks share.
+    terms : (5,) array
+        Fresh separation at the line and its derivatives by the profile coordinate [mm, 1, 1/mm, ...].
+    per_mm : float
+        Distance across the line per profile coordinate.
+    low_radius, high_radius : float [mm]
+        Roundings of the edges beyond the borders.
+    removed : (points,) array [mm]
+        Material removed from both flanks at the nodes.
+    nodes : (points,) array [mm]
+    split : int
+        Node at which the spacing changes.
+    """
+
+    at: float
+    low: float
+    high: float
+    terms: FloatArray
+    per_mm: float
+    low_radius: float
+    high_radius: float
+    removed: FloatArray
+    nodes: FloatArray
+    split: int
+
+
+class FlankGap(NamedTuple):
+    """Gap of all slices at all roll positions; arrays are (roll, face) unless said otherwise.
+
+    Attributes
+    ----------
+    profile, low, high, spacing, low_radius, high_radius : arrays
+        `SliceGap.at`, borders, `per_mm` and roundings.
+    separation : (5, roll, face) array
+        `SliceGap.terms`.
+    removed : (rows, face, points) array [mm]
+    row : (roll,) int array
+        Row of `removed` that each roll position meets.
+    nodes : (face, points) array [mm]
+    split : (face,) int array
+    """
+
+    profile: FloatArray
+    low: FloatArray
+    high: FloatArray
+    separation: FloatArray
+    spacing: FloatArray
+    low_radius: FloatArray
+    high_radius: FloatArray
+    removed: FloatArray
+    row: IntArray
+    nodes: FloatArray
+    split: IntArray
+
+
+def gap_of_flanks(lines: ContactLines, removed: Removed) -> FlankGap:
+    """Gap of contact lines on flanks from which material is removed."""
+    return FlankGap(
+        lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
+        lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split,
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def slice_gap(gap, k, i):  # type: ignore[no-untyped-def]
+    """Gap of slice i at roll position k."""
+    return SliceGap(
+        gap.profile[k, i], gap.low[k, i], gap.high[k, i], gap.separation[:, k, i], gap.spacing[k, i],
+        gap.low_radius[k, i], gap.high_radius[k, i], gap.removed[gap.row[k], i], gap.nodes[i], gap.split[i],
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def _convex(away, terms):  # type: ignore[no-untyped-def]
+    """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
+    side = 1.0 if away >= 0.0 else -1.0
+    bend, third, fourth = max(terms[2], 0.0), side * terms[3], terms[4]
+    # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
+    rest = third * third - 2.0 * bend * fourth
+    if rest < 0.0:
+        return bend, away
+    if third > 0.0:
+        first = -(third + sqrt(rest)) / fourth if fourth < 0.0 else np.inf
+    elif sqrt(rest) - third > 0.0:
+        first = 2.0 * bend / (sqrt(rest) - third)
+    else:
+        first = 0.0 if fourth < 0.0 else np.inf
+    return bend, away if abs(away) <= first else side * first
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_gap(away, terms):  # type: ignore[no-untyped-def]
+    """Fresh separation at a distance in profile coordinates from the line.
+
+    The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
+    beyond the place where its curvature vanishes the separation goes on straight.
+    """
+    bend, d = _convex(away, terms)
+    slope = terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
+    rise = d * (terms[1] + d * (0.5 * bend + d * (terms[3] / 6.0 + d * terms[4] / 24.0)))
+    return terms[0] + rise + (away - d) * slope
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
+    """Derivative of `fresh_gap`."""
+    bend, d = _convex(away, terms)
+    return terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
+
+
+@njit(cache=True, error_model="numpy")
+def _removed_at(gap, place):  # type: ignore[no-untyped-def]
+    cell, x = locate(gap.nodes, gap.split, place)
+    return smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
+
+
+@njit(cache=True, error_model="numpy")
+def gap_at(gap, place):  # type: ignore[no-untyped-def]
+    """Gap at a profile coordinate between the borders."""
+    return fresh_gap(place - gap.at, gap.terms) + _removed_at(gap, place)
+
+
+@njit(cache=True, error_model="numpy")
+def _tangent(gap, direction):  # type: ignore[no-untyped-def]
+    """Fresh separation at the lower (-1) or upper border, and its slope outwards per mm."""
+    border = gap.low if direction < 0.0 else gap.high
+    slope = direction * fresh_slope(border - gap.at, gap.terms) / gap.per_mm
+    return fresh_gap(border - gap.at, gap.terms), slope
+
+
+@njit(cache=True, error_model="numpy")
+def _beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
+    """Fresh separation on a rounded edge, so far beyond its border: the flank's tangent falls away along an arc."""
+    return fresh + slope * beyond + radius - sqrt(max(radius * radius - beyond * beyond, 0.0))
+
+
+@njit(cache=True, error_model="numpy")
+def gap_beyond(gap, place):  # type: ignore[no-untyped-def]
+    """Fresh separation at a place beyond a border, on the rounded edge; infinite beyond the edge itself."""
+    direction = -1.0 if place < gap.low else 1.0
+    border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
+    beyond = direction * (place - border) * gap.per_mm
+    if beyond >= radius:
+        return np.inf
+    fresh, slope = _tangent(gap, direction)
+    return _beyond(beyond, fresh, slope, radius)
+
+
+@njit(cache=True, error_model="numpy")
+def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
+    """How far beyond a border a rounded edge has opened by a height; its radius at most."""
+    if height >= radius * (1.0 + slope):
+        return radius
+    steep, rest = 1.0 + slope * slope, radius - height
+    return (sqrt(max(steep * radius * radius - rest * rest, 0.0)) - slope * rest) / steep
+
+
+@njit(cache=True, error_model="numpy")
+def _arc(gap, direction, room, u, g, count):  # type: ignore[no-untyped-def]
+    """Append points of a rounded edge to the outline.
+
+    Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
+    the edge has worn.
+    """
+    border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
+    nodes, per_mm = gap.nodes, gap.per_mm
+    fresh, slope = _tangent(gap, direction)
+    here = _removed_at(gap, border)
+    rises = 0.0
+    cell = locate(nodes, gap.split, border)[0]
+    p = cell if direction < 0.0 else cell + 1
+    while 0 <= p < nodes.shape[0] and abs(nodes[p] - border) * per_mm < radius:
+        rises = max(rises, here - gap.removed[p])
+        p += 1 if direction > 0.0 else -1
+    reach = _reach_on_edge(room + rises, slope, radius)
+    for c in range(1, _ARC_NODES + 1):
+        x = reach * c / _ARC_NODES
+        u[count] = border + direction * x / per_mm
+        g[count] = _beyond(x, fresh, slope, radius) + _removed_at(gap, u[count])
+        count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def rises_within(height, bend):  # type: ignore[no-untyped-def]
+    """Distance within which a fresh gap of this bend rises by a height: without end where it is flat."""
+    return sqrt(2.0 * height / bend) if bend > 0.0 else np.inf
+
+
+@njit(cache=True, error_model="numpy")
+def most_places(nodes):  # type: ignore[no-untyped-def]
+    """What an outline of a slice of these nodes has room in, refined or not."""
+    return nodes.shape[1] + _BETWEEN
+
+
+@njit(cache=True, error_model="numpy")
+def outline(gap, start, stop, room, u, g):  # type: ignore[no-untyped-def]
+    """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
+    low, high, nodes = gap.low, gap.high, gap.nodes
+    start, stop = max(low, min(start, high)), min(high, max(stop, low))
+    count = 0
+    if start <= low and gap.low_radius > 0.0:
+        count = _arc(gap, -1.0, room, u, g, count)
+        u[:count] = u[:count][::-1].copy()
+        g[:count] = g[:count][::-1].copy()
+    p = np.searchsorted(nodes, start)
+    if start > low and p > 0 and nodes[p - 1] > low:
+        # from a node, where nothing has to be read between
+        p -= 1
+    else:
+        u[count] = start
+        g[count] = gap_at(gap, start)
+        count += 1
+        if p < nodes.shape[0] and nodes[p] <= start:
+            p += 1
+    while p < nodes.shape[0] and nodes[p] < stop:
+        u[count] = nodes[p]
+        g[count] = fresh_gap(nodes[p] - gap.at, gap.terms) + gap.removed[p]
+        count += 1
+        p += 1
+    if p < nodes.shape[0] and nodes[p] < high and stop < high:
+        u[count] = nodes[p]
+        g[count] = fresh_gap(nodes[p] - gap.at, gap.terms) + gap.removed[p]
+        count += 1
+    elif count == 0 or stop > u[count - 1]:
+        u[count] = stop
+        g[count] = gap_at(gap, stop)
+        count += 1
+    if stop >= high and gap.high_radius > 0.0:
+        count = _arc(gap, 1.0, room, u, g, count)
+    return count
