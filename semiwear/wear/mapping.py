@@ -23,6 +23,7 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
+from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
 from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
 
@@ -175,8 +176,8 @@ class InterpolatedWear:
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
             if driving is not None and teeth.partner is not None:
                 partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what, taken[DRIVING])
-                driving = self.grow_partner(driving, doses.driving / cycles * partner_mesh)
-            driven = self.grow(driven, doses.driven / cycles * mesh)
+                driving = self.grow_partner(driving, wear_depth(doses.driving / cycles, partner_mesh))
+            driven = self.grow(driven, wear_depth(doses.driven / cycles, mesh))
         on_edges[DRIVEN] = doses.driven / cycles * taken[DRIVEN, 1]
         on_edges[DRIVING] = doses.driving / cycles * taken[DRIVING, 1]
         return Worn(driven, driving), on_edges
@@ -213,13 +214,13 @@ class MarchedWear:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
         chosen, dose = _chosen(teeth, slices), doses.driven
         mesh, beyond = _marched(passages, chosen)
-        marched, on_edges = dose * mesh, np.zeros(len(BODIES))
+        marched, on_edges = wear_depth(dose, mesh), np.zeros(len(BODIES))
         on_edges[DRIVEN] = dose * beyond
         if cycles == 1:
             return Worn(worn.driven + marched), on_edges
         swept, swept_on_edges = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
         removed, line_load, taken = teeth.removed(*worn, slices), _line_load(passages), np.zeros(2)
-        rest = marched - dose * _swept(teeth, motion, removed, line_load, slices, taken)
+        rest = marched - wear_depth(dose, _swept(teeth, motion, removed, line_load, slices, taken))
         on_edges[DRIVEN] += swept_on_edges[DRIVEN] - dose * taken[1]
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
         unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid

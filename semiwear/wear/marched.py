@@ -32,6 +32,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.wear.cell_deposit import deposit_cells
 
 __all__ = ["marched_wear", "sliding_distance_under_contact", "spread_by_contact"]
 
@@ -47,7 +48,7 @@ def _sum_over_rolls(
     rolls, faces = np.nonzero(rate.any(axis=-1) & slices)
     time = np.gradient(lines.roll) / teeth.pair.roll_per_time
     amount = np.ascontiguousarray(rate[rolls, faces]) * time[rolls, None]
-    beyond = cells.add_to_flank(rolls, faces, amount, lines.sliding, lines.sliding_slope, slices, out)
+    beyond = deposit_cells(cells, rolls, faces, amount, slices, out)
     return out, beyond
 
 

@@ -25,16 +25,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints
-from semiwear.contact.partner_footprint import spread_over_partner
-from semiwear.contact.spread import Spread, spread_over_flank
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.partner_flank import PartnerFlank
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.surface_speed import line_speed
+from semiwear.wear.deposit import Spread, spread_over_flank
+from semiwear.wear.partner_deposit import spread_over_partner
 
-__all__ = ["Sweep", "fresh_sweep", "own_wear", "partner_wear_of_mesh", "sweep", "wear_of_mesh", "wear_per_mesh"]
+__all__ = ["Sweep", "fresh_sweep", "own_wear", "partner_wear_of_mesh", "sweep", "wear_of_mesh"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -42,23 +42,6 @@ BoolArray = NDArray[np.bool_]
 
 _FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
 _STANDSTILL = 7.5e-8  # of the flank's height, in a roll: far from any contact a line may stand still at a border
-
-
-def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
-    """Wear depth that one mesh leaves where a line passes: the swept-line identity.
-
-    Parameters
-    ----------
-    line_load : array [N/mm]
-    specific_sliding : array
-        |v_s| / v_n of the body.
-    wear_coefficient : float [mm^2/N]
-
-    Returns
-    -------
-    array [mm]
-    """
-    return wear_coefficient * line_load * specific_sliding
 
 
 @dataclass(frozen=True)

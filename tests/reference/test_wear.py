@@ -8,7 +8,8 @@ from scipy.optimize import minimize_scalar
 
 import semiwear as sw
 from semiwear.plan import plan
-from semiwear.wear.swept_line import sweep, wear_of_mesh, wear_per_mesh
+from semiwear.wear.archard import wear_per_mesh
+from semiwear.wear.swept_line import sweep, wear_of_mesh
 
 PINION_TEETH, GEAR_TEETH = 25, 160
 AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)

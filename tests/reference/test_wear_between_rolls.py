@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from semiwear.contact.between_rolls import VALLEY, lay, shifts_of
 from semiwear.plan import plan
 from semiwear.simulate import simulate
+from semiwear.wear.between_rolls import VALLEY, lay, shifts_of
 from semiwear.wear.swept_line import partner_wear_of_mesh, sweep, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])

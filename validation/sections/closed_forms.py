@@ -13,7 +13,8 @@ from semiwear.closed_forms.hertz import elliptic_contact
 from semiwear.contact import solve_half_space
 from semiwear.plan import plan
 from semiwear.report.markup import figure_text, table
-from semiwear.wear.swept_line import sweep, wear_of_mesh, wear_per_mesh
+from semiwear.wear.archard import wear_per_mesh
+from semiwear.wear.swept_line import sweep, wear_of_mesh
 from validation.charts import COLOURS, MARKERS, card, cards, plain_log
 from validation.iso_spur import IsoRow, iso_rows
 from validation.problems import BlockOnRing, Problems

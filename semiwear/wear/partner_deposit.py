@@ -8,12 +8,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.between_rolls import lay, node_width, shifts_of, step_of
 from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
-from semiwear.contact.spread import Spread, factor_at, pieces_of
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.partner_flank import PartnerFlank, station_of
 from semiwear.meshing.removed import Removed
+from semiwear.wear.between_rolls import lay, node_width, shifts_of, step_of
+from semiwear.wear.deposit import Spread, factor_at, pieces_of
 
 __all__ = ["spread_over_partner"]
 

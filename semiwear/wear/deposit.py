@@ -13,13 +13,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.footprint import clipped, reached, segment
 from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
+from semiwear.wear.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
 
 __all__ = ["Nodes", "Spread", "factor_at", "pieces_of", "spread_over_flank"]
 

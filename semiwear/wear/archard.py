@@ -1,0 +1,39 @@
+"""Archard's law of sliding wear, dh = k p |v_s| dt (Archard 1953, J. Appl. Phys. 24, 981)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["wear_depth", "wear_per_mesh"]
+
+FloatArray = NDArray[np.float64]
+
+
+def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
+    """Wear depth h = k * integral of p |v_s| dt [mm].
+
+    Parameters
+    ----------
+    coefficient : float [mm^2/N]
+        k, or k times the number of meshes over which the pressures hold.
+    pressure_distance : array [N/mm]
+        Pressure times sliding distance at points of the flank, summed over a mesh.
+    """
+    return coefficient * pressure_distance
+
+
+def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
+    """Wear depth that one mesh leaves where a line passes [mm]: whatever the shape of the pressure across it.
+
+    A pressure p = q w(x) that moves on over the flank with speed v_n leaves k q |v_s| / v_n (Andersson and Eriksson
+    1990), since w has an area of one.
+
+    Parameters
+    ----------
+    line_load : array [N/mm]
+    specific_sliding : array
+        |v_s| / v_n of the body.
+    wear_coefficient : float [mm^2/N]
+    """
+    return wear_depth(wear_coefficient, line_load * specific_sliding)
