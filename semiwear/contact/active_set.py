@@ -84,6 +84,16 @@ def _respond(matrix, gap, lever, on, a, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _balancing(lever, load, on, x, y):  # type: ignore[no-untyped-def]
+    """Approach at which the forces of the pressed points bear the load."""
+    top, bottom = load, 0.0
+    for i in range(on.shape[0]):
+        top += lever[on[i]] * x[i]
+        bottom += lever[on[i]] * y[i]
+    return top / bottom
+
+
+@njit(cache=True, error_model="numpy")
 def _separate(matrix, gap, lever, approach, on, force, slack):  # type: ignore[no-untyped-def]
     """Separation of every point under the forces of the pressed ones."""
     for i in range(gap.shape[0]):
@@ -165,11 +175,7 @@ def solve_active_set(matrix, gap, lever, load, approach, by_load, active, force,
         if not _respond(matrix, gap, lever, on, a, x, y):
             return _NOT_POSITIVE_DEFINITE, approach, attempt + 1
         if by_load:
-            top, bottom = load, 0.0
-            for i in range(m):
-                top += lever[on[i]] * x[i]
-                bottom += lever[on[i]] * y[i]
-            approach = top / bottom
+            approach = _balancing(lever, load, on, x, y)
         force[:] = 0.0
         for i in range(m):
             force[on[i]] = approach * y[i] - x[i]

@@ -71,11 +71,31 @@ class PatchSystem:
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_rows(active, before, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
-    """Cholesky factors of every row's active cells, their response to an even displacement, and its sum.
+def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
+    """Cholesky factor of m cells of a row, their response to an even displacement, and its sum."""
+    total = 0.0
+    for i in range(m):
+        for j in range(i + 1):
+            value = own[abs(members[i] - members[j])]
+            for k in range(j):
+                value -= factor[i, k] * factor[j, k]
+            factor[i, j] = sqrt(value) if i == j else value / factor[j, j]
+        value = 1.0
+        for k in range(i):
+            value -= factor[i, k] * ones[k]
+        ones[i] = value / factor[i, i]
+    for i in range(m - 1, -1, -1):
+        value = ones[i]
+        for k in range(i + 1, m):
+            value -= factor[k, i] * ones[k]
+        ones[i] = value / factor[i, i]
+        total += ones[i]
+    return total
 
-    Rows with the same active cells as before keep theirs.
-    """
+
+@njit(cache=True, error_model="numpy")
+def _factor_rows(active, before, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
+    """`_factor_row` of every row whose active cells are not those that they were before."""
     rows, columns = active.shape
     for r in range(rows):
         if np.array_equal(active[r], before[r]):
@@ -86,27 +106,7 @@ def _factor_rows(active, before, own, factors, ones, compliance, members, counts
                 members[r, m] = c
                 m += 1
         counts[r] = m
-        total = 0.0
-        for i in range(m):
-            for j in range(i + 1):
-                value = own[abs(members[r, i] - members[r, j])]
-                for k in range(j):
-                    value -= factors[r, i, k] * factors[r, j, k]
-                if i == j:
-                    factors[r, i, i] = sqrt(value)
-                else:
-                    factors[r, i, j] = value / factors[r, j, j]
-            value = 1.0
-            for k in range(i):
-                value -= factors[r, i, k] * ones[r, k]
-            ones[r, i] = value / factors[r, i, i]
-        for i in range(m - 1, -1, -1):
-            value = ones[r, i]
-            for k in range(i + 1, m):
-                value -= factors[r, k, i] * ones[r, k]
-            ones[r, i] = value / factors[r, i, i]
-            total += ones[r, i]
-        compliance[r] = total
+        compliance[r] = _factor_row(own, members[r], m, factors[r], ones[r])
 
 
 @njit(cache=True, error_model="numpy")

@@ -87,56 +87,69 @@ def _influences(x, width, n, bands, span, even, out):  # type: ignore[no-untyped
 
 
 @njit(cache=True, error_model="numpy")
-def _plane_contact(gap, load, influence, active, force, a, x, y, on):  # type: ignore[no-untyped-def]
+def _respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
+    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y)."""
+    m = on.shape[0]
+    for i in range(m):
+        for j in range(i + 1):
+            value = influence[on[i], on[j]]
+            for k in range(j):
+                value -= a[i, k] * a[j, k]
+            a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
+        first, second = gap[on[i]], 1.0
+        for k in range(i):
+            first -= a[i, k] * x[k]
+            second -= a[i, k] * y[k]
+        x[i], y[i] = first / a[i, i], second / a[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            x[i] -= a[k, i] * x[k]
+            y[i] -= a[k, i] * y[k]
+        x[i] /= a[i, i]
+        y[i] /= a[i, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
+    """Let cells press that penetrate; whether there are any."""
+    changed = False
+    for i in range(gap.shape[0]):
+        if not active[i]:
+            slack = gap[i] - approach
+            for k in range(on.shape[0]):
+                slack += influence[i, on[k]] * force[on[k]]
+            if slack < -1e-9 * abs(approach):
+                active[i] = True
+                changed = True
+    return changed
+
+
+@njit(cache=True, error_model="numpy")
+def _plane_contact(gap, load, influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
     """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
-    n = gap.shape[0]
     for _ in range(_SETS):
         m = 0
-        for i in range(n):
+        for i in range(gap.shape[0]):
             if active[i]:
-                on[m] = i
+                points[m] = i
                 m += 1
-        for i in range(m):
-            for j in range(i + 1):
-                value = influence[on[i], on[j]]
-                for k in range(j):
-                    value -= a[i, k] * a[j, k]
-                a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
-            first, second = gap[on[i]], 1.0
-            for k in range(i):
-                first -= a[i, k] * x[k]
-                second -= a[i, k] * y[k]
-            x[i], y[i] = first / a[i, i], second / a[i, i]
+        on = points[:m]
+        _respond(gap, influence, on, a, x, y)
         top, bottom = load, 0.0
         for i in range(m - 1, -1, -1):
-            for k in range(i + 1, m):
-                x[i] -= a[k, i] * x[k]
-                y[i] -= a[k, i] * y[k]
-            x[i] /= a[i, i]
-            y[i] /= a[i, i]
             top += x[i]
             bottom += y[i]
         approach = top / bottom
         force[:] = 0.0
-        changed = False
+        pulls = False
         for i in range(m):
             value = approach * y[i] - x[i]
             if value < 0.0:
                 active[on[i]] = False
-                changed = True
+                pulls = True
             else:
                 force[on[i]] = value
-        if changed:
-            continue
-        for i in range(n):
-            if not active[i]:
-                slack = gap[i] - approach
-                for k in range(m):
-                    slack += influence[i, on[k]] * force[on[k]]
-                if slack < -1e-9 * abs(approach):
-                    active[i] = True
-                    changed = True
-        if not changed:
+        if not pulls and not _take_in(gap, influence, approach, on, force, active):
             return approach, 1.0 / bottom
     return np.nan, np.nan
 

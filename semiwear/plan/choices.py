@@ -80,7 +80,7 @@ def _contact_choice(scene: Scene) -> Choice:
             (
                 "Love 1929, Phil. Trans. R. Soc. A 228",
                 "Liu, Wang, Liu 2000, Wear 243",
-                "Hintermueller, Ito, Kunisch 2002, SIAM J. Optim. 13",
+                "Polonsky, Keer 1999, Wear 231",
                 "Park, Kolivand, Kahraman 2012, Mech. Mach. Theory 52",
             ),
         )

@@ -218,3 +218,20 @@ def test_tests_import_nothing_of_validation():
     for path in sorted((ROOT / "tests").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             assert not any(name.split(".")[0] == "validation" for name in imported(node, "")), path
+
+
+def functions() -> list[tuple[str, ast.FunctionDef]]:
+    reference = {path.stem: ast.parse(path.read_text(encoding="utf-8")) for path in FINITE_ELEMENTS}
+    trees = [*TREES.items(), *reference.items()]
+    return [(name, node) for name, tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+def test_functions_take_few_parameters():
+    """Twelve, and fourteen where they are compiled: what belongs together goes in as one."""
+    many = []
+    for module, node in functions():
+        count = len(node.args.posonlyargs) + len(node.args.args) + len(node.args.kwonlyargs)
+        compiled = any("njit" in ast.unparse(how) or "_kernel" in ast.unparse(how) for how in node.decorator_list)
+        if count > (14 if compiled else 12):
+            many.append(f"{module}.{node.name}: {count}")
+    assert not many
