@@ -63,7 +63,7 @@ def node_offsets(bodies: Mapping[str, ElasticBody]) -> dict[str, int]:
     return {name: int(end) + 1 for name, end in zip(bodies, ends, strict=False)}
 
 
-def write_inp(
+def write_inp(  # noqa: C901
     path: str | os.PathLike[str],
     bodies: Mapping[str, ElasticBody],
     *,

@@ -161,13 +161,8 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 def _run(options: argparse.Namespace) -> None:
     scene = _scene(options)
+    _require_options(options)
     _require_outputs(options, scene)
-    if options.against and not options.report:
-        raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
-    if options.resume and not options.output:
-        raise SceneError.of(
-            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps lie in FILE.partial"
-        )
     against = sw.open_results(options.against) if options.against else None
     begin = time.perf_counter()
     checkpoint = _checkpoint(options)
@@ -186,16 +181,7 @@ def _run(options: argparse.Namespace) -> None:
         except OSError as error:
             raise OSError(f"{error}{_kept(options)}") from error
     try:
-        print(_table(tree))
-        for text in pressing_tips(tree):
-            print(f"\n{text}")
-        if "life" in tree.children:
-            print(f"\n{_life(tree)}")
-        print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")
-        if options.output:
-            print(f"result: {options.output}")
-        if options.report:
-            print(f"report: {sw.report(tree, options.report, against)}")
+        _tell(tree, spent, options, against)
     except BaseException:
         print(f"semiwear: {_kept_result(tree, options)}", file=sys.stderr)
         raise
@@ -204,11 +190,40 @@ def _run(options: argparse.Namespace) -> None:
             print(_AFTER_A_STOP.format(checkpoint), file=sys.stderr)
         raise stopped
     if checkpoint is not None:
-        output = Path(os.path.realpath(options.output))
-        for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
-            left.unlink(missing_ok=True)
-        for round_ in range(ROUNDS):
-            round_checkpoint(checkpoint, round_).unlink(missing_ok=True)
+        _clear_away(checkpoint, options.output)
+
+
+def _require_options(options: argparse.Namespace) -> None:
+    """Refuse options that mean nothing without others."""
+    if options.against and not options.report:
+        raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
+    if options.resume and not options.output:
+        raise SceneError.of(
+            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps lie in FILE.partial"
+        )
+
+
+def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against: xr.DataTree | None) -> None:
+    """Print a result, and write its report."""
+    print(_table(tree))
+    for text in pressing_tips(tree):
+        print(f"\n{text}")
+    if "life" in tree.children:
+        print(f"\n{_life(tree)}")
+    print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")
+    if options.output:
+        print(f"result: {options.output}")
+    if options.report:
+        print(f"report: {sw.report(tree, options.report, against)}")
+
+
+def _clear_away(checkpoint: Path, written: str) -> None:
+    """Remove what a finished run no longer needs."""
+    output = Path(os.path.realpath(written))
+    for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
+        left.unlink(missing_ok=True)
+    for round_ in range(ROUNDS):
+        round_checkpoint(checkpoint, round_).unlink(missing_ok=True)
 
 
 def _require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:

@@ -225,7 +225,7 @@ def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | fl
     return float(values)
 
 
-def solve_complementarity(
+def solve_complementarity(  # noqa: C901
     compliance: Compliance,
     gap: FloatArray,
     precondition: Preconditioner,

@@ -139,7 +139,7 @@ def _bend_beside(values, cell):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]
+def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]  # noqa: C901
     """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
 
     `slopes` keeps what is found of `slope_at` for these depths: NaN where it is not known.

@@ -207,7 +207,7 @@ def _section(
     return ToothSection(flank, own.profile_at(share, length), fillet, RingRim(teeth, root - rim))
 
 
-def _fillet(
+def _fillet(  # noqa: C901
     table: FlankPointsPair, body: str, flank: FloatArray, teeth: int, pitch: float, radius: float
 ) -> FloatArray:
     """Arc from the end of the flank to the root; `teeth` is 0 for a rack."""

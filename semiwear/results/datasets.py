@@ -99,7 +99,7 @@ def build_dataset(
     return xr.Dataset(labelled, axes, _strings(attrs or {}, f"/{group}"))
 
 
-def check_tree(tree: xr.DataTree) -> None:
+def check_tree(tree: xr.DataTree) -> None:  # noqa: C901
     """Check that the variables of a tree are whole: required ones present, dims and units as in the schema,
     finite but for what may be missing.
 
@@ -137,7 +137,7 @@ def _check_units(found: object, expected: str, path: str) -> None:
         raise SemiwearError(f"{path}: {said}, expected {expected!r}")
 
 
-def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: C901
     """Coordinate values of a group by name."""
     used: dict[str, tuple[str, int]] = {}
     for name, array in arrays.items():

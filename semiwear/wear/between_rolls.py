@@ -65,7 +65,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, error_model="numpy")
-def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
+def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]  # noqa: C901
     """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
 
     A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
