@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
-from typing import ClassVar, cast
+from typing import ClassVar
 
-from semiwear.scene.defaults import EDGE_RADIUS_FIELDS, DerivedDefault, edge_radius_of, filled_in, full_round_radius
+from semiwear.scene.declare import declared, filled_in, table
+from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius
+from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, kind_of_pair, positive
+from semiwear.scene.values import number, whole
 
-__all__ = ["CYLINDRICAL_DEFAULTS", "CylindricalControlPoint", "CylindricalPair", "edge_radius"]
+__all__ = ["CylindricalControlPoint", "CylindricalPair", "edge_radius"]
 
 edge_radius = edge_radius_of(4.5)
 
-# Replaced by a number in `CylindricalPair.__post_init__`: no reader of a pair ever meets None.
-_DERIVED = cast(float, None)
 
 _NEWTON_PASSES = 30
 
@@ -121,120 +122,162 @@ def _default(formula: Callable[..., float], *needs: str) -> DerivedDefault:
     return DerivedDefault(needs, formula)
 
 
-CYLINDRICAL_DEFAULTS: dict[str, DerivedDefault] = {
-    "centre_distance_mm": _default(zero_backlash_distance, "normal_module_mm", "pressure_angle_deg", *_PAIR),
-    "gear_face_width_mm": _default(_same, "pinion_face_width_mm"),
-    "pinion_rack_addendum_mm": _default(_rack_addendum, "normal_module_mm"),
-    "gear_rack_addendum_mm": _default(_rack_addendum, "normal_module_mm"),
-    "pinion_rack_tip_radius_mm": _default(
-        _rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "pinion_rack_addendum_mm"
-    ),
-    "gear_rack_tip_radius_mm": _default(
-        _rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "gear_rack_addendum_mm", "gear_teeth"
-    ),
-    "pinion_tip_diameter_mm": _default(_pinion_tip, "normal_module_mm", *_PAIR, "centre_distance_mm"),
-    "gear_tip_diameter_mm": _default(
-        _gear_tip,
-        "normal_module_mm",
-        *_PAIR,
-        "centre_distance_mm",
-        "pressure_angle_deg",
-        "pinion_rack_addendum_mm",
-        "pinion_rack_tip_radius_mm",
-    ),
-    **{name: _default(edge_radius, "normal_module_mm") for name in EDGE_RADIUS_FIELDS},
-    "pinion_bore_radius_mm": _default(_bore_radius, "normal_module_mm", "helix_angle_deg", "pinion_teeth"),
-    "gear_rim_thickness_mm": _default(
-        _rim_thickness,
-        "normal_module_mm",
-        "helix_angle_deg",
-        "gear_teeth",
-        "gear_profile_shift",
-        "gear_rack_addendum_mm",
-    ),
-}
+_LENGTH = "a length, or leave the field out for its default"
+_EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
+_CUTTER_TIP = "leave the field out for its default, 0.38 modules"
+_TEETH = (12, 300)
 
 
-@dataclass(frozen=True, kw_only=True)
+def _gear_teeth() -> Rule:
+    least, most = _TEETH
+
+    def fix(teeth: int) -> str:
+        return "count the teeth of the whole gear; an internal gear's number is negative (ISO 21771)"
+
+    allowed = f"whole number, {least} to {most}, or {-most} to {-least} for an internal gear"
+    return Rule(whole, allowed, lambda teeth: least <= abs(teeth) <= most, fix)
+
+
+def _profile_shift() -> Rule:
+    return between(number, -2.0, 2.0, "in modules: the shift divided by the normal module, -0.5 to 1 is usual")
+
+
+@table
 class CylindricalPair:
     """Table ``[gear_pair]``: an involute spur or helical pinion and its gear, external or internal.
 
     Terms and signs of ISO 21771: the number of teeth of an internal gear is negative, and a positive profile shift
     makes a tooth thicker, inside as outside. Lengths are positive. Fields without a default are required.
-
-    Attributes
-    ----------
-    type : str
-        Kind of gear pair: ``"cylindrical"``.
-    pinion_teeth, gear_teeth : int
-        Numbers of teeth; `gear_teeth` is negative for an internal gear.
-    normal_module_mm : float
-        Normal module m_n.
-    pressure_angle_deg : float
-        Normal pressure angle.
-    pinion_face_width_mm, gear_face_width_mm : float
-        Face widths. Default of the gear: the pinion's.
-    helix_angle_deg : float
-        Helix angle at the reference cylinder. Default 0: spur teeth.
-    hand : str
-        Hand of the pinion's helix, ``"right"`` (default) or ``"left"``; an external gear has the other one.
-    pinion_profile_shift, gear_profile_shift : float
-        Profile shift coefficients. Default 0.
-    centre_distance_mm : float
-        Default: without backlash.
-    face_offset_mm : float
-        Middle of the pinion's face width, from that of the gear, along the axis. Default 0.
-    pinion_tip_diameter_mm, gear_tip_diameter_mm : float
-        Default: addendum 1 m_n and the profile shift, less the tip shortening that keeps the bottom clearance; of an
-        internal gear less what would reach the pinion's fillet.
-    pinion_rack_addendum_mm, gear_rack_addendum_mm : float
-        Dedendum before profile shift. Default 1.25 m_n.
-    pinion_rack_tip_radius_mm, gear_rack_tip_radius_mm : float
-        Tip rounding of the generating rack; of an internal gear the arc that is its fillet. Default 0.38 m_n, or
-        what the rack's crest has room for; 0.3 m_n for that arc.
-    pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 0.0444 m_n: 0.2 at a module of 4.5.
-    pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 0.0444 m_n: 0.2 at a module of 4.5.
-    pinion_bore_radius_mm : float
-        Radius of the pinion's bore, where it is held. Default 0.63 reference radii.
-    gear_rim_thickness_mm : float
-        Material between the gear's root and where it is held: its bore, or outside an internal gear. Default: down
-        to 0.63 reference radii, or 2.5 m_n for an internal gear.
     """
 
     references: ClassVar[tuple[str, ...]] = ("ISO 21771:2007, Cylindrical involute gears: concepts and geometry",)
 
-    type: str
-    pinion_teeth: int
-    gear_teeth: int
-    normal_module_mm: float
-    pressure_angle_deg: float
-    pinion_face_width_mm: float
-    gear_face_width_mm: float = _DERIVED
-    helix_angle_deg: float = 0.0
-    hand: str = "right"
-    pinion_profile_shift: float = 0.0
-    gear_profile_shift: float = 0.0
-    centre_distance_mm: float = _DERIVED
-    face_offset_mm: float = 0.0
-    pinion_tip_diameter_mm: float = _DERIVED
-    gear_tip_diameter_mm: float = _DERIVED
-    pinion_rack_addendum_mm: float = _DERIVED
-    gear_rack_addendum_mm: float = _DERIVED
-    pinion_rack_tip_radius_mm: float = _DERIVED
-    gear_rack_tip_radius_mm: float = _DERIVED
-    pinion_tip_edge_radius_mm: float = _DERIVED
-    gear_tip_edge_radius_mm: float = _DERIVED
-    pinion_end_edge_radius_mm: float = _DERIVED
-    gear_end_edge_radius_mm: float = _DERIVED
-    pinion_bore_radius_mm: float = _DERIVED
-    gear_rim_thickness_mm: float = _DERIVED
+    type: str = declared(kind_of_pair(), "Kind of gear pair: `cylindrical`.")
+    pinion_teeth: int = declared(
+        between(whole, *_TEETH, "count the teeth of the whole pinion"), "Number of teeth of the pinion."
+    )
+    gear_teeth: int = declared(_gear_teeth(), "Number of teeth of the gear; negative for an internal gear.")
+    normal_module_mm: float = declared(
+        positive("the module in the normal section, as of the tool"), "Normal module m_n."
+    )
+    pressure_angle_deg: float = declared(
+        between(number, 10.0, 35.0, "in degrees: 20 is usual", "degrees"), "Normal pressure angle."
+    )
+    pinion_face_width_mm: float = declared(
+        positive("the length of the pinion's teeth along the axis"), "Face width of the pinion."
+    )
+    gear_face_width_mm: float = declared(
+        positive(_LENGTH),
+        "Face width of the gear; left out: the pinion's.",
+        derived=_default(_same, "pinion_face_width_mm"),
+    )
+    helix_angle_deg: float = declared(
+        between(number, 0.0, 45.0, 'without a sign: the hand is the field "hand"', "degrees"),
+        "Helix angle at the reference cylinder; 0 is a spur gear.",
+        default=0.0,
+    )
+    hand: str = declared(
+        choice("right", "left"), "Hand of the pinion's helix; an external gear has the other one.", default="right"
+    )
+    pinion_profile_shift: float = declared(_profile_shift(), "Profile shift coefficient of the pinion.", default=0.0)
+    gear_profile_shift: float = declared(_profile_shift(), "Profile shift coefficient of the gear.", default=0.0)
+    centre_distance_mm: float = declared(
+        positive("a positive length, of an internal gear as well"),
+        "Centre distance; left out: without backlash.",
+        derived=_default(zero_backlash_distance, "normal_module_mm", "pressure_angle_deg", *_PAIR),
+    )
+    face_offset_mm: float = declared(
+        any_number("the pinion's middle from the gear's, along the axis"),
+        "Middle of the pinion's face width, from that of the gear, along the axis.",
+        default=0.0,
+    )
+    pinion_tip_diameter_mm: float = declared(
+        positive(_LENGTH),
+        "Tip diameter of the pinion; left out: addendum 1 m_n and the profile shift, less the tip shortening that "
+        "keeps the bottom clearance.",
+        derived=_default(_pinion_tip, "normal_module_mm", *_PAIR, "centre_distance_mm"),
+    )
+    gear_tip_diameter_mm: float = declared(
+        positive(_LENGTH),
+        "Tip diameter of the gear; left out: as the pinion's, of an internal gear less what would reach the "
+        "pinion's fillet.",
+        derived=_default(
+            _gear_tip,
+            "normal_module_mm",
+            *_PAIR,
+            "centre_distance_mm",
+            "pressure_angle_deg",
+            "pinion_rack_addendum_mm",
+            "pinion_rack_tip_radius_mm",
+        ),
+    )
+    pinion_rack_addendum_mm: float = declared(
+        positive(_LENGTH),
+        "Dedendum of the pinion before profile shift; left out: 1.25 m_n.",
+        derived=_default(_rack_addendum, "normal_module_mm"),
+    )
+    gear_rack_addendum_mm: float = declared(
+        positive(_LENGTH),
+        "Dedendum of the gear before profile shift; left out: 1.25 m_n.",
+        derived=_default(_rack_addendum, "normal_module_mm"),
+    )
+    pinion_rack_tip_radius_mm: float = declared(
+        at_least_zero(_CUTTER_TIP),
+        "Tip rounding of the pinion's tool, which leaves the fillet; left out: 0.38 m_n, or what the crest has room "
+        "for.",
+        derived=_default(_rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "pinion_rack_addendum_mm"),
+    )
+    gear_rack_tip_radius_mm: float = declared(
+        at_least_zero(_CUTTER_TIP),
+        "Tip rounding of the gear's tool; of an internal gear the radius of the fillet. Left out: 0.38 m_n, or what "
+        "the crest has room for; 0.3 m_n of an internal gear.",
+        derived=_default(
+            _rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "gear_rack_addendum_mm", "gear_teeth"
+        ),
+    )
+    pinion_tip_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and tip of the pinion; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
+        derived=_default(edge_radius, "normal_module_mm"),
+    )
+    gear_tip_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and tip of the gear; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
+        derived=_default(edge_radius, "normal_module_mm"),
+    )
+    pinion_end_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and end faces of the pinion; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
+        derived=_default(edge_radius, "normal_module_mm"),
+    )
+    gear_end_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and end faces of the gear; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
+        derived=_default(edge_radius, "normal_module_mm"),
+    )
+    pinion_bore_radius_mm: float = declared(
+        positive(_LENGTH),
+        "Radius of the pinion's bore, where it is held; left out: 0.63 reference radii.",
+        derived=_default(_bore_radius, "normal_module_mm", "helix_angle_deg", "pinion_teeth"),
+    )
+    gear_rim_thickness_mm: float = declared(
+        positive(_LENGTH),
+        "Material between the gear's root and where it is held, its bore, or outside an internal gear; left out: "
+        "down to 0.63 reference radii, or 2.5 m_n for an internal gear.",
+        derived=_default(
+            _rim_thickness,
+            "normal_module_mm",
+            "helix_angle_deg",
+            "gear_teeth",
+            "gear_profile_shift",
+            "gear_rack_addendum_mm",
+        ),
+    )
     # Which fields were left to their derived default.
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_derived", filled_in(self, CYLINDRICAL_DEFAULTS))
+        object.__setattr__(self, "_derived", filled_in(self))
 
     @property
     def internal(self) -> bool:
@@ -264,23 +307,23 @@ class CylindricalPair:
         return f"{where}{teeth} gears {self.pinion_teeth}/{abs(self.gear_teeth)}, {shifts}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class CylindricalControlPoint:
-    """Table ``[wear.control_point]`` of cylindrical gears: the point of a flank whose wear depth is watched.
+    """Table ``[wear.control_point]`` of cylindrical gears: the point of a flank whose wear depth is watched."""
 
-    Attributes
-    ----------
-    face_mm : float
-        Distance from the middle of the gear's face width, along the axis.
-    height_mm : float
-        Height above the working pitch cylinder, towards the tip; negative on the dedendum.
-    body : str or None
-        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
-    """
-
-    face_mm: float
-    height_mm: float
-    body: str | None = None
+    face_mm: float = declared(
+        any_number("from the middle of the gear's face width"),
+        "Distance from the middle of the gear's face width, along the axis.",
+    )
+    height_mm: float = declared(
+        any_number("above the working pitch cylinder"),
+        "Height above the working pitch cylinder, towards the tip; negative on the dedendum.",
+    )
+    body: str | None = declared(
+        choice("pinion", "gear"),
+        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
+        default=None,
+    )
 
     @property
     def station_mm(self) -> float:

@@ -1,4 +1,4 @@
-"""Rules of a cylindrical gear pair: of each field by itself, and across fields without tooth geometry."""
+"""Rules of a cylindrical gear pair across fields, without tooth geometry."""
 
 from __future__ import annotations
 
@@ -8,71 +8,11 @@ from functools import partial
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.defaults import full_round_radius
-from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice, positive
-from semiwear.scene.values import number, whole
 
-__all__ = ["CYLINDRICAL_CROSS_RULES", "CYLINDRICAL_RULES"]
+__all__ = ["CYLINDRICAL_CROSS_RULES"]
 
 CYLINDRICAL_CROSS_RULES: RuleBook = []
 _across = partial(across, CYLINDRICAL_CROSS_RULES)
-
-_LENGTH = "a length, or leave the field out for its default"
-_EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
-_CUTTER_TIP = "leave the field out for its default, 0.38 modules"
-_TEETH = (12, 300)
-
-
-def _gear_teeth() -> Rule:
-    least, most = _TEETH
-
-    def fix(teeth: int) -> str:
-        return "count the teeth of the whole gear; an internal gear's number is negative (ISO 21771)"
-
-    allowed = f"whole number, {least} to {most}, or {-most} to {-least} for an internal gear"
-    return Rule(whole, allowed, lambda teeth: least <= abs(teeth) <= most, fix)
-
-
-def _any_number(fix: str, unit: str = "mm") -> Rule:
-    return Rule(number, f"a number of {unit}", lambda value: True, advice(fix))
-
-
-def _profile_shift() -> Rule:
-    return between(number, -2.0, 2.0, "in modules: the shift divided by the normal module, -0.5 to 1 is usual")
-
-
-CYLINDRICAL_RULES: dict[str, Rule] = {
-    f"gear_pair.{name}": rule
-    for name, rule in {
-        "pinion_teeth": between(whole, *_TEETH, "count the teeth of the whole pinion"),
-        "gear_teeth": _gear_teeth(),
-        "normal_module_mm": positive("the module in the normal section, as of the tool"),
-        "pressure_angle_deg": between(number, 10.0, 35.0, "in degrees: 20 is usual", "degrees"),
-        "pinion_face_width_mm": positive("the length of the pinion's teeth along the axis"),
-        "gear_face_width_mm": positive(_LENGTH),
-        "helix_angle_deg": between(number, 0.0, 45.0, 'without a sign: the hand is the field "hand"', "degrees"),
-        "hand": choice("right", "left"),
-        "pinion_profile_shift": _profile_shift(),
-        "gear_profile_shift": _profile_shift(),
-        "centre_distance_mm": positive("a positive length, of an internal gear as well"),
-        "face_offset_mm": _any_number("the pinion's middle from the gear's, along the axis"),
-        "pinion_tip_diameter_mm": positive(_LENGTH),
-        "gear_tip_diameter_mm": positive(_LENGTH),
-        "pinion_rack_addendum_mm": positive(_LENGTH),
-        "gear_rack_addendum_mm": positive(_LENGTH),
-        "pinion_rack_tip_radius_mm": at_least_zero(_CUTTER_TIP),
-        "gear_rack_tip_radius_mm": at_least_zero(_CUTTER_TIP),
-        "pinion_tip_edge_radius_mm": at_least_zero(_EDGE),
-        "gear_tip_edge_radius_mm": at_least_zero(_EDGE),
-        "pinion_end_edge_radius_mm": at_least_zero(_EDGE),
-        "gear_end_edge_radius_mm": at_least_zero(_EDGE),
-        "pinion_bore_radius_mm": positive(_LENGTH),
-        "gear_rim_thickness_mm": positive(_LENGTH),
-    }.items()
-} | {
-    "wear.control_point.face_mm": _any_number("from the middle of the gear's face width"),
-    "wear.control_point.height_mm": _any_number("above the working pitch cylinder"),
-    "wear.control_point.body": choice("pinion", "gear"),
-}
 
 
 def _mm(length: float) -> str:

@@ -1,25 +1,22 @@
-"""Defaults that follow from other fields of a gear pair; the table of the face gear.
-
-One table serves the dataclass, which fills them in, and the rules across fields, which test them.
-"""
+"""Defaults that follow from other fields of a gear pair: those of the face gear, and what others share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan, cos, pi, radians, sin, sqrt, tan
-from typing import Any
 
 __all__ = [
-    "DERIVED_DEFAULTS",
-    "EDGE_RADIUS_FIELDS",
+    "USUAL_MODULE",
     "DerivedDefault",
+    "bore_radius",
     "edge_radius_of",
-    "filled_in",
+    "face_centre",
     "full_round_radius",
+    "modules",
+    "rack_tip_radius",
+    "shaper_tip_radius",
 ]
-
-EDGE_RADIUS_FIELDS = tuple(f"{body}_{edge}_edge_radius_mm" for body in ("pinion", "gear") for edge in ("tip", "end"))
 
 
 @dataclass(frozen=True)
@@ -38,21 +35,13 @@ class DerivedDefault:
     formula: Callable[..., float]
 
 
-def filled_in(pair: Any, defaults: Mapping[str, DerivedDefault]) -> frozenset[str]:
-    """Fill a pair's fields that are None with their defaults, in the order of the table; the fields' names."""
-    derived = [name for name in defaults if getattr(pair, name) is None]
-    for name in derived:
-        default = defaults[name]
-        object.__setattr__(pair, name, default.formula(*(getattr(pair, need) for need in default.needs)))
-    return frozenset(derived)
-
-
-def _modules(factor: float) -> DerivedDefault:
+def modules(factor: float) -> DerivedDefault:
     """Default proportional to the module, free of binary noise in the last digits."""
     return DerivedDefault(("module_mm",), lambda module_mm: float(f"{factor * module_mm:.12g}"))
 
 
-def _face_centre(inner_mm: float, outer_mm: float) -> float:
+def face_centre(inner_mm: float, outer_mm: float) -> float:
+    """Middle of the gear's radii [mm]."""
     return 0.5 * (inner_mm + outer_mm)
 
 
@@ -61,11 +50,12 @@ def edge_radius_of(usual_module: float) -> Callable[[float], float]:
     return lambda module_mm: float(f"{0.2 / usual_module * module_mm:.12g}")
 
 
-_USUAL_MODULE = 6.35  # mm; with 25 teeth that of the pair for which defaults are round numbers
+USUAL_MODULE = 6.35  # mm; with 25 teeth that of the pair for which defaults are round numbers
 
 
-def _bore_radius(module_mm: float, pinion_teeth: int) -> float:
-    return float(f"{50.0 / (_USUAL_MODULE * 25) * module_mm * pinion_teeth:.12g}")
+def bore_radius(module_mm: float, pinion_teeth: int) -> float:
+    """0.63 pitch radii [mm]."""
+    return float(f"{50.0 / (USUAL_MODULE * 25) * module_mm * pinion_teeth:.12g}")
 
 
 def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> float:
@@ -77,12 +67,13 @@ def full_round_radius(module: float, alpha_deg: float, rack_addendum: float) -> 
 _JUST_ROUND = 0.999  # of the radius that rounds a crest fully, so that the last digit does not decide
 
 
-def _rack_tip_radius(module_mm: float, pressure_angle_deg: float, rack_addendum_mm: float) -> float:
+def rack_tip_radius(module_mm: float, pressure_angle_deg: float, rack_addendum_mm: float) -> float:
+    """0.3 modules, or what the rack's crest has room for [mm]."""
     full = full_round_radius(module_mm, pressure_angle_deg, rack_addendum_mm)
     return float(f"{min(0.3 * module_mm, max(_JUST_ROUND * full, 0.0)):.12g}")
 
 
-def _shaper_tip_radius(
+def shaper_tip_radius(
     module_mm: float, pressure_angle_deg: float, shaper_teeth: int, shaper_addendum_mm: float
 ) -> float:
     """0.2 modules, or what the shaper's crest has room for.
@@ -99,19 +90,3 @@ def _shaper_tip_radius(
         roll = sqrt(max(((crest - full) / base) ** 2 - 1.0, 0.0))
         full = min(max(base * (half_base_angle - roll + atan(roll)), 0.0), crest - base)
     return float(f"{min(0.2 * module_mm, _JUST_ROUND * full):.12g}")
-
-
-DERIVED_DEFAULTS: dict[str, DerivedDefault] = {
-    "pinion_centre_mm": DerivedDefault(("gear_inner_radius_mm", "gear_outer_radius_mm"), _face_centre),
-    "pinion_addendum_mm": _modules(1.0),
-    "gear_addendum_mm": _modules(1.0),
-    "shaper_addendum_mm": _modules(1.25),
-    "rack_addendum_mm": _modules(1.25),
-    "shaper_tip_radius_mm": DerivedDefault(
-        ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), _shaper_tip_radius
-    ),
-    "rack_tip_radius_mm": DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), _rack_tip_radius),
-    **{name: DerivedDefault(("module_mm",), edge_radius_of(_USUAL_MODULE)) for name in EDGE_RADIUS_FIELDS},
-    "pinion_bore_radius_mm": DerivedDefault(("module_mm", "pinion_teeth"), _bore_radius),
-    "gear_rim_thickness_mm": _modules(2.5),
-}

@@ -12,8 +12,7 @@ from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.effects import EFFECTS
 from semiwear.scene.reading import Reading
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import DEFAULTS
+from semiwear.scene.schema import DEFAULTS, RULES
 from semiwear.scene.values import shown
 
 __all__ = ["EFFECT_CROSS_RULES", "find_missing_needs"]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from hashlib import sha256
+from math import hypot
 from pathlib import Path
 from typing import Any, ClassVar
 
-from semiwear.scene.defaults import DerivedDefault
+from semiwear.scene.declare import declared, table
+from semiwear.scene.rule import Rule, advice, any_number, between, choice, kind_of_pair
+from semiwear.scene.values import Unreadable, number, numbers, text, whole
 
-__all__ = ["FLANK_POINTS_DEFAULTS", "FlankPointsControlPoint", "FlankPointsPair"]
-
-FLANK_POINTS_DEFAULTS: dict[str, DerivedDefault] = {}
+__all__ = ["FlankPointsControlPoint", "FlankPointsPair"]
 
 Vector = tuple[float, float, float]
 
@@ -28,7 +29,58 @@ def _tupled(value: Any) -> Any:
     return tuple(float(item) for item in value)
 
 
-@dataclass(frozen=True, kw_only=True)
+_SUFFIXES = (".nc", ".csv")
+_EDGE = '0 for a sharp edge; "auto" is 0.044 normal modules'
+_THICKNESS = 'in the normal section, at the pitch surface; "auto" is half the pitch'
+_FILLET = 'the arc between flank and root; "auto" is 0.3 normal modules'
+_DEPTH = 'from the lower end of the flank to the root; "auto" is what the fillet takes'
+_RIM = 'material under the root; "auto" is 2.5 normal modules'
+_TEETH = "count the teeth of the whole body; of a worm its threads"
+_POINT = "where the origin of the body's own frame lies in the fixed frame"
+
+
+def _number_or_auto(raw: Any) -> float | str:
+    if isinstance(raw, str):
+        if raw != "auto":
+            raise Unreadable('give "auto", or a number without quotes')
+        return raw
+    return number(raw)
+
+
+def _length_or_auto(fix: str) -> Rule:
+    return Rule(
+        _number_or_auto, '"auto" or greater than 0 mm', lambda value: value == "auto" or value > 0.0, advice(fix)
+    )
+
+
+def _radius_or_auto() -> Rule:
+    def holds(value: float | str) -> bool:
+        return value == "auto" or float(value) >= 0.0
+
+    return Rule(_number_or_auto, '"auto", 0 mm or greater', holds, advice(_EDGE))
+
+
+def _file() -> Rule:
+    fix = "name a file that export_flank or write_points made; its name ends with .nc or .csv"
+
+    def is_points(path: str) -> bool:
+        return path.casefold().endswith(_SUFFIXES)
+
+    return Rule(text, "a .nc or .csv file of points", is_points, advice(fix), is_points)
+
+
+def _vector(fix: str, unit: str) -> Rule:
+    return Rule(numbers, f"three numbers{unit}", lambda value: len(value) == 3, advice(fix))
+
+
+def _direction() -> Rule:
+    fix = "give the direction of the body's own z axis in the fixed frame, e.g. [0, 0, 1]"
+    return Rule(
+        numbers, "three numbers, not all 0", lambda value: len(value) == 3 and hypot(*value) > 0.0, advice(fix)
+    )
+
+
+@table
 class FlankPointsPair:
     """Table ``[gear_pair]``: one flank of each body as a grid of points, on axes that may lie anywhere.
 
@@ -37,40 +89,6 @@ class FlankPointsPair:
     tooth (`semiwear.geometry.point_grid` describes the files). Axes are given in the fixed frame of
     `semiwear.scene.Placement`, whose z axis should lie along the pinion's. Spiral bevel, hypoid, worm and any other
     pair with a constant ratio. Two such tables are equal only if their files hold the same.
-
-    Attributes
-    ----------
-    type : str
-        Kind of gear pair: ``"flank_points"``.
-    pinion_file, gear_file : str
-        Files of points, .nc or .csv.
-    pinion_teeth, gear_teeth : int
-        Numbers of teeth, without sign.
-    pinion_axis_point_mm, gear_axis_point_mm : three numbers
-        Where the origin of the body's own frame lies in the fixed frame. Default [0, 0, 0].
-    pinion_axis_direction, gear_axis_direction : three numbers
-        Direction of the body's own z axis in the fixed frame; of any length. Default of the pinion: [0, 0, 1].
-    pinion_rotation, gear_rotation : str
-        Sense in which the body turns about its axis direction: ``"positive"`` (right-handed) or ``"negative"``.
-        It says which side of a flank is out of the material: the pinion pushes, the gear is pushed.
-    smoothing_um : float or "auto"
-        Root mean square by which the surface may miss the points. 0: it runs through all of them. Default
-        ``"auto"``: through all of them, unless they are noisy; then as much as their noise.
-    pinion_tooth_thickness_mm, gear_tooth_thickness_mm : float or "auto"
-        Tooth thickness in the normal section where the flank crosses the pitch surface. Default: half the pitch.
-        This and the next three describe the sections of teeth that bend, where the file of points brings none.
-    pinion_fillet_radius_mm, gear_fillet_radius_mm : float or "auto"
-        Radius of the arc between flank and root. Default 0.3 normal modules.
-    pinion_root_depth_mm, gear_root_depth_mm : float or "auto"
-        From the lower end of the flank to the root. Default: what the arc takes.
-    pinion_rim_thickness_mm, gear_rim_thickness_mm : float or "auto"
-        Material between the root and where the body is held. Default 2.5 normal modules.
-    pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float or "auto"
-        Edge rounding between flank and tip. Default 0.0444 normal modules, as of a
-        cylindrical pair.
-    pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float or "auto"
-        Edge rounding between flank and end faces. Default 0.0444 normal modules, as of a
-        cylindrical pair.
     """
 
     references: ClassVar[tuple[str, ...]] = (
@@ -78,30 +96,116 @@ class FlankPointsPair:
         "de Boor 2001, A Practical Guide to Splines, ch. 17",
     )
 
-    type: str
-    pinion_file: str
-    gear_file: str
-    pinion_teeth: int
-    gear_teeth: int
-    pinion_axis_point_mm: Vector = (0.0, 0.0, 0.0)
-    pinion_axis_direction: Vector = (0.0, 0.0, 1.0)
-    gear_axis_point_mm: Vector = (0.0, 0.0, 0.0)
-    gear_axis_direction: Vector
-    pinion_rotation: str
-    gear_rotation: str
-    smoothing_um: float | str = "auto"
-    pinion_tooth_thickness_mm: float | str = "auto"
-    gear_tooth_thickness_mm: float | str = "auto"
-    pinion_fillet_radius_mm: float | str = "auto"
-    gear_fillet_radius_mm: float | str = "auto"
-    pinion_root_depth_mm: float | str = "auto"
-    gear_root_depth_mm: float | str = "auto"
-    pinion_rim_thickness_mm: float | str = "auto"
-    gear_rim_thickness_mm: float | str = "auto"
-    pinion_tip_edge_radius_mm: float | str = "auto"
-    gear_tip_edge_radius_mm: float | str = "auto"
-    pinion_end_edge_radius_mm: float | str = "auto"
-    gear_end_edge_radius_mm: float | str = "auto"
+    type: str = declared(kind_of_pair(), "Kind of gear pair: `flank_points`.")
+    pinion_file: str = declared(_file(), "File of the pinion's points.")
+    gear_file: str = declared(_file(), "File of the gear's points.")
+    pinion_teeth: int = declared(
+        between(whole, 1, 1000, _TEETH), "Number of teeth of the pinion, without sign; of a worm its threads."
+    )
+    gear_teeth: int = declared(between(whole, 2, 1000, _TEETH), "Number of teeth of the gear, without sign.")
+    pinion_axis_point_mm: Vector = declared(
+        _vector(_POINT, " of mm"),
+        "Where the origin of the pinion's own frame lies in the fixed frame.",
+        default=(0.0, 0.0, 0.0),
+    )
+    pinion_axis_direction: Vector = declared(
+        _direction(),
+        "Direction of the pinion's own z axis in the fixed frame, of any length.",
+        default=(0.0, 0.0, 1.0),
+    )
+    gear_axis_point_mm: Vector = declared(
+        _vector(_POINT, " of mm"),
+        "Where the origin of the gear's own frame lies in the fixed frame.",
+        default=(0.0, 0.0, 0.0),
+    )
+    gear_axis_direction: Vector = declared(
+        _direction(), "Direction of the gear's own z axis in the fixed frame, of any length."
+    )
+    pinion_rotation: str = declared(
+        choice("positive", "negative"),
+        "Sense in which the pinion turns about its axis direction (positive: right-handed). It says which side of a "
+        "flank is out of the material: the pinion pushes.",
+    )
+    gear_rotation: str = declared(
+        choice("positive", "negative"), "Sense in which the gear turns about its axis direction; the gear is pushed."
+    )
+    smoothing_um: float | str = declared(
+        Rule(
+            _number_or_auto,
+            '"auto" or 0 um to 100 um',
+            lambda value: value == "auto" or 0.0 <= value <= 100.0,
+            advice("the noise of the points: 0 for none, 0.5 to 3 for measured flanks"),
+        ),
+        "Root mean square by which the surface may miss the points; 0: it runs through all of them. Left out: "
+        "through all of them, unless they are noisy; then as much as their noise.",
+        default="auto",
+    )
+    pinion_tooth_thickness_mm: float | str = declared(
+        _length_or_auto(_THICKNESS),
+        "Tooth thickness of the pinion in the normal section where the flank crosses the pitch surface. Left out: "
+        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
+        "brings none.",
+        default="auto",
+    )
+    gear_tooth_thickness_mm: float | str = declared(
+        _length_or_auto(_THICKNESS),
+        "Tooth thickness of the gear in the normal section where the flank crosses the pitch surface. Left out: "
+        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
+        "brings none.",
+        default="auto",
+    )
+    pinion_fillet_radius_mm: float | str = declared(
+        _length_or_auto(_FILLET),
+        "Radius of the arc between flank and root of the pinion. Left out: 0.3 normal modules.",
+        default="auto",
+    )
+    gear_fillet_radius_mm: float | str = declared(
+        _length_or_auto(_FILLET),
+        "Radius of the arc between flank and root of the gear. Left out: 0.3 normal modules.",
+        default="auto",
+    )
+    pinion_root_depth_mm: float | str = declared(
+        _length_or_auto(_DEPTH),
+        "From the lower end of the pinion's flank to its root. Left out: what the arc takes.",
+        default="auto",
+    )
+    gear_root_depth_mm: float | str = declared(
+        _length_or_auto(_DEPTH),
+        "From the lower end of the gear's flank to its root. Left out: what the arc takes.",
+        default="auto",
+    )
+    pinion_rim_thickness_mm: float | str = declared(
+        _length_or_auto(_RIM),
+        "Material between the root and where the pinion is held. Left out: 2.5 normal modules.",
+        default="auto",
+    )
+    gear_rim_thickness_mm: float | str = declared(
+        _length_or_auto(_RIM),
+        "Material between the root and where the gear is held. Left out: 2.5 normal modules.",
+        default="auto",
+    )
+    pinion_tip_edge_radius_mm: float | str = declared(
+        _radius_or_auto(),
+        "Rounding between flank and tip of the pinion. Left out: 0.0444 normal modules, as of a cylindrical pair.",
+        default="auto",
+    )
+    gear_tip_edge_radius_mm: float | str = declared(
+        _radius_or_auto(),
+        "Rounding between flank and tip of the gear. Left out: 0.0444 normal modules, as of a cylindrical pair.",
+        default="auto",
+    )
+    pinion_end_edge_radius_mm: float | str = declared(
+        _radius_or_auto(),
+        "Rounding between flank and end faces of the pinion. Left out: 0.0444 normal modules, as of a cylindrical "
+        "pair.",
+        default="auto",
+    )
+    gear_end_edge_radius_mm: float | str = declared(
+        _radius_or_auto(),
+        "Rounding between flank and end faces of the gear. Left out: 0.0444 normal modules, as of a cylindrical "
+        "pair.",
+        default="auto",
+    )
     # No default follows from another field.
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
     # What the files held when the table was made: what is kept for a table must not outlive a change of its files.
@@ -119,23 +223,23 @@ class FlankPointsPair:
         return f"flanks as points {self.pinion_teeth}/{self.gear_teeth}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class FlankPointsControlPoint:
-    """Table ``[wear.control_point]`` of flanks given as points: the point of a flank that is watched.
+    """Table ``[wear.control_point]`` of flanks given as points: the point of a flank that is watched."""
 
-    Attributes
-    ----------
-    face_mm : float
-        Face coordinate of the file, or, where it gives none, the length along the tooth from its middle.
-    height_mm : float
-        Height above the pitch surface, normal to it, towards the tip; negative on the dedendum.
-    body : str or None
-        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
-    """
-
-    face_mm: float
-    height_mm: float
-    body: str | None = None
+    face_mm: float = declared(
+        any_number("the face coordinate of the gear's points"),
+        "Face coordinate of the file, or, where it gives none, the length along the tooth from its middle.",
+    )
+    height_mm: float = declared(
+        any_number("above the pitch surface, negative on the dedendum"),
+        "Height above the pitch surface, normal to it, towards the tip; negative on the dedendum.",
+    )
+    body: str | None = declared(
+        choice("pinion", "gear"),
+        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
+        default=None,
+    )
 
     @property
     def station_mm(self) -> float:

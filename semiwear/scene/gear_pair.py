@@ -2,92 +2,137 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import cos, radians
-from typing import ClassVar, cast
+from typing import ClassVar
 
-from semiwear.scene.defaults import DERIVED_DEFAULTS, filled_in
+from semiwear.scene.declare import declared, filled_in, table
+from semiwear.scene.defaults import (
+    USUAL_MODULE,
+    DerivedDefault,
+    bore_radius,
+    edge_radius_of,
+    face_centre,
+    modules,
+    rack_tip_radius,
+    shaper_tip_radius,
+)
+from semiwear.scene.rule import Rule, advice, at_least_zero, between, kind_of_pair, positive
+from semiwear.scene.values import number, whole
 
 __all__ = ["FaceGearPair"]
 
-# Replaced by a number in `FaceGearPair.__post_init__`: no reader of a pair ever meets None.
-_DERIVED = cast(float, None)
+# The upper limits of whole numbers are far beyond use; they keep slips from exhausting memory.
+_TEETH = "count the teeth of the whole gear"
+_CUTTER_TIP = "leave the field out for its default, which grows with the module"
+_LENGTH = "a length, or leave the field out for its default"
+_RADIUS = "a radius from the gear axis; the teeth lie around the pitch radius m z2/2"
+_EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
+_EDGE_RADIUS = DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE))
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class FaceGearPair:
     """Table ``[gear_pair]``: an involute spur pinion and the face gear that a shaper generates.
 
     Fields without a default are required. A default that follows from other fields is resolved here,
     so that a pair always holds numbers; `Scene.replace` derives it anew when those fields change.
-
-    Attributes
-    ----------
-    type : str
-        Kind of gear pair: ``"face_gear"``.
-    pinion_teeth, shaper_teeth, gear_teeth : int
-        Numbers of teeth. The shaper has one to three teeth more than the pinion.
-    module_mm : float
-        Module m.
-    pressure_angle_deg : float
-        Pressure angle of pinion, shaper and basic rack.
-    gear_inner_radius_mm, gear_outer_radius_mm : float
-        Radii (not diameters) between which the gear has teeth.
-    pinion_face_width_mm : float
-        Face width of the pinion.
-    shaft_angle_deg : float
-        Shaft angle. Default 90.
-    pinion_centre_mm : float
-        Distance of the middle of the pinion's face width from the gear axis. Default: middle of the
-        gear radii.
-    pinion_addendum_mm, gear_addendum_mm : float
-        Tip heights beyond the pitch surface. Default 1 m.
-    shaper_addendum_mm, rack_addendum_mm : float
-        Heights of the cutters' crests; the first is the gear's dedendum, the second (basic rack) the
-        pinion's. Default 1.25 m.
-    shaper_tip_radius_mm, rack_tip_radius_mm : float
-        Tip roundings of the cutters, which leave the fillets. Defaults 0.2 m and 0.3 m, or what the crests have
-        room for.
-    pinion_tip_edge_radius_mm, gear_tip_edge_radius_mm : float
-        Edge rounding between flank and tip. Default 0.0315 m: 0.2 at a module of 6.35.
-    pinion_end_edge_radius_mm, gear_end_edge_radius_mm : float
-        Edge rounding between flank and end faces. Default 0.0315 m: 0.2 at a module of 6.35.
-    pinion_bore_radius_mm : float
-        Radius of the pinion's bore, where it is held. Default 0.63 pitch radii: 50 for 25 teeth at that module.
-    gear_rim_thickness_mm : float
-        Thickness of the gear under its root. Default 2.5 m.
     """
 
     references: ClassVar[tuple[str, ...]] = ("Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18",)
 
-    type: str
-    pinion_teeth: int
-    shaper_teeth: int
-    gear_teeth: int
-    module_mm: float
-    pressure_angle_deg: float
-    gear_inner_radius_mm: float
-    gear_outer_radius_mm: float
-    pinion_face_width_mm: float
-    shaft_angle_deg: float = 90.0
-    pinion_centre_mm: float = _DERIVED
-    pinion_addendum_mm: float = _DERIVED
-    gear_addendum_mm: float = _DERIVED
-    shaper_addendum_mm: float = _DERIVED
-    rack_addendum_mm: float = _DERIVED
-    shaper_tip_radius_mm: float = _DERIVED
-    rack_tip_radius_mm: float = _DERIVED
-    pinion_tip_edge_radius_mm: float = _DERIVED
-    gear_tip_edge_radius_mm: float = _DERIVED
-    pinion_end_edge_radius_mm: float = _DERIVED
-    gear_end_edge_radius_mm: float = _DERIVED
-    pinion_bore_radius_mm: float = _DERIVED
-    gear_rim_thickness_mm: float = _DERIVED
+    type: str = declared(kind_of_pair(), "Kind of gear pair: `face_gear`.")
+    pinion_teeth: int = declared(between(whole, 12, 1000, _TEETH), "Number of teeth of the pinion.")
+    shaper_teeth: int = declared(
+        between(whole, 12, 1000, _TEETH), "Number of teeth of the shaper, one to three more than the pinion's."
+    )
+    gear_teeth: int = declared(between(whole, 12, 1000, _TEETH), "Number of teeth of the gear.")
+    module_mm: float = declared(
+        positive("the module is the pitch diameter divided by the number of teeth"), "Module m."
+    )
+    pressure_angle_deg: float = declared(
+        between(number, 10.0, 35.0, "in degrees: 20 and 25 are usual", "degrees"),
+        "Pressure angle of pinion, shaper and basic rack.",
+    )
+    gear_inner_radius_mm: float = declared(positive(_RADIUS), "Radius (not diameter) from which the gear has teeth.")
+    gear_outer_radius_mm: float = declared(positive(_RADIUS), "Radius up to which the gear has teeth.")
+    pinion_face_width_mm: float = declared(
+        positive("usually about the gear's outer less its inner radius"), "Face width of the pinion."
+    )
+    shaft_angle_deg: float = declared(
+        Rule(number, "90 degrees", lambda value: value == 90.0, advice("not available yet; only 90")),
+        "Shaft angle.",
+        default=90.0,
+    )
+    pinion_centre_mm: float = declared(
+        positive("distance of the middle of the pinion's face width from the gear axis"),
+        "Distance of the middle of the pinion's face width from the gear axis; left out: middle of the gear radii.",
+        derived=DerivedDefault(("gear_inner_radius_mm", "gear_outer_radius_mm"), face_centre),
+    )
+    pinion_addendum_mm: float = declared(
+        positive(_LENGTH), "Tip height of the pinion beyond the pitch surface; left out: 1 m.", derived=modules(1.0)
+    )
+    gear_addendum_mm: float = declared(
+        positive(_LENGTH), "Tip height of the gear beyond the pitch surface; left out: 1 m.", derived=modules(1.0)
+    )
+    shaper_addendum_mm: float = declared(
+        positive(_LENGTH),
+        "Height of the shaper's crest, the gear's dedendum; left out: 1.25 m.",
+        derived=modules(1.25),
+    )
+    rack_addendum_mm: float = declared(
+        positive(_LENGTH),
+        "Height of the basic rack's crest, the pinion's dedendum; left out: 1.25 m.",
+        derived=modules(1.25),
+    )
+    shaper_tip_radius_mm: float = declared(
+        at_least_zero(_CUTTER_TIP),
+        "Tip rounding of the shaper, which leaves the gear's fillet; left out: 0.2 m, or what the crest has room "
+        "for.",
+        derived=DerivedDefault(
+            ("module_mm", "pressure_angle_deg", "shaper_teeth", "shaper_addendum_mm"), shaper_tip_radius
+        ),
+    )
+    rack_tip_radius_mm: float = declared(
+        at_least_zero(_CUTTER_TIP),
+        "Tip rounding of the basic rack, which leaves the pinion's fillet; left out: 0.3 m, or what the crest has "
+        "room for.",
+        derived=DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), rack_tip_radius),
+    )
+    pinion_tip_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and tip of the pinion; left out: 0.0315 m, 0.2 at a module of 6.35.",
+        derived=_EDGE_RADIUS,
+    )
+    gear_tip_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and tip of the gear; left out: 0.0315 m, 0.2 at a module of 6.35.",
+        derived=_EDGE_RADIUS,
+    )
+    pinion_end_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and end faces of the pinion; left out: 0.0315 m, 0.2 at a module of 6.35.",
+        derived=_EDGE_RADIUS,
+    )
+    gear_end_edge_radius_mm: float = declared(
+        at_least_zero(_EDGE),
+        "Rounding between flank and end faces of the gear; left out: 0.0315 m, 0.2 at a module of 6.35.",
+        derived=_EDGE_RADIUS,
+    )
+    pinion_bore_radius_mm: float = declared(
+        positive(_LENGTH),
+        "Radius of the pinion's bore, where it is held; left out: 0.63 pitch radii, 50 for 25 teeth at a module of "
+        "6.35.",
+        derived=DerivedDefault(("module_mm", "pinion_teeth"), bore_radius),
+    )
+    gear_rim_thickness_mm: float = declared(
+        positive(_LENGTH), "Thickness of the gear under its root; left out: 2.5 m.", derived=modules(2.5)
+    )
     # Which fields were left to their derived default.
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_derived", filled_in(self, DERIVED_DEFAULTS))
+        object.__setattr__(self, "_derived", filled_in(self))
 
     @property
     def pinion_pitch_radius_mm(self) -> float:

@@ -5,11 +5,14 @@ Like all tables of a scene they check nothing themselves. Mappings that screen a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, ClassVar
 
+from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable, ScreenedScene
 from semiwear.scene.placement import Placement
+from semiwear.scene.rule import Rule, above, advice, between, choice, positive
+from semiwear.scene.values import number, numbers, text
 
 __all__ = [
     "FlankModification",
@@ -22,17 +25,56 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Misalignment(EffectTable):
-    """Table ``[effects.misalignment]``: mounting errors of the pinion, with the signs of `Placement`.
+_SHIFT = "a shift in mm, usually below 0.1; give um divided by 1000"
+_TURN = "a rotation in mrad, usually below 1; 1 degree is 17.45 mrad"
+_RELIEF = "in um, usually 5 to 100 at a module of some mm; 0 for none"
+_SIGNED = "in um, of either sign; usually below 100"
+_RELIEF_LENGTH = "a length along the profile, or leave the field out for a third of the flank"
+_SHAFT = "shafts give way in the direction of the load: 0 for rigid, 0.1 to 10 is usual"
 
-    Attributes
-    ----------
-    offset_mm, axial_pinion_mm, axial_gear_mm : float
-        Shifts along +x, the pinion axis and the gear axis (away from the gear). Default 0.
-    shaft_angle_error_mrad, pinion_slope_mrad : float
-        Rotations about +x and +y through the pitch point. Default 0.
-    """
+
+def _grid_file() -> Rule:
+    def is_grid(path: str) -> bool:
+        return path.casefold().endswith((".csv", ".nc"))
+
+    fix = "save the grid as CSV or netCDF, and give its path with the ending .csv or .nc"
+    return Rule(text, "the path of a CSV (.csv) or netCDF (.nc) file of deviations", is_grid, advice(fix), is_grid)
+
+
+def _positive_list(allowed: str, fix: str, shares: bool = False) -> Rule:
+    def holds(values: tuple[float, ...]) -> bool:
+        return bool(values) and min(values) > 0.0 and (not shares or max(values) <= 1.0)
+
+    return Rule(numbers, allowed, holds, _without(lambda value: value <= 0.0, fix))
+
+
+def _without(unwanted: Callable[[float], bool], fix: str) -> Callable[[tuple[float, ...]], str]:
+    """The remedy, with the first entry of the list that is wrong."""
+
+    def with_entry(values: tuple[float, ...]) -> str:
+        wrong = next((k for k, value in enumerate(values) if unwanted(value)), None)
+        return fix if wrong is None else f"entry {wrong + 1} is {values[wrong]:g}: {fix}"
+
+    return with_entry
+
+
+def _pitch_deviations() -> Rule:
+    limit = 1000.0
+
+    def holds(values: tuple[float, ...]) -> bool:
+        return len(values) >= 2 and all(abs(value) <= limit for value in values)
+
+    def fix(values: tuple[float, ...]) -> str:
+        if len(values) < 2:
+            return "one value for each of several successive teeth, e.g. [0, 10, 0, -10]"
+        return _without(lambda value: abs(value) > limit, "in um; 10 is usual at quality 6")(values)
+
+    return Rule(numbers, f"two or more deviations in um, each {-limit:g} to {limit:g}", holds, fix)
+
+
+@table
+class Misalignment(EffectTable):
+    """Table ``[effects.misalignment]``: mounting errors of the pinion, with the signs of `Placement`."""
 
     title: ClassVar[str] = "mounting errors"
     acts_in: ClassVar[str] = "meshing"
@@ -41,11 +83,27 @@ class Misalignment(EffectTable):
         "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18 (face gears, errors of alignment)",
     )
 
-    offset_mm: float = 0.0
-    axial_pinion_mm: float = 0.0
-    axial_gear_mm: float = 0.0
-    shaft_angle_error_mrad: float = 0.0
-    pinion_slope_mrad: float = 0.0
+    offset_mm: float = declared(
+        between(number, -5.0, 5.0, _SHIFT, "mm"), "Shift of the pinion along +x.", default=0.0
+    )
+    axial_pinion_mm: float = declared(
+        between(number, -5.0, 5.0, _SHIFT, "mm"), "Shift of the pinion along its axis.", default=0.0
+    )
+    axial_gear_mm: float = declared(
+        between(number, -5.0, 5.0, _SHIFT, "mm"),
+        "Shift of the pinion along the gear's axis, away from the gear.",
+        default=0.0,
+    )
+    shaft_angle_error_mrad: float = declared(
+        between(number, -50.0, 50.0, _TURN, "mrad"),
+        "Rotation of the pinion about +x through the pitch point.",
+        default=0.0,
+    )
+    pinion_slope_mrad: float = declared(
+        between(number, -50.0, 50.0, _TURN, "mrad"),
+        "Rotation of the pinion about +y through the pitch point.",
+        default=0.0,
+    )
 
     @property
     def placement(self) -> Placement:
@@ -64,27 +122,9 @@ class Misalignment(EffectTable):
         return {"offset_mm": 0.05, "shaft_angle_error_mrad": 0.5}
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class FlankModification(EffectTable):
-    """Table ``[effects.modification.pinion]`` or ``[effects.modification.gear]``: what is ground off a flank.
-
-    Attributes
-    ----------
-    tip_relief_um, root_relief_um : float
-        Relief at the very tip and root, normal to the flank. Default 0.
-    tip_relief_length_mm, root_relief_length_mm : float or None
-        Extent along the profile from the tip or root. Default None: a third of the flank's profile length.
-    relief_shape : str
-        ``"parabolic"`` (default) or ``"linear"``: how relief grows over its length.
-    crowning_um : float
-        Relief at both ends of the face, growing parabolically from zero in the middle. Default 0.
-    lead_slope_um : float
-        Change over the face width, signed. Default 0.
-    bias_um : float
-        Twist: relief that is greatest at two opposite corners of the flank, signed. Default 0.
-    file : str or None
-        CSV or netCDF grid of deviations, added to the rest. Default None.
-    """
+    """Table ``[effects.modification.pinion]`` or ``[effects.modification.gear]``: what is ground off a flank."""
 
     title: ClassVar[str] = "flank modification"
     acts_in: ClassVar[str] = "geometry"
@@ -93,15 +133,39 @@ class FlankModification(EffectTable):
         "ISO 21771:2007 (tip and root relief, crowning, helix slope and bias modification)",
     )
 
-    tip_relief_um: float = 0.0
-    tip_relief_length_mm: float | None = None
-    root_relief_um: float = 0.0
-    root_relief_length_mm: float | None = None
-    relief_shape: str = "parabolic"
-    crowning_um: float = 0.0
-    lead_slope_um: float = 0.0
-    bias_um: float = 0.0
-    file: str | None = None
+    tip_relief_um: float = declared(
+        between(number, 0.0, 1000.0, _RELIEF, "um"), "Relief at the very tip, normal to the flank.", default=0.0
+    )
+    tip_relief_length_mm: float | None = declared(
+        positive(_RELIEF_LENGTH),
+        "Extent along the profile from the tip; left out: a third of the flank's profile length.",
+        default=None,
+    )
+    root_relief_um: float = declared(
+        between(number, 0.0, 1000.0, _RELIEF, "um"), "Relief at the very root, normal to the flank.", default=0.0
+    )
+    root_relief_length_mm: float | None = declared(
+        positive(_RELIEF_LENGTH),
+        "Extent along the profile from the root; left out: a third of the flank's profile length.",
+        default=None,
+    )
+    relief_shape: str = declared(
+        choice("parabolic", "linear"), "How relief grows over its length.", default="parabolic"
+    )
+    crowning_um: float = declared(
+        between(number, 0.0, 1000.0, "what the ends of the face lose; for a hollow flank give a file", "um"),
+        "Relief at both ends of the face, growing parabolically from zero in the middle.",
+        default=0.0,
+    )
+    lead_slope_um: float = declared(
+        between(number, -1000.0, 1000.0, _SIGNED, "um"), "Change over the face width, signed.", default=0.0
+    )
+    bias_um: float = declared(
+        between(number, -1000.0, 1000.0, _SIGNED, "um"),
+        "Twist: relief that is greatest at two opposite corners of the flank, signed.",
+        default=0.0,
+    )
+    file: str | None = declared(_grid_file(), "CSV or netCDF grid of deviations, added to the rest.", default=None)
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> dict[str, Any]:
@@ -109,15 +173,9 @@ class FlankModification(EffectTable):
         return {"tip_relief_um": 20.0}
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class FreeEdges(EffectTable):
-    """Table ``[effects.free_edges]``: the half-space under a contact ends at a flank's free borders.
-
-    Attributes
-    ----------
-    strength : float
-        Share of the correction that is applied, 0 to 1. Default 1.
-    """
+    """Table ``[effects.free_edges]``: the half-space under a contact ends at a flank's free borders."""
 
     title: ClassVar[str] = "free edges of the half-space"
     acts_in: ClassVar[str] = "compliance"
@@ -128,20 +186,16 @@ class FreeEdges(EffectTable):
         "Guilbault 2011, J. Tribol. 133, 031402 (a factor on image loads)",
     )
 
-    strength: float = 1.0
+    strength: float = declared(
+        between(number, 0.0, 1.0, "the share of the correction: 1 for all of it"),
+        "Share of the correction that is applied, 0 to 1.",
+        default=1.0,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class LoadSpectrum(EffectTable):
-    """Table ``[effects.load_spectrum]``: torques that take turns, in place of the one torque of ``[operation]``.
-
-    Attributes
-    ----------
-    torques_Nm : tuple of float
-        Torques on the pinion, required.
-    shares : tuple of float
-        Share of the meshes at each torque, summing to 1; required.
-    """
+    """Table ``[effects.load_spectrum]``: torques that take turns, in place of the one torque of ``[operation]``."""
 
     title: ClassVar[str] = "load spectrum"
     acts_in: ClassVar[str] = "wear"
@@ -150,8 +204,18 @@ class LoadSpectrum(EffectTable):
         "ISO 6336-6:2019 (variable load: a spectrum as torques and their shares)",
     )
 
-    torques_Nm: tuple[float, ...]
-    shares: tuple[float, ...]
+    torques_Nm: tuple[float, ...] = declared(
+        _positive_list("one or more torques, each greater than 0 N m", "give the size of the torque"),
+        "Torques on the pinion.",
+    )
+    shares: tuple[float, ...] = declared(
+        _positive_list(
+            "as many shares as torques, each above 0 and up to 1, summing to 1",
+            "leave out what never occurs; not in per cent",
+            shares=True,
+        ),
+        "Share of the meshes at each torque, summing to 1.",
+    )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> dict[str, Any]:
@@ -160,23 +224,20 @@ class LoadSpectrum(EffectTable):
         return {"torques_Nm": [0.5 * torque, 1.0 * torque, 1.25 * torque], "shares": [0.3, 0.5, 0.2]}
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class PitchError(EffectTable):
-    """Table ``[effects.pitch_error]``: pinion teeth that are not quite in their place.
-
-    Attributes
-    ----------
-    pinion_um : tuple of float
-        Deviations of successive pinion teeth from their true place, along the pitch circle, repeated around the
-        pinion; required.
-    """
+    """Table ``[effects.pitch_error]``: pinion teeth that are not quite in their place."""
 
     title: ClassVar[str] = "pitch error"
     acts_in: ClassVar[str] = "meshing"
     validity: ClassVar[str] = "deviations far below the module; the teeth keep their shape"
     references: ClassVar[tuple[str, ...]] = ("ISO 1328-1:2013 (single and cumulative pitch deviation)",)
 
-    pinion_um: tuple[float, ...]
+    pinion_um: tuple[float, ...] = declared(
+        _pitch_deviations(),
+        "Deviations of successive pinion teeth from their true place, along the pitch circle, repeated around the "
+        "pinion.",
+    )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> dict[str, Any]:
@@ -184,41 +245,39 @@ class PitchError(EffectTable):
         return {"pinion_um": [0.0, 10.0, 0.0, -10.0]}
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class ShaftCompliance(EffectTable):
-    """Table ``[effects.shaft_compliance]``: shafts and bearings give way, so that load misaligns the pair.
-
-    Attributes
-    ----------
-    offset_um_per_kN, axial_pinion_um_per_kN, axial_gear_um_per_kN : float
-        Shifts per force in the same direction, with the directions of `Placement`. Default 1.
-    shaft_angle_mrad_per_kNm, pinion_slope_mrad_per_kNm : float
-        Rotations per moment about the same axis through the pitch point. Default 0.1.
-    """
+    """Table ``[effects.shaft_compliance]``: shafts and bearings give way, so that load misaligns the pair."""
 
     title: ClassVar[str] = "shaft and bearing compliance"
     acts_in: ClassVar[str] = "compliance"
     validity: ClassVar[str] = "linear bearings and shafts; each direction gives way to its own force alone"
     references: ClassVar[tuple[str, ...]] = ("ISO 6336-1:2019 (face load factor: deflection of shafts and bearings)",)
 
-    offset_um_per_kN: float = 1.0
-    axial_pinion_um_per_kN: float = 1.0
-    axial_gear_um_per_kN: float = 1.0
-    shaft_angle_mrad_per_kNm: float = 0.1
-    pinion_slope_mrad_per_kNm: float = 0.1
+    offset_um_per_kN: float = declared(
+        between(number, 0.0, 1000.0, _SHAFT, "um/kN"), "Shift along +x per force in that direction.", default=1.0
+    )
+    axial_pinion_um_per_kN: float = declared(
+        between(number, 0.0, 1000.0, _SHAFT, "um/kN"),
+        "Shift along the pinion's axis per force in that direction.",
+        default=1.0,
+    )
+    axial_gear_um_per_kN: float = declared(
+        between(number, 0.0, 1000.0, _SHAFT, "um/kN"),
+        "Shift along the gear's axis per force in that direction.",
+        default=1.0,
+    )
+    shaft_angle_mrad_per_kNm: float = declared(
+        between(number, 0.0, 1000.0, _SHAFT, "mrad/kNm"), "Rotation about +x per moment about that axis.", default=0.1
+    )
+    pinion_slope_mrad_per_kNm: float = declared(
+        between(number, 0.0, 1000.0, _SHAFT, "mrad/kNm"), "Rotation about +y per moment about that axis.", default=0.1
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class RunLife(EffectTable):
-    """Table ``[effects.run_life]``: how many meshes until wear reaches a limit.
-
-    Attributes
-    ----------
-    depth_limit_um : float
-        Greatest wear depth that is allowed anywhere on the flank. Default 50.
-    body : str
-        ``"gear"`` (default) or ``"pinion"``; must be a worn body.
-    """
+    """Table ``[effects.run_life]``: how many meshes until wear reaches a limit."""
 
     title: ClassVar[str] = "life until a depth of wear"
     acts_in: ClassVar[str] = "results"
@@ -226,8 +285,14 @@ class RunLife(EffectTable):
     validity: ClassVar[str] = "steady mild wear, after running in"
     references: ClassVar[tuple[str, ...]] = ("Archard 1953, Contact and rubbing of flat surfaces (wear law)",)
 
-    depth_limit_um: float = 50.0
-    body: str = "gear"
+    depth_limit_um: float = declared(
+        above(0.0, 10_000.0, "in um: the case depth is a usual limit", "um"),
+        "Greatest wear depth that is allowed anywhere on the flank.",
+        default=50.0,
+    )
+    body: str = declared(
+        choice("gear", "pinion"), "Body whose wear is limited; it must be one that wears.", default="gear"
+    )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> dict[str, Any]:

@@ -12,12 +12,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from semiwear.errors import Problem
+from semiwear.scene.bodies import BodyCoefficients
 from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
+from semiwear.scene.declare import declared
 from semiwear.scene.effects import Effects
 from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
+from semiwear.scene.rule import anything, choice
 from semiwear.scene.tables import (
-    BodyCoefficients,
     ControlPoint,
     Material,
     Materials,
@@ -64,8 +66,12 @@ class Scene:
         Optional physics: an effect runs if and only if its table is there. Default none.
     """
 
-    title: str = ""
-    reference: str | None = None
+    title: str = declared(anything(), "Free text.", default="")
+    reference: str | None = declared(
+        choice("seed_paper", otherwise="leave the field out when there is nothing to compare with"),
+        "Published figures to compare with.",
+        default=None,
+    )
     gear_pair: FaceGearPair | CylindricalPair | FlankPointsPair
     material: Materials = field(default_factory=Materials)
     operation: Operation

@@ -10,7 +10,19 @@ from semiwear.errors import Problem
 from semiwear.scene.closest import closest
 from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole, whole_or_auto
 
-__all__ = ["Rule", "advice", "anything", "at_least_zero", "auto_or", "between", "choice", "positive"]
+__all__ = [
+    "Rule",
+    "above",
+    "advice",
+    "any_number",
+    "anything",
+    "at_least_zero",
+    "auto_or",
+    "between",
+    "choice",
+    "kind_of_pair",
+    "positive",
+]
 
 
 @dataclass(frozen=True)
@@ -69,6 +81,17 @@ def between(read: Reader, low: float, high: float, fix: str, unit: str = "") -> 
     return Rule(read, allowed, lambda value: low <= value <= high, advice(fix))
 
 
+def above(limit: float, high: float, fix: str, unit: str = "") -> Rule:
+    """A number greater than one limit, up to another."""
+    allowed = f"above {limit:g}, up to {high:g} {unit}".rstrip()
+    return Rule(number, allowed, lambda value: limit < value <= high, advice(fix))
+
+
+def any_number(fix: str, unit: str = "mm") -> Rule:
+    """A number of any sign and size."""
+    return Rule(number, f"a number of {unit}", lambda value: True, advice(fix))
+
+
 def auto_or(low: int, high: int, fix: str) -> Rule:
     """The word ``auto`` or a whole number in a closed range."""
 
@@ -94,3 +117,8 @@ def choice(*options: str, otherwise: str = "") -> Rule:
 def anything() -> Rule:
     """Any text."""
     return Rule(text, "text", lambda value: True, advice(""))
+
+
+def kind_of_pair() -> Rule:
+    """The word that tells which kind of gear pair a table describes."""
+    return choice("face_gear", "cylindrical", "flank_points")

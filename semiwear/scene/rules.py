@@ -1,4 +1,4 @@
-"""What each field of a scene may hold: one line a field, in the order in which a scene is written."""
+"""Allowed values of fields that need more than a range: moduli, depths, bodies, wear coefficients."""
 
 from __future__ import annotations
 
@@ -6,22 +6,24 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
+from semiwear.scene.bodies import BODIES, BodyCoefficients
 from semiwear.scene.closest import closest
-from semiwear.scene.effect_rules import EFFECT_RULES
-from semiwear.scene.rule import Rule, advice, anything, at_least_zero, auto_or, between, choice, positive
-from semiwear.scene.tables import BODIES, BodyCoefficients
-from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts, whole
+from semiwear.scene.rule import Rule
+from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts
 
-__all__ = ["RULES", "USUAL_WEAR_COEFFICIENTS", "Rule"]
+__all__ = [
+    "USUAL_WEAR_COEFFICIENTS",
+    "increasing_depths",
+    "tooth_compliance",
+    "wear_coefficient",
+    "worn_bodies",
+    "youngs_modulus",
+]
 
 _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
 
 
-def _edge_radius() -> Rule:
-    return at_least_zero("give 0 for a sharp edge, or leave the field out for a deburred one")
-
-
-def _youngs_modulus() -> Rule:
+def youngs_modulus() -> Rule:
     """From soft polymers to diamond, which tells the units apart."""
 
     def fix(value: float) -> str:
@@ -33,7 +35,9 @@ def _youngs_modulus() -> Rule:
     return Rule(number, "500 to 1500000 MPa", lambda value: 500.0 <= value <= 1.5e6, fix)
 
 
-def _increasing_depths() -> Rule:
+def increasing_depths() -> Rule:
+    """Depths above 0 that increase strictly."""
+
     def holds(depths: tuple[float, ...]) -> bool:
         return bool(depths) and depths[0] > 0.0 and all(a < b for a, b in pairwise(depths))
 
@@ -50,7 +54,9 @@ def _bodies(raw: Any) -> tuple[str, ...]:
     return tuple(sorted(bodies, key=BODIES.index)) if set(bodies) <= set(BODIES) else bodies
 
 
-def _worn_bodies() -> Rule:
+def worn_bodies() -> Rule:
+    """One body or both, the pinion first."""
+
     def holds(bodies: tuple[str, ...]) -> bool:
         return bool(bodies) and set(bodies) <= set(BODIES) and len(set(bodies)) == len(bodies)
 
@@ -99,7 +105,8 @@ USUAL_WEAR_COEFFICIENTS = (1e-14, 1e-7)
 _USUAL_COEFFICIENT = "1e-13 to 1e-9 mm2/N is usual of lubricated steel, 1e-9 to 1e-7 of plastics"
 
 
-def _wear_coefficient() -> Rule:
+def wear_coefficient() -> Rule:
+    """Of any sliding pair, which tells the units apart."""
     least, most = _WEAR_COEFFICIENTS
 
     def holds(value: float | BodyCoefficients) -> bool:
@@ -118,7 +125,8 @@ def _wear_coefficient() -> Rule:
     return Rule(_coefficient, allowed, holds, fix)
 
 
-def _tooth_compliance() -> Rule:
+def tooth_compliance() -> Rule:
+    """A model, or a file of influence data."""
     words = ("prism", "rigid")
 
     def fix(value: str) -> str:
@@ -131,88 +139,3 @@ def _tooth_compliance() -> Rule:
         return value not in words
 
     return Rule(text, allowed, lambda value: value in words or value.endswith(".nc"), fix, is_file)
-
-
-def _pair(**rules: Rule) -> dict[str, Rule]:
-    return {f"gear_pair.{name}": rule for name, rule in rules.items()}
-
-
-def _numerics(**rules: Rule) -> dict[str, Rule]:
-    return {f"numerics.{name}": rule for name, rule in rules.items()}
-
-
-def _material(body: str) -> dict[str, Rule]:
-    return {
-        f"material.{body}.name": anything(),
-        f"material.{body}.youngs_modulus_MPa": _youngs_modulus(),
-        f"material.{body}.poissons_ratio": Rule(
-            number, "above 0 and below 0.5", lambda value: 0.0 < value < 0.5, advice("0.3 for steel")
-        ),
-    }
-
-
-_TEETH = "count the teeth of the whole gear"
-_CUTTER_TIP = "leave the field out for its default, which grows with the module"
-_LENGTH = "a length, or leave the field out for its default"
-_RADIUS = "a radius from the gear axis; the teeth lie around the pitch radius m z2/2"
-
-# The upper limits of whole numbers are far beyond use; they keep slips from exhausting memory.
-RULES: dict[str, Rule] = {
-    "title": anything(),
-    "reference": choice("seed_paper", otherwise="leave the field out when there is nothing to compare with"),
-    **_pair(
-        type=choice("face_gear", "cylindrical", "flank_points"),
-        pinion_teeth=between(whole, 12, 1000, _TEETH),
-        shaper_teeth=between(whole, 12, 1000, _TEETH),
-        gear_teeth=between(whole, 12, 1000, _TEETH),
-        module_mm=positive("the module is the pitch diameter divided by the number of teeth"),
-        pressure_angle_deg=between(number, 10.0, 35.0, "in degrees: 20 and 25 are usual", "degrees"),
-        gear_inner_radius_mm=positive(_RADIUS),
-        gear_outer_radius_mm=positive(_RADIUS),
-        pinion_face_width_mm=positive("usually about the gear's outer less its inner radius"),
-        shaft_angle_deg=Rule(number, "90 degrees", lambda value: value == 90.0, advice("not available yet; only 90")),
-        pinion_centre_mm=positive("distance of the middle of the pinion's face width from the gear axis"),
-        pinion_addendum_mm=positive(_LENGTH),
-        gear_addendum_mm=positive(_LENGTH),
-        shaper_addendum_mm=positive(_LENGTH),
-        rack_addendum_mm=positive(_LENGTH),
-        shaper_tip_radius_mm=at_least_zero(_CUTTER_TIP),
-        rack_tip_radius_mm=at_least_zero(_CUTTER_TIP),
-        pinion_tip_edge_radius_mm=_edge_radius(),
-        gear_tip_edge_radius_mm=_edge_radius(),
-        pinion_end_edge_radius_mm=_edge_radius(),
-        gear_end_edge_radius_mm=_edge_radius(),
-        pinion_bore_radius_mm=positive(_LENGTH),
-        gear_rim_thickness_mm=positive(_LENGTH),
-    ),
-    **_material("pinion"),
-    **_material("gear"),
-    "operation.pinion_torque_Nm": positive(
-        'give its size; for the other flank set operation.loaded_flank = "coast"', "N m"
-    ),
-    "operation.loaded_flank": choice("drive", "coast"),
-    "operation.pinion_speed_rpm": positive("the pinion's speed in rev/min, without a sign", "rev/min"),
-    "wear.coefficient_mm2_per_N": _wear_coefficient(),
-    "wear.worn_bodies": _worn_bodies(),
-    "wear.until.meshes": positive("number of engagements of one gear tooth", ""),
-    "wear.until.control_depths_um": _increasing_depths(),
-    "wear.control_point.radius_mm": positive("gear radius of the control point"),
-    "wear.control_point.height_mm": Rule(number, "a number of mm", lambda value: True, advice("")),
-    "wear.control_point.body": choice(*BODIES),
-    **_numerics(
-        accuracy=between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
-        fidelity=choice("line", "patch"),
-        wear_mapping=choice("interpolated", "marched"),
-        wear_scheme=choice("implicit", "two-stage", "explicit"),
-        wear_steps=auto_or(1, 10_000, 'give "auto"'),
-        roll_positions=between(whole, 8, 10_000, "24 is usual"),
-        face_slices=between(whole, 7, 10_000, "61 is usual"),
-        cells_per_half_width=between(whole, 2, 1000, "8 is usual"),
-        profile_points=between(whole, 21, 10_000, "141 is usual"),
-        tooth_pairs=auto_or(1, 7, 'give "auto"'),
-        tooth_compliance=_tooth_compliance(),
-        harmonics=between(whole, 1, 1000, "33 is usual"),
-        max_iterations=between(whole, 1, 1_000_000, "60 is usual"),
-    ),
-    **EFFECT_RULES,
-}

@@ -9,12 +9,11 @@ from itertools import islice
 from typing import Any
 
 from semiwear.scene.closest import closest
-from semiwear.scene.cylindrical import CYLINDRICAL_DEFAULTS, CylindricalControlPoint, CylindricalPair
-from semiwear.scene.cylindrical_rules import CYLINDRICAL_RULES
-from semiwear.scene.defaults import DERIVED_DEFAULTS, DerivedDefault
+from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
+from semiwear.scene.declare import derived_of, rules_of
+from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
-from semiwear.scene.flank_points import FLANK_POINTS_DEFAULTS, FlankPointsControlPoint, FlankPointsPair
-from semiwear.scene.flank_points_rules import FLANK_POINTS_RULES
+from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.model import (
     BodyCoefficients,
@@ -29,7 +28,6 @@ from semiwear.scene.model import (
     WearUntil,
 )
 from semiwear.scene.rule import Rule
-from semiwear.scene.rules import RULES
 
 __all__ = [
     "DEFAULTS",
@@ -38,6 +36,7 @@ __all__ = [
     "NEVER_EMPTY",
     "OPTIONAL_TABLES",
     "REQUIRED",
+    "RULES",
     "SCHEMAS",
     "TABLES",
     "Schema",
@@ -68,8 +67,19 @@ _COMMON_TABLES: dict[str, type] = {
     "effects.modification": Modifications,
     "effects.wear_law": WearLaws,
 } | {f"effects.{name}": table for name, table in EFFECTS.items()}
-_OWN_TABLES = ("gear_pair", "wear.control_point")
-_TYPE = "gear_pair.type"
+# In the order in which a scene is written.
+_WRITTEN = (
+    "",
+    "gear_pair",
+    "material.pinion",
+    "material.gear",
+    "operation",
+    "wear",
+    "wear.until",
+    "wear.control_point",
+    "numerics",
+    *(f"effects.{name}" for name in EFFECTS),
+)
 
 
 def parent(key: str) -> str:
@@ -87,16 +97,10 @@ class Schema:
         The value of ``gear_pair.type``.
     own_tables : mapping
         From the tables that depend on the kind of gear pair to their dataclasses.
-    own_rules : mapping
-        Rules of the fields in these tables, in the order in which a scene is written; `RULES` has the others.
-    derived : mapping
-        Defaults of fields of the gear pair that follow from others.
     """
 
     kind: str
     own_tables: Mapping[str, type]
-    own_rules: Mapping[str, Rule]
-    derived: Mapping[str, DerivedDefault]
 
     @cached_property
     def tables(self) -> dict[str, type]:
@@ -107,14 +111,14 @@ class Schema:
     def rules(self) -> dict[str, Rule]:
         """One rule a field, in the order in which a scene is written."""
         rules: dict[str, Rule] = {}
-        for key, rule in RULES.items():
-            table = parent(key)
-            if table in _OWN_TABLES:
-                rules |= {_TYPE: RULES[_TYPE]} if key == _TYPE else {}
-                rules |= {own: found for own, found in self.own_rules.items() if parent(own) == table}
-            else:
-                rules[key] = rule
+        for name in _WRITTEN:
+            rules |= rules_of(self.tables[name], name)
         return rules
+
+    @property
+    def derived(self) -> Mapping[str, DerivedDefault]:
+        """Defaults of fields of the gear pair that follow from others, each after those that it needs."""
+        return derived_of(self.own_tables["gear_pair"])
 
     @cached_property
     def declared(self) -> dict[str, Any]:
@@ -153,28 +157,14 @@ def _tables_in_order(pair: type, control_point: type) -> dict[str, type]:
     return {"gear_pair": pair, "wear.control_point": control_point}
 
 
-_FACE_GEAR = Schema(
-    "face_gear",
-    _tables_in_order(FaceGearPair, ControlPoint),
-    {key: rule for key, rule in RULES.items() if parent(key) in _OWN_TABLES},
-    DERIVED_DEFAULTS,
-)
-_CYLINDRICAL = Schema(
-    "cylindrical",
-    _tables_in_order(CylindricalPair, CylindricalControlPoint),
-    CYLINDRICAL_RULES,
-    CYLINDRICAL_DEFAULTS,
-)
-_FLANK_POINTS = Schema(
-    "flank_points",
-    _tables_in_order(FlankPointsPair, FlankPointsControlPoint),
-    FLANK_POINTS_RULES,
-    FLANK_POINTS_DEFAULTS,
-)
+_FACE_GEAR = Schema("face_gear", _tables_in_order(FaceGearPair, ControlPoint))
+_CYLINDRICAL = Schema("cylindrical", _tables_in_order(CylindricalPair, CylindricalControlPoint))
+_FLANK_POINTS = Schema("flank_points", _tables_in_order(FlankPointsPair, FlankPointsControlPoint))
 SCHEMAS: dict[str, Schema] = {schema.kind: schema for schema in (_FACE_GEAR, _CYLINDRICAL, _FLANK_POINTS)}
 """Schemas by kind of gear pair."""
 
-TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
+RULES, TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
+    _FACE_GEAR.rules,
     _FACE_GEAR.tables,
     _FACE_GEAR.defaults,
     _FACE_GEAR.required,

@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
+from semiwear.scene.bodies import BODIES, BodyCoefficients
 from semiwear.scene.cylindrical import CylindricalControlPoint
+from semiwear.scene.declare import declared, table
 from semiwear.scene.flank_points import FlankPointsControlPoint
+from semiwear.scene.rule import Rule, advice, any_number, anything, auto_or, between, choice, positive
+from semiwear.scene.rules import increasing_depths, tooth_compliance, wear_coefficient, worn_bodies, youngs_modulus
+from semiwear.scene.values import number, whole
 
 __all__ = [
     "BODIES",
@@ -23,80 +28,80 @@ __all__ = [
     "default_worn_bodies",
 ]
 
-BODIES = ("pinion", "gear")
-"""Both bodies, in the order in which a scene keeps them."""
 
-
-@dataclass(frozen=True, kw_only=True)
+@table
 class Material:
     """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic body. Default: steel."""
 
-    name: str = "steel"
-    youngs_modulus_MPa: float = 207000.0
-    poissons_ratio: float = 0.3
+    name: str = declared(anything(), "Name, for reports.", default="steel")
+    youngs_modulus_MPa: float = declared(youngs_modulus(), "Young's modulus.", default=207000.0)
+    poissons_ratio: float = declared(
+        Rule(number, "above 0 and below 0.5", lambda value: 0.0 < value < 0.5, advice("0.3 for steel")),
+        "Poisson's ratio.",
+        default=0.3,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Materials:
     """The materials of both bodies."""
 
-    pinion: Material = Material()
-    gear: Material = Material()
+    pinion: Material = field(default_factory=Material)
+    gear: Material = field(default_factory=Material)
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class Operation:
-    """Table ``[operation]``: how the pair runs.
+    """Table ``[operation]``: how the pair runs."""
 
-    Attributes
-    ----------
-    pinion_torque_Nm : float
-        Torque on the pinion (driving), required.
-    loaded_flank : str
-        ``"drive"`` (default) or ``"coast"``, its mirror image.
-    pinion_speed_rpm : float or None
-        Pinion speed in rev/min; needed by the effects that depend on velocity. Default None.
-    """
+    pinion_torque_Nm: float = declared(
+        positive('give its size; for the other flank set operation.loaded_flank = "coast"', "N m"),
+        "Torque on the pinion, which drives.",
+    )
+    loaded_flank: str = declared(
+        choice("drive", "coast"),
+        "Flank that bears the load; the coast flank is the mirror image of the drive flank.",
+        default="drive",
+    )
+    pinion_speed_rpm: float | None = declared(
+        positive("the pinion's speed in rev/min, without a sign", "rev/min"),
+        "Pinion speed in rev/min; needed by the effects that depend on velocity.",
+        default=None,
+    )
 
-    pinion_torque_Nm: float
-    loaded_flank: str = "drive"
-    pinion_speed_rpm: float | None = None
 
-
-@dataclass(frozen=True, kw_only=True)
+@table
 class WearUntil:
-    """Table ``[wear.until]``: where a wear run ends; exactly one of the two fields is set.
+    """Table ``[wear.until]``: where a wear run ends; exactly one of the two fields is set."""
 
-    Attributes
-    ----------
-    meshes : float or None
-        Engagements of one gear tooth.
-    control_depths_um : tuple of float or None
-        Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.
-    """
-
-    meshes: float | None = None
-    control_depths_um: tuple[float, ...] | None = None
+    meshes: float | None = declared(
+        positive("number of engagements of one gear tooth", ""), "Engagements of one gear tooth.", default=None
+    )
+    control_depths_um: tuple[float, ...] | None = declared(
+        increasing_depths(),
+        "Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.",
+        default=None,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class ControlPoint:
-    """Table ``[wear.control_point]``: the point of a flank whose wear depth is watched.
+    """Table ``[wear.control_point]``: the point of a flank whose wear depth is watched."""
 
-    Attributes
-    ----------
-    radius_mm : float
-        Gear radius; of a point on the pinion, the distance from the gear's axis along the pinion's.
-    height_mm : float
-        Height above the gear's pitch plane, of a point on the pinion above its pitch cylinder; negative on the
-        dedendum.
-    body : str or None
-        ``"pinion"`` or ``"gear"``. Default None: the gear if it wears, else the pinion.
-    """
-
-    radius_mm: float
-    height_mm: float
-    body: str | None = None
+    radius_mm: float = declared(
+        positive("gear radius of the control point"),
+        "Gear radius; of a point on the pinion, the distance from the gear's axis along the pinion's.",
+    )
+    height_mm: float = declared(
+        any_number(""),
+        "Height above the gear's pitch plane, of a point on the pinion above its pitch cylinder; negative on the "
+        "dedendum.",
+    )
+    body: str | None = declared(
+        choice(*BODIES),
+        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
+        default=None,
+    )
 
     @property
     def station_mm(self) -> float:
@@ -104,41 +109,22 @@ class ControlPoint:
         return self.radius_mm
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodyCoefficients:
-    """Wear coefficients of bodies that wear differently; None for a body that does not wear.
-
-    Attributes
-    ----------
-    pinion, gear : float or None
-        Wear coefficient [mm2/N].
-    """
-
-    pinion: float | None = None
-    gear: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
+@table
 class Wear:
-    """Table ``[wear]``: Archard wear. A scene without it is loaded contact only.
+    """Table ``[wear]``: Archard wear. A scene without it is loaded contact only."""
 
-    Attributes
-    ----------
-    coefficient_mm2_per_N : float or BodyCoefficients
-        Wear coefficient k: worn depth = k * pressure * sliding distance; one for both bodies, or a table
-        ``{pinion = ..., gear = ...}``; required.
-    until : WearUntil
-        Where the run ends; required.
-    worn_bodies : tuple of str
-        Bodies that wear, the pinion first. Left out, or ``()``: of cylindrical gears both, else the gear, as far as
-        coefficients are given for them; `Scene` fills it in (`default_worn_bodies`).
-    control_point : ControlPoint or None
-        Needed by ``control_depths_um``. Default None.
-    """
-
-    coefficient_mm2_per_N: float | BodyCoefficients
+    coefficient_mm2_per_N: float | BodyCoefficients = declared(
+        wear_coefficient(),
+        "Wear coefficient k: worn depth = k * pressure * sliding distance; one for both bodies, or a table "
+        "`{pinion = ..., gear = ...}`.",
+    )
     until: WearUntil
-    worn_bodies: tuple[str, ...] = ()
+    worn_bodies: tuple[str, ...] = declared(
+        worn_bodies(),
+        "Bodies that wear, the pinion first. Left out: of cylindrical gears both, else the gear, as far as "
+        "coefficients are given for them; `Scene` fills it in (`default_worn_bodies`).",
+        default=(),
+    )
     control_point: ControlPoint | CylindricalControlPoint | FlankPointsControlPoint | None = None
     # Whether the bodies were left to their default.
     _derived: bool = field(repr=False, compare=False, default=False)
@@ -206,57 +192,66 @@ RESOLUTION = (
 """Fields of `Numerics` that an asked accuracy decides."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class Numerics:
-    """Table ``[numerics]``: models and resolution.
+    """Table ``[numerics]``: models and resolution."""
 
-    Attributes
-    ----------
-    accuracy : float or None
-        Error asked for, relative to the greatest value of each kind of quantity: of the fields in `RESOLUTION` those
-        that a scene does not give are then chosen for it. Default None: the numbers below.
-    fidelity : str
-        Contact model: ``"line"`` (default, line loads with Hertz across them) or ``"patch"`` (pressure resolved in
-        two dimensions).
-    wear_mapping : str
-        ``"interpolated"`` (default, few roll positions) or ``"marched"`` (many, summed where it happens; needs
-        fidelity ``"patch"``, and the gear alone to wear).
-    wear_scheme : str
-        ``"implicit"`` (default), ``"two-stage"`` (implicit as well; for few, long steps: one is about as good as
-        three plain ones, and takes less than twice the time of one) or ``"explicit"`` (for comparison).
-    wear_steps : int or "auto"
-        Steps up to ``wear.until.meshes``. Default ``"auto"``.
-    roll_positions : int
-        Roll positions per mesh cycle. Default 24.
-    face_slices : int
-        Slices along the face; some of their borders lie where the roundings of its ends begin. Default 61.
-    cells_per_half_width : int
-        Cells of a patch across the Hertz half-width at the pitch point. Default 8.
-    profile_points : int
-        Points of the flank grid along the tooth height. Default 141.
-    tooth_pairs : int or "auto"
-        Tooth pairs that may share the load. Default ``"auto"``.
-    tooth_compliance : str
-        ``"prism"`` (default, finite prisms), ``"rigid"`` (local contact alone) or a netCDF file of influence data.
-    harmonics : int
-        Cosine terms of the prism series along the face width. Default 33.
-    max_iterations : int
-        Iterations of the load sharing at one roll position. Default 60.
-    """
-
-    accuracy: float | None = None
-    fidelity: str = "line"
-    wear_mapping: str = "interpolated"
-    wear_scheme: str = "implicit"
-    wear_steps: int | str = "auto"
-    roll_positions: int = 24
-    face_slices: int = 61
-    cells_per_half_width: int = 8
-    profile_points: int = 141
-    tooth_pairs: int | str = "auto"
-    tooth_compliance: str = "prism"
-    harmonics: int = 33
-    max_iterations: int = 60
+    accuracy: float | None = declared(
+        between(number, 1e-4, 0.5, "0.02 is usual: 2 % of the greatest value of each kind"),
+        "Error asked for, relative to the greatest value of each kind of quantity: of the fields in `RESOLUTION` "
+        "those that a scene does not give are then chosen for it. Left out: the numbers below.",
+        default=None,
+    )
+    fidelity: str = declared(
+        choice("line", "patch"),
+        "Contact model: line loads with Hertz across them, or pressure resolved in two dimensions.",
+        default="line",
+    )
+    wear_mapping: str = declared(
+        choice("interpolated", "marched"),
+        "Few roll positions, interpolated between, or many, summed where wear happens; `marched` needs fidelity "
+        "`patch`, and the gear alone to wear.",
+        default="interpolated",
+    )
+    wear_scheme: str = declared(
+        choice("implicit", "two-stage", "explicit"),
+        "How wear steps are taken: `two-stage` is implicit as well, for few, long steps, one of which is about as "
+        "good as three plain ones in less than twice the time of one; `explicit` is for comparison.",
+        default="implicit",
+    )
+    wear_steps: int | str = declared(
+        auto_or(1, 10_000, 'give "auto"'), "Steps up to `wear.until.meshes`.", default="auto"
+    )
+    roll_positions: int = declared(
+        between(whole, 8, 10_000, "24 is usual"), "Roll positions per mesh cycle.", default=24
+    )
+    face_slices: int = declared(
+        between(whole, 7, 10_000, "61 is usual"),
+        "Slices along the face; some of their borders lie where the roundings of its ends begin.",
+        default=61,
+    )
+    cells_per_half_width: int = declared(
+        between(whole, 2, 1000, "8 is usual"),
+        "Cells of a patch across the Hertz half-width at the pitch point.",
+        default=8,
+    )
+    profile_points: int = declared(
+        between(whole, 21, 10_000, "141 is usual"), "Points of the flank grid along the tooth height.", default=141
+    )
+    tooth_pairs: int | str = declared(
+        auto_or(1, 7, 'give "auto"'), "Tooth pairs that may share the load.", default="auto"
+    )
+    tooth_compliance: str = declared(
+        tooth_compliance(), "Finite prisms, local contact alone, or influence data from a file.", default="prism"
+    )
+    harmonics: int = declared(
+        between(whole, 1, 1000, "33 is usual"), "Cosine terms of the prism series along the face width.", default=33
+    )
+    max_iterations: int = declared(
+        between(whole, 1, 1_000_000, "60 is usual"),
+        "Iterations of the load sharing at one roll position.",
+        default=60,
+    )
     # Which fields of `RESOLUTION` were given. It matters once an accuracy is asked for, and only then to equality.
     _given: frozenset[str] = field(repr=False, compare=False, default=frozenset())
     _kept: frozenset[str] = field(init=False, repr=False, default=frozenset())

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.rule import above, at_least_zero, between, choice, positive
+from semiwear.scene.values import number
 
 __all__ = [
     "FlashTemperature",
@@ -20,24 +22,17 @@ __all__ = [
 ]
 
 _SPEED = "operation.pinion_speed_rpm"
+_OIL = "dynamic viscosity in mPa s (cP) at working temperature: 5 to 100 is usual"
+_ROUGHNESS = "in um: ground gears have Ra 0.2 to 0.8"
+_HARDNESS = "Vickers hardness: about 700 for a case, 300 to 450 for a core; 60 HRC is 697 HV"
+_TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class Friction(EffectTable):
     """Table ``[effects.friction]``: sliding friction between the flanks.
 
     Where sliding all but vanishes the flanks stick in part, and the friction force passes through zero continuously.
-
-    Attributes
-    ----------
-    law : str
-        ``"constant"`` (default) or ``"iso_14179"``, which needs ``operation.pinion_speed_rpm``.
-    coefficient : float
-        Coefficient of friction of the constant law. Default 0.05.
-    viscosity_mPas : float
-        Dynamic viscosity of the oil at working temperature. Default 15.
-    roughness_um : float
-        Mean Ra of both flanks. Default 0.8.
     """
 
     title: ClassVar[str] = "friction"
@@ -52,27 +47,25 @@ class Friction(EffectTable):
         "Schlenk 1994, and ISO/TR 14179-2:2001 (mean coefficient of friction of a mesh)",
     )
 
-    law: str = "constant"
-    coefficient: float = 0.05
-    viscosity_mPas: float = 15.0
-    roughness_um: float = 0.8
+    law: str = declared(
+        choice("constant", "iso_14179"),
+        "Law of the coefficient of friction; `iso_14179` needs operation.pinion_speed_rpm.",
+        default="constant",
+    )
+    coefficient: float = declared(
+        between(number, 0.0, 1.0, "0.05 is usual with oil, 0.1 to 0.2 without; not in per cent"),
+        "Coefficient of friction of the constant law.",
+        default=0.05,
+    )
+    viscosity_mPas: float = declared(
+        above(0.0, 10_000.0, _OIL, "mPa s"), "Dynamic viscosity of the oil at working temperature.", default=15.0
+    )
+    roughness_um: float = declared(above(0.0, 50.0, _ROUGHNESS, "um"), "Mean Ra of both flanks.", default=0.8)
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class FlashTemperature(EffectTable):
-    """Table ``[effects.flash_temperature]``: frictional heat in the contact.
-
-    Attributes
-    ----------
-    model : str
-        ``"blok"`` (default) or ``"tian_kennedy"``.
-    bulk_temperature_C : float
-        Temperature of the teeth before they meet. Default 80.
-    friction_coefficient : float
-        Used where the scene has no ``[effects.friction]``. Default 0.05.
-    conductivity_W_per_mK, density_kg_per_m3, specific_heat_J_per_kgK : float
-        Of both bodies. Defaults 45, 7800, 470: steel.
-    """
+    """Table ``[effects.flash_temperature]``: frictional heat in the contact."""
 
     title: ClassVar[str] = "flash temperature"
     acts_in: ClassVar[str] = "contact"
@@ -83,29 +76,33 @@ class FlashTemperature(EffectTable):
         "Tian and Kennedy 1994, J. Tribology 116, 167-174 (any speed)",
     )
 
-    model: str = "blok"
-    bulk_temperature_C: float = 80.0
-    friction_coefficient: float = 0.05
-    conductivity_W_per_mK: float = 45.0
-    density_kg_per_m3: float = 7800.0
-    specific_heat_J_per_kgK: float = 470.0
+    model: str = declared(choice("blok", "tian_kennedy"), "Model of the flash temperature.", default="blok")
+    bulk_temperature_C: float = declared(
+        between(number, -60.0, 400.0, _TEMPERATURE, "degrees Celsius"),
+        "Temperature of the teeth before they meet.",
+        default=80.0,
+    )
+    friction_coefficient: float = declared(
+        between(number, 0.0, 1.0, "0.05 is usual with oil; not in per cent"),
+        "Used where the scene has no ``[effects.friction]``.",
+        default=0.05,
+    )
+    conductivity_W_per_mK: float = declared(
+        above(0.0, 1000.0, "about 45 for steel", "W/(m K)"), "Thermal conductivity of both bodies.", default=45.0
+    )
+    density_kg_per_m3: float = declared(
+        above(0.0, 30_000.0, "in kg/m3: 7800 for steel", "kg/m3"), "Density of both bodies.", default=7800.0
+    )
+    specific_heat_J_per_kgK: float = declared(
+        above(0.0, 10_000.0, "about 470 for steel", "J/(kg K)"),
+        "Specific heat capacity of both bodies.",
+        default=470.0,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class Lubrication(EffectTable):
-    """Table ``[effects.lubrication]``: thickness of the oil film against roughness.
-
-    Attributes
-    ----------
-    model : str
-        ``"dowson_higginson"`` (default, line contact) or ``"hamrock_dowson"`` (elliptical contact).
-    viscosity_mPas : float
-        Dynamic viscosity of the oil at working temperature and ambient pressure. Default 15.
-    pressure_viscosity_per_GPa : float
-        Pressure-viscosity coefficient. Default 20, a mineral oil.
-    roughness_um : float
-        Composite root mean square roughness of both flanks. Default 0.8.
-    """
+    """Table ``[effects.lubrication]``: thickness of the oil film against roughness."""
 
     title: ClassVar[str] = "oil film"
     acts_in: ClassVar[str] = "contact"
@@ -116,29 +113,29 @@ class Lubrication(EffectTable):
         "Hamrock and Dowson 1977, J. Lubr. Technol. 99, 264-276 (minimum film of an elliptical contact)",
     )
 
-    model: str = "dowson_higginson"
-    viscosity_mPas: float = 15.0
-    pressure_viscosity_per_GPa: float = 20.0
-    roughness_um: float = 0.8
+    model: str = declared(
+        choice("dowson_higginson", "hamrock_dowson"),
+        "Formula of the least film thickness: of a line contact, or of an elliptical one.",
+        default="dowson_higginson",
+    )
+    viscosity_mPas: float = declared(
+        above(0.0, 10_000.0, _OIL, "mPa s"),
+        "Dynamic viscosity of the oil at working temperature and ambient pressure.",
+        default=15.0,
+    )
+    pressure_viscosity_per_GPa: float = declared(
+        between(number, 0.1, 100.0, "per GPa: 15 to 25 for mineral oil, which is 2e-8 per Pa", "per GPa"),
+        "Pressure-viscosity coefficient; the default is that of a mineral oil.",
+        default=20.0,
+    )
+    roughness_um: float = declared(
+        above(0.0, 50.0, _ROUGHNESS, "um"), "Composite root mean square roughness of both flanks.", default=0.8
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class HardnessLaw(EffectTable):
-    """Table ``[effects.wear_law.hardness]``: wear is inversely proportional to the hardness at the worn depth.
-
-    Attributes
-    ----------
-    surface_hardness_HV, core_hardness_HV : float
-        Hardness of case and core. Defaults 700 and 400.
-    case_depth_um : float
-        Depth of the middle of the transition from case to core. Default 30.
-    transition_um : float
-        Width over which hardness passes linearly from case to core. Default 0, a sharp step.
-    pitch_hardness_HV : float or None
-        Hardness of the surface within a band about the pitch line. Default None: as elsewhere.
-    pitch_band_mm : float
-        Half-width of that band. Default 2.
-    """
+    """Table ``[effects.wear_law.hardness]``: wear is inversely proportional to the hardness at the worn depth."""
 
     title: ClassVar[str] = "wear by hardness"
     acts_in: ClassVar[str] = "wear"
@@ -148,27 +145,35 @@ class HardnessLaw(EffectTable):
         "Archard 1953, Contact and rubbing of flat surfaces (wear over hardness)",
     )
 
-    surface_hardness_HV: float = 700.0
-    core_hardness_HV: float = 400.0
-    case_depth_um: float = 30.0
-    transition_um: float = 0.0
-    pitch_hardness_HV: float | None = None
-    pitch_band_mm: float = 2.0
+    surface_hardness_HV: float = declared(
+        between(number, 50.0, 2000.0, _HARDNESS, "HV"), "Hardness of the case.", default=700.0
+    )
+    core_hardness_HV: float = declared(
+        between(number, 50.0, 2000.0, _HARDNESS, "HV"), "Hardness of the core.", default=400.0
+    )
+    case_depth_um: float = declared(
+        above(0.0, 10_000.0, "in um: nitrided cases are 30 to 600 deep", "um"),
+        "Depth of the middle of the transition from case to core.",
+        default=30.0,
+    )
+    transition_um: float = declared(
+        at_least_zero("0 for a sharp step from case to core", "um"),
+        "Width over which hardness passes linearly from case to core; 0 is a sharp step.",
+        default=0.0,
+    )
+    pitch_hardness_HV: float | None = declared(
+        between(number, 50.0, 2000.0, _HARDNESS, "HV"),
+        "Hardness of the surface within a band about the pitch line; left out: as elsewhere.",
+        default=None,
+    )
+    pitch_band_mm: float = declared(
+        positive("half the width of the band about the pitch line"), "Half-width of that band.", default=2.0
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class LubricationLaw(EffectTable):
-    """Table ``[effects.wear_law.lubrication]``: wear falls linearly as the specific film thickness grows.
-
-    Attributes
-    ----------
-    boundary_lambda : float
-        Film thickness over roughness up to which wear is that of ``[wear]``. Default 0.5.
-    full_film_lambda : float
-        From here on a film carries all. Default 4.
-    strength : float
-        Share of wear that a full film prevents, 0 to 1. Default 1.
-    """
+    """Table ``[effects.wear_law.lubrication]``: wear falls linearly as the specific film thickness grows."""
 
     title: ClassVar[str] = "wear by oil film"
     acts_in: ClassVar[str] = "wear"
@@ -178,22 +183,26 @@ class LubricationLaw(EffectTable):
         "Priest and Taylor 2000, Wear 241, 193-203 (wear coefficient, linear in the film ratio)",
     )
 
-    boundary_lambda: float = 0.5
-    full_film_lambda: float = 4.0
-    strength: float = 1.0
+    boundary_lambda: float = declared(
+        above(0.0, 100.0, "film thickness over roughness: 0.5 is usual", ""),
+        "Film thickness over roughness up to which wear is that of ``[wear]``.",
+        default=0.5,
+    )
+    full_film_lambda: float = declared(
+        above(0.0, 100.0, "film thickness over roughness: 3 to 4 is usual", ""),
+        "From here on a film carries all.",
+        default=4.0,
+    )
+    strength: float = declared(
+        between(number, 0.0, 1.0, "the share of wear that a full film prevents: 1 for all of it"),
+        "Share of wear that a full film prevents, 0 to 1.",
+        default=1.0,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class TemperatureLaw(EffectTable):
-    """Table ``[effects.wear_law.temperature]``: the wear coefficient follows contact temperature as Arrhenius has it.
-
-    Attributes
-    ----------
-    activation_energy_kJ_per_mol : float
-        Activation energy. Default 20.
-    reference_temperature_C : float
-        Temperature at which the wear coefficient is that of ``[wear]``. Default 80.
-    """
+    """Table ``[effects.wear_law.temperature]``: the wear coefficient rises with temperature, after Arrhenius."""
 
     title: ClassVar[str] = "wear by temperature"
     acts_in: ClassVar[str] = "wear"
@@ -204,22 +213,19 @@ class TemperatureLaw(EffectTable):
         "Quinn 1983, Tribology International 16, 257-271 (oxidative wear)",
     )
 
-    activation_energy_kJ_per_mol: float = 20.0
-    reference_temperature_C: float = 80.0
+    activation_energy_kJ_per_mol: float = declared(
+        between(number, 0.0, 1000.0, "in kJ/mol: 10 to 100 is usual", "kJ/mol"), "Activation energy.", default=20.0
+    )
+    reference_temperature_C: float = declared(
+        between(number, -60.0, 400.0, _TEMPERATURE, "degrees Celsius"),
+        "Temperature at which the wear coefficient is that of ``[wear]``.",
+        default=80.0,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@table
 class LoadLaw(EffectTable):
-    """Table ``[effects.wear_law.load]``: the wear coefficient is a power of contact pressure.
-
-    Attributes
-    ----------
-    exponent : float
-        k is proportional to (pressure / reference pressure) ** exponent. Default 0.5. With an exponent below 0 it is
-        constant below a hundredth of the reference pressure.
-    reference_pressure_MPa : float
-        Pressure at which the wear coefficient is that of ``[wear]``. Default 1000.
-    """
+    """Table ``[effects.wear_law.load]``: the wear coefficient is a power of contact pressure."""
 
     title: ClassVar[str] = "wear by pressure"
     acts_in: ClassVar[str] = "wear"
@@ -227,5 +233,14 @@ class LoadLaw(EffectTable):
     validity: ClassVar[str] = "pressures near those at which the exponent was measured"
     references: ClassVar[tuple[str, ...]] = ("Rhee 1970, Wear 16, 431-445 (wear as a power of load)",)
 
-    exponent: float = 0.5
-    reference_pressure_MPa: float = 1000.0
+    exponent: float = declared(
+        between(number, -2.0, 4.0, "0 is Archard's law; 0.5 to 1 is usual where load makes wear worse"),
+        "k is proportional to (pressure / reference pressure) ** exponent. With an exponent below 0 it is constant "
+        "below a hundredth of the reference pressure.",
+        default=0.5,
+    )
+    reference_pressure_MPa: float = declared(
+        above(0.0, 10_000.0, "in MPa: the pressure of the test that gave the coefficient", "MPa"),
+        "Pressure at which the wear coefficient is that of ``[wear]``.",
+        default=1000.0,
+    )

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import TABLES
+from semiwear.scene.schema import RULES, TABLES
 from tests.strategies import placements, scenes
 from tests.strategies.fresh import fresh
 from tests.strategies.scenes import SHIPPED, effects

@@ -23,8 +23,7 @@ from semiwear.scene.effects import (
     Modifications,
     WearLaws,
 )
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import DEFAULTS, REQUIRED, TABLES
+from semiwear.scene.schema import DEFAULTS, REQUIRED, RULES, TABLES
 from tests.strategies.scenes import effect_tables
 
 NAME = "face_gear_25x160"

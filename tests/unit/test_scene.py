@@ -27,8 +27,7 @@ from semiwear.scene import (
     scene_from_dict,
     shipped_scenes,
 )
-from semiwear.scene.rules import RULES
-from semiwear.scene.schema import TABLES, fields_of
+from semiwear.scene.schema import RULES, TABLES, fields_of
 
 NAME = "face_gear_25x160"
 TEXT = (resources.files("semiwear.scene") / "scenes" / f"{NAME}.toml").read_text(encoding="utf-8")

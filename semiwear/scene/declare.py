@@ -1,0 +1,90 @@
+"""Declaration of a scene's fields, each once: type, default, allowed values, and what it is.
+
+Reading, checking and writing a scene, and the documentation of its tables, all follow from it.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from graphlib import TopologicalSorter
+from inspect import cleandoc
+from typing import Any, TypeVar, dataclass_transform
+
+from semiwear.scene.defaults import DerivedDefault
+from semiwear.scene.rule import Rule
+
+__all__ = ["declared", "derived_of", "filled_in", "rules_of", "table"]
+
+T = TypeVar("T")
+
+_RULE, _WHAT, _DERIVED = "rule", "what", "derived"
+_WIDTH = 100
+
+
+def declared(rule: Rule, what: str, *, default: Any = MISSING, derived: DerivedDefault | None = None) -> Any:
+    """A field of a table.
+
+    Parameters
+    ----------
+    rule : Rule
+        Allowed values, and how they are read.
+    what : str
+        What the field is, in a sentence or two; of a default that is not a plain value, what it stands for.
+    default : optional
+        Without one the field is required.
+    derived : DerivedDefault, optional
+        A default that follows from other fields: None until `filled_in` replaces it.
+    """
+    if derived is not None:
+        default = None
+    return field(default=default, metadata={_RULE: rule, _WHAT: what, _DERIVED: derived})
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(declared, field))
+def table(cls: type[T]) -> type[T]:
+    """A frozen dataclass of keyword arguments, whose docstring lists its declared fields."""
+    made = dataclass(frozen=True, kw_only=True)(cls)
+    made.__doc__ = f"{cleandoc(cls.__doc__ or '')}\n\nAttributes\n----------\n{_attributes(made)}"
+    return made
+
+
+def rules_of(owner: type, name: str) -> Mapping[str, Rule]:
+    """Rules of a table's declared fields by dotted key, in the order in which they are declared."""
+    prefix = f"{name}." if name else ""
+    entries = fields(owner)
+    return {prefix + entry.name: entry.metadata[_RULE] for entry in entries if _RULE in entry.metadata}
+
+
+def derived_of(owner: type) -> Mapping[str, DerivedDefault]:
+    """Derived defaults of a table's fields, each after those that it needs."""
+    entries = fields(owner)
+    found = {entry.name: entry.metadata[_DERIVED] for entry in entries if entry.metadata.get(_DERIVED)}
+    order = TopologicalSorter({name: [need for need in d.needs if need in found] for name, d in found.items()})
+    return {name: found[name] for name in order.static_order()}
+
+
+def filled_in(table: Any) -> frozenset[str]:
+    """Fill a table's fields that are None with their derived defaults; the fields' names."""
+    defaults = derived_of(type(table))
+    derived = [name for name in defaults if getattr(table, name) is None]
+    for name in derived:
+        default = defaults[name]
+        object.__setattr__(table, name, default.formula(*(getattr(table, need) for need in default.needs)))
+    return frozenset(derived)
+
+
+def _attributes(owner: Any) -> str:
+    lines = []
+    for entry in fields(owner):
+        if _RULE not in entry.metadata:
+            continue
+        said = [entry.metadata[_WHAT], f"Allowed: {entry.metadata[_RULE].allowed}."]
+        if entry.default is MISSING:
+            said.append("Required.")
+        elif entry.default is not None:
+            said.append(f"Default {entry.default!r}.")
+        lines.append(f"{entry.name} : {entry.type}")
+        lines.append(textwrap.indent(textwrap.fill(" ".join(said), _WIDTH), "    "))
+    return "\n".join(lines)
