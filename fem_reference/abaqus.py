@@ -58,7 +58,7 @@ class ContactPair:
 
 
 def node_offsets(bodies: Mapping[str, ElasticBody]) -> dict[str, int]:
-    """What is added to a body's displacement node (from 0) to get its number in the deck (from 1)."""
+    """Offset from a body's displacement node (from 0) to its number in the deck (from 1)."""
     ends = np.cumsum([0] + [len(body.points) for body in bodies.values()])
     return {name: int(end) + 1 for name, end in zip(bodies, ends, strict=False)}
 

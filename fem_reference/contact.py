@@ -73,7 +73,7 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class PairContact:
-    """What one pair carries; arrays have one entry per slave node of its mortar.
+    """Contact of one pair; arrays have one entry per slave node of its mortar.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class ContactSolution:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What makes the pressures of the loaded pairs wrong, in words; empty when all is well."""
+        """Reasons not to trust the pressures of the loaded pairs, in words; empty when all is well."""
         return self._problems(0.0)
 
     def _problems(self, least_share: float) -> tuple[str, ...]:
@@ -337,7 +337,7 @@ def solve_contact(
 
 
 def _report(pair: ContactPair, mortar: Mortar, force: FloatArray, gap: FloatArray, active: BoolArray) -> PairContact:
-    """What a pair carries, with the borders and edges that it reaches."""
+    """Contact of a pair, with the borders and edges that it reaches."""
     touching = mortar.nodes[active]
     # a slave node that hangs over the border of the master sees the nodes there
     hanging = mortar.covered < FULL_COVER

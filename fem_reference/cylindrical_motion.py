@@ -183,11 +183,11 @@ class CylindricalMotion:
     # --- flanks ----------------------------------------------------------------------------------------------
 
     def meeting(self, face: ArrayLike, profile: ArrayLike, roll: float) -> FlankMeeting:
-        """What flank points of gear tooth 0 meet at a roll position."""
+        """Meeting points of flank points of gear tooth 0 at a roll position."""
         return self.met_by(*self.gear.points(np.asarray(face, float), np.asarray(profile, float)), roll)
 
     def met_by(self, points: FloatArray, normals: FloatArray, roll: float) -> FlankMeeting:
-        """What points (..., 3) of gear tooth 0 meet, given in the gear's own frame."""
+        """Meeting points of points (..., 3) of gear tooth 0, given in the gear's own frame."""
         gear, tooth = self.gear_pose(roll), self.pinion.tooth
         position = gear.points(points)
         x, y, z = np.moveaxis(self.pinion_pose(roll).back(position), -1, 0)

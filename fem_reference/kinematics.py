@@ -173,7 +173,7 @@ class PairKinematics:
     # --- flanks ----------------------------------------------------------------------------------------------
 
     def meeting(self, face: ArrayLike, profile: ArrayLike, roll: float) -> FlankMeeting:
-        """What gear flank points of pair 0 meet at a roll position.
+        """Meeting points of gear flank points of pair 0 at a roll position.
 
         Parameters
         ----------
@@ -185,7 +185,7 @@ class PairKinematics:
         return self.met_by(*self.gear.points(np.asarray(face, float), np.asarray(profile, float)), roll)
 
     def met_by(self, points: FloatArray, normals: FloatArray, roll: float) -> FlankMeeting:
-        """What points (..., 3) of the gear's tooth 0 meet, wherever they lie: on the fresh flank or a worn one.
+        """Meeting points of points (..., 3) of the gear's tooth 0, on the fresh flank or a worn one.
 
         Parameters
         ----------

@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PairResult:
-    """What one tooth pair carries; arrays have one entry per slave node of the gear.
+    """Contact of one tooth pair; arrays have one entry per slave node of the gear.
 
     Attributes
     ----------

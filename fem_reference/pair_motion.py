@@ -1,4 +1,4 @@
-"""What finite elements must know of a gear pair in motion, whatever its kind, and what all kinds have in common.
+"""A gear pair in motion as finite elements see it, and the part that all kinds have in common.
 
 Pair j is pinion tooth j on gear tooth -j and stands at roll position r as pair 0 does at r + j. Pinion and gear have
 frames of their own, in which their meshes lie, and poses in the fixed frame (docs/frame.svg).
@@ -173,11 +173,11 @@ class PairMotion(Protocol):
         ...
 
     def meeting(self, face: ArrayLike, profile: ArrayLike, roll: float) -> FlankMeeting:
-        """What flank points of gear tooth 0 meet at a roll position."""
+        """Meeting points of flank points of gear tooth 0 at a roll position."""
         ...
 
     def met_by(self, points: FloatArray, normals: FloatArray, roll: float) -> FlankMeeting:
-        """What points (..., 3) of gear tooth 0 meet, given in the gear's own frame."""
+        """Meeting points of points (..., 3) of gear tooth 0, given in the gear's own frame."""
         ...
 
     def edge_insets(self, face: ArrayLike) -> EdgeInsets:

@@ -114,12 +114,12 @@ class Divisions:
 
     @property
     def coarse(self) -> Divisions:
-        """What an unloaded tooth needs: depth and face stay, since neighbours share them."""
+        """Divisions of an unloaded tooth: depth and face stay, since neighbours share them."""
         return replace(self, flank=3, fillet=2, land=1, across=2, towards_fillet=1.0)
 
 
 class ToothSurface(Protocol):
-    """What a body must tell of itself.
+    """A body that is made of pitches.
 
     Section points are (x, height) on a face station: x the arc from the middle of the tooth, positive to the loaded
     side; height y in the gear's frame or the pinion's radius. All lengths in mm.
@@ -131,7 +131,7 @@ class ToothSurface(Protocol):
 
     @property
     def name(self) -> str:
-        """What error messages call the body."""
+        """Name of the body in error messages."""
         ...
 
     @property

@@ -65,7 +65,7 @@ class RestOfRing:
     first: IntArray
 
     def stiffness(self, like: ElasticBody, rotation: FloatArray | None = None) -> csr_matrix:
-        """What the pitches add to the stiffness of the stretch [N/mm].
+        """Stiffness that the pitches add to the stretch [N/mm].
 
         Parameters
         ----------

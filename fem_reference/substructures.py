@@ -132,7 +132,7 @@ class DissectionFactor:
 def _eliminated_all(
     matrix: csc_matrix, ends: IntArray, parts: Dissection, *, keep: bool = False
 ) -> tuple[tuple[IntArray, FloatArray], list[_Kept]]:
-    """What the last part hands on, and what the parts have eliminated if that is to be kept."""
+    """Border of the last part, and the eliminated unknowns of all parts if they are to be kept."""
     matrix.sort_indices()
     place, room = np.empty(matrix.shape[0], dtype=np.int64), _Room()
     left: dict[int, tuple[IntArray, FloatArray]] = {}
@@ -181,7 +181,7 @@ def _eliminated(
     room: _Room,
     kept: list[_Kept] | None,
 ) -> tuple[IntArray, FloatArray]:
-    """What a part hands on: the unknowns of its border, in order, and their matrix, of which the lower half counts.
+    """Border of a part: its unknowns, in order, and their matrix, of which the lower half counts.
 
     Parameters
     ----------

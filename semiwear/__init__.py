@@ -63,7 +63,7 @@ except metadata.PackageNotFoundError:
 
 
 def __getattr__(name: str) -> Any:
-    """What concerns measured flanks is loaded when it is asked for."""
+    """Functions of measured flanks, loaded when they are asked for."""
     if name in ("calibrate", "compare_wear", "measured_wear", "register"):
         from semiwear import measured
 

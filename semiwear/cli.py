@@ -73,7 +73,7 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _kept(options: argparse.Namespace) -> str:
-    """What a run that was stopped leaves behind, if anything."""
+    """State that a stopped run leaves behind, if any."""
     path = Path(f"{getattr(options, 'output', None)}.partial")
     found = peek(path)
     if found is None or not found.finished:

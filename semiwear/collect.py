@@ -179,7 +179,7 @@ def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
 
 
 def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, fresh: Sweep) -> Arrays:
-    """What one wear state does at every roll position.
+    """Quantities of one wear state at every roll position.
 
     Speeds over the flanks are those of the fresh contact lines (`fresh_sweep`): wear moves a line by a fraction of
     its path, but lets it hurry and dwell between roll positions.
@@ -212,7 +212,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
 
 
 def mesh_cycle(teeth: LoadedTeeth, state: LoadedState) -> Arrays:
-    """What one wear state does at every mesh position."""
+    """Quantities of one wear state at every mesh position."""
     pairs = teeth.rolls.pairs
     # what the bodies turn, told as the approach at one lever arm
     lever = reference_lever(teeth.pair)
@@ -259,7 +259,7 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
 
 
 def slices(teeth: LoadedTeeth) -> Arrays:
-    """What turns line loads into forces and moments at every roll position, the same in all wear states."""
+    """Lengths and lever arms that turn line loads into forces and moments, the same in all wear states."""
     return {"line_length": teeth.lines.length, "lever_arm": teeth.lines.lever_arm}
 
 
@@ -291,7 +291,7 @@ def observed(
     observers: Sequence[Observer],
     clock: EffectClock,
 ) -> tuple[Arrays, Arrays]:
-    """What effects tell at every roll position, and once for the state."""
+    """Quantities that effects tell at every roll position, and once for the state."""
     engagement: Arrays = {}
     history: Arrays = {}
     for observer in observers:

@@ -1,4 +1,4 @@
-"""What effects tell of a loaded state without changing it: friction loss, contact temperature, oil film.
+"""Quantities that effects tell of a loaded state without changing it: friction loss, temperature, oil film.
 
 Names and units of what is told here are written in `semiwear.results.schema`. Greatest and least values are taken
 over the slices that count as away from edges.

@@ -38,7 +38,7 @@ QUANTITIES = (
     "transmission error mean",
     "transmission error amplitude",
 )
-"""What is compared, in the order of the table."""
+"""Compared quantities, in the order of the table."""
 
 _SPEED = "operation.pinion_speed_rpm"
 _HARDNESS, _LIFE = "wear_law.hardness", "run_life"
@@ -48,7 +48,7 @@ _HEAD = ("effect", "on", "wear", "pressure", "root p", "root g", "TE mean", "TE 
 
 @dataclass(frozen=True)
 class ScreenedEffect:
-    """What an effect makes of one mesh cycle.
+    """Change of one mesh cycle by an effect.
 
     Attributes
     ----------
@@ -270,7 +270,7 @@ def _relative(value: float, before: float) -> float:
 
 
 def _needs(key: str, own: Mapping[str, Any]) -> list[str]:
-    """What an effect with these fields needs; a field that is not there has its default."""
+    """Keys that an effect with these fields needs; a field that is not there has its default."""
     kind = EFFECTS[key]
     values = {field.name: field.default for field in fields(kind)} | dict(own)  # type: ignore[arg-type]
     further = [need for (field, value), needs in kind.needs_if.items() if values[field] == value for need in needs]

@@ -270,7 +270,7 @@ def _result(
 
 
 def _step_errors(physics: Plan, states: Sequence[WearState], history: collect.Arrays) -> Errors:
-    """What the wear steps add to the error of every reported quantity, where an accuracy is asked for."""
+    """Error that the wear steps add to every reported quantity, where an accuracy is asked for."""
     if physics.scene.numerics.accuracy is None:
         return {}
     meshes = np.array([state.meshes for state in states])
@@ -300,7 +300,7 @@ class _Clock:
         self._last = time.perf_counter()
 
     def since(self, stage: str) -> float:
-        """What the present stage has taken so far."""
+        """Seconds of the present stage so far."""
         return time.perf_counter() - self._last + self.earlier.get(stage, 0.0)
 
     def lap(self, stage: str) -> None:

@@ -65,7 +65,7 @@ PARAMETERS = (
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one parameter adds to the errors.
+    """Share of one parameter in the errors.
 
     Attributes
     ----------

@@ -155,7 +155,7 @@ class _Search:
         return parts
 
     def _fixed_step_errors(self) -> Errors:
-        """What a given number of wear steps leaves, against adaptive ones."""
+        """Error that a given number of wear steps leaves, against adaptive ones."""
         if "wear_steps" in self.scene.numerics.chosen_for_accuracy:
             return {}
         free = self.pilot_scene.replace({"numerics.wear_steps": None})
@@ -171,7 +171,7 @@ class _Search:
         return {name: max(1.0, size / said[name]) for name, size in found.items() if said.get(name, 0.0) > 0.0}
 
     def _change_at_half(self, tree: DataTree, values: Mapping[str, int]) -> Errors:
-        """What half of the numbers that were chosen would change in a result: of first order, their error."""
+        """Change of a result with half of the numbers that were chosen: of first order, their error."""
         self.progress.step(1, 1, "the same at half the resolution, to know the error better")
         half = {name: max(value // 2, _least(name)) if name in self.open else value for name, value in values.items()}
         coarser = history(simulate_as_given(self._with(self.pilot_scene, half)))

@@ -16,7 +16,7 @@ __all__ = ["geometric_problems"]
 
 
 def geometric_problems(scene: Scene) -> list[Problem]:
-    """What is wrong with a scene's teeth.
+    """Problems of a scene's teeth.
 
     Parameters
     ----------

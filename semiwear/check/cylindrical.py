@@ -31,7 +31,7 @@ _MOST_ROLLS = 2.9  # from the pitch point: farther no tooth pair is looked for
 
 
 def cylindrical_problems(scene: Scene) -> list[Problem]:
-    """What is wrong with a cylindrical pair's teeth; see `semiwear.check.geometric_problems`."""
+    """Problems of a cylindrical pair's teeth; see `semiwear.check.geometric_problems`."""
     table = cast(CylindricalPair, scene.gear_pair)
     distance = list(_teeth_fit_the_centre_distance(scene, table))
     if distance:

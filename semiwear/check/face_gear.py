@@ -31,13 +31,13 @@ FloatArray = NDArray[np.float64]
 
 
 def face_gear_problems(scene: Scene) -> list[Problem]:
-    """What is wrong with a face gear pair's teeth; see `semiwear.check.geometric_problems`."""
+    """Problems of a face gear pair's teeth; see `semiwear.check.geometric_problems`."""
     mesh = FaceGearMesh(cast(FaceGearPair, scene.gear_pair), Placement())
     return find_problems(scene, mesh, _LIMITS, "face_gear_25x160", (_control_point_is_on_the_flank,))
 
 
 def _less(mesh: FaceGearMesh, usual: float, greatest: float) -> str:
-    """What to do about an addendum that is too high: the usual number of modules, if that is allowed."""
+    """Advice for an addendum that is too high: the usual number of modules, if that is allowed."""
     module = mesh.table.module_mm
     if usual * module < greatest:
         return f"give less, usually {usual:g} modules ({usual * module:.4g} mm)"

@@ -23,7 +23,7 @@ _SEARCH = (3, 8)  # roll positions to either side of the pitch point, steps to a
 
 
 def flank_points_problems(scene: Scene) -> list[Problem]:
-    """What is wrong with flanks given as points; see `semiwear.check.geometric_problems`."""
+    """Problems of flanks given as points; see `semiwear.check.geometric_problems`."""
     flanks = point_flanks_or_problems(cast(FlankPointsPair, scene.gear_pair))
     if isinstance(flanks, tuple):
         return list(flanks)

@@ -24,7 +24,7 @@ _FAILURES = (ArithmeticError, ValueError, RuntimeError, IndexError)
 def find_problems(
     scene: Scene, mesh: object, limits: Mapping[Limit, str], usual: str, last: tuple[Limit, ...] = ()
 ) -> list[Problem]:
-    """What limits find, a field named once at most.
+    """Problems that limits find, a field named once at most.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""What gives way besides the local contact: teeth and rims of both bodies."""
+"""Compliance besides the local contact: teeth and rims of both bodies."""

@@ -1,4 +1,4 @@
-"""What a tooth has beyond its prism, on contact lines: its free ends, and the wheel under an inclined one."""
+"""Tooth compliance beyond the prism, on contact lines: free ends, and the wheel under an inclined tooth."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ _CHUNK = 64  # harmonics summed at a time
 
 
 def ring_compliance(ring: FootRing, youngs_modulus: float, poissons_ratio: float, elements: int) -> FloatArray:
-    """What a ring yields to loads on the feet of its teeth.
+    """Deflection of a ring under loads on the feet of its teeth.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ _DEGREE = 3
 
 @dataclass(frozen=True)
 class Taper:
-    """What a tapering tooth adds to residual prisms, on load heights (H) and B-splines along the face (N).
+    """Correction of residual prisms for a tapering tooth, on load heights (H) and B-splines along the face (N).
 
     Attributes
     ----------

@@ -188,7 +188,7 @@ class CompliantBody(Protocol):
 
 
 class BeyondPrism(Protocol):
-    """What a tooth has beyond its prism."""
+    """Compliance and root stress of a tooth beyond its prism."""
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, teeth: IntArray, matrix: FloatArray, slope: FloatArray
@@ -325,7 +325,7 @@ class BodyOnLines:
     def _by_taper(
         self, taper: Taper, offset: int, points: tuple[IntArray, IntArray], observers: IntArray, loads: IntArray
     ) -> FloatArray:
-        """What a tooth that tapers adds between points, and below its derivative: (2 n, m) array [mm/N]."""
+        """Compliance that a taper adds between points, and below its derivative: (2 n, m) array [mm/N]."""
         assert self.tapering is not None and self.tapering_slope is not None
         flat = points[0] * self.place.shape[1] + points[1]
         answer = self.tapering[flat[loads]] @ taper.deflection[1 + offset].T  # of every observer, (m, H S)

@@ -38,7 +38,7 @@ _GROUND = 0.67  # depth of the ground below the root, as a share of the tooth's 
 
 @dataclass(frozen=True)
 class EndEffect:
-    """What free ends add on the loaded tooth, by loads normal to the flank.
+    """Deflection and stress that free ends add on the loaded tooth, by loads normal to the flank.
 
     Loads and deflections are spread along the axis as P polynomials, see `along_width`, at each of H load heights.
 
@@ -67,7 +67,7 @@ def end_effect(
     poissons_ratio: float,
     name: str = "tooth section",
 ) -> EndEffect:
-    """What the free ends of a tooth add to its prism with mirrored ones.
+    """Correction of a prism with mirrored ends for the free ends of a tooth.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ _ROUNDING = 1e-13  # of gap and approach
 
 
 class ActiveSetStatus(IntEnum):
-    """What happened in `solve_active_set`."""
+    """How `solve_active_set` ended."""
 
     CONVERGED = 0
     NO_CONTACT_SET = 2

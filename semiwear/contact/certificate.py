@@ -1,4 +1,4 @@
-"""What a solution leaves of the contact conditions: p >= 0, separation >= 0, and one of them zero."""
+"""Residuals of the contact conditions: p >= 0, separation >= 0, and one of them zero."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ContactCertificate:
-    """What is left of the contact conditions, from one application of the compliance to the final pressure.
+    """Residuals of the contact conditions, from one application of the compliance to the final pressure.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-untyped-def]  # noqa: C901
-    """What an edge bears of the load of a slice.
+    """Share of a slice's load that an edge bears.
 
     Parameters
     ----------

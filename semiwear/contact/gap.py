@@ -236,7 +236,7 @@ def rises_within(height, bend):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def most_places(nodes):  # type: ignore[no-untyped-def]
-    """What an outline of a slice of these nodes has room in, refined or not."""
+    """Size of arrays for the outline of a slice of these nodes, refined or not."""
     return nodes.shape[1] + _BETWEEN
 
 

@@ -23,7 +23,7 @@ _SETS = 400  # active sets tried for one matrix
 
 
 class LineStatus(IntEnum):
-    """What happened in `solve_line_loads`."""
+    """How `solve_line_loads` ended."""
 
     CONVERGED = ActiveSetStatus.CONVERGED
     WIDTHS_CHANGE = 1

@@ -143,7 +143,7 @@ def _add_even(out, ones, members, counts, amount):  # type: ignore[no-untyped-de
 
 @njit(cache=True, error_model="numpy")
 def _couple_rows(on, counts, starts, coefficients, smooth, root, coupling, matrix):  # type: ignore[no-untyped-def]
-    """What active rows feel of one another as a whole [mm/N], times `root` from the left; 1 + that from both."""
+    """Deflection of active rows under one another's forces [mm/N], times `root` from the left; 1 + that from both."""
     n = on.shape[0]
     pair = 0
     pairs = np.empty(n, dtype=np.int64)

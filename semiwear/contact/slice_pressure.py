@@ -244,7 +244,7 @@ def _cut_off(u, bands, first, last, force, low, high):  # type: ignore[no-untype
 
 
 class _Found(NamedTuple):
-    """What `solve_slices` finds of every slice, (roll, face)."""
+    """Pressures and Hertz contacts of every slice, (roll, face), as `solve_slices` finds them."""
 
     inner: FloatArray
     place: FloatArray

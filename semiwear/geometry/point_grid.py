@@ -169,7 +169,7 @@ def _section_variables(placed: tuple[PlacedSection, ...]) -> dict[str, Any]:
 
 
 class _Unfit(Exception):
-    """What is wrong with a file: what was found, what is allowed, what to do."""
+    """A file that cannot be read as points: what was found, what is allowed, what to do."""
 
     def __init__(self, found: str, allowed: str, fix: str) -> None:
         super().__init__(found)

@@ -1,4 +1,4 @@
-"""What keeps a grid of points from being a flank, before any surface is laid through it."""
+"""Checks of a grid of points before any surface is laid through it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def grid_problems(grid: PointGrid, key: str, path: str, teeth: int) -> list[Prob
 
 
 Finding = tuple[str, str, str]
-"""What was found, what is allowed, what to do."""
+"""A finding, the allowed values, and advice."""
 
 
 def _size(grid: PointGrid, teeth: int) -> Iterator[Finding]:

@@ -152,7 +152,7 @@ def _lag_products(first: FloatArray, second: FloatArray, size: tuple[int, int]) 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What least squares say of their parameters.
+    """Estimates of least squares about their parameters.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ __all__ = ["Measurement", "check_points", "read_measured"]
 FloatArray = NDArray[np.float64]
 
 Measurement = PointGrid | DeviationGrid
-"""What a measuring machine gives: points of a flank, or deviations from it."""
+"""Data of a measuring machine: points of a flank, or deviations from it."""
 
 _FIELD = "measured"
 _LEAST = 4  # points each way

@@ -19,7 +19,7 @@ MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tan
 """Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
 
 DATUM = MOTIONS[:2]
-"""What a measuring machine leaves open: where the tooth stands about the axis, and along it."""
+"""Placement that a measuring machine leaves open: where the tooth stands about the axis, and along it."""
 
 _TELLABLE = 1e-5  # share of a motion that must not be a mixture of the ones before it
 _NOTHING = 1e-9  # mm/mm or mm/rad: a motion that moves flanks no more than this along their normals is not felt

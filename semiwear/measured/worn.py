@@ -169,7 +169,7 @@ def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) 
 
 
 def _modified(scene: Scene, flank: NominalFlank, body: str, at: MeasuredWear) -> FloatArray:
-    """What the scene's modification takes off the body's flank at some places [mm]."""
+    """Depth of the scene's modification of the body's flank at some places [mm]."""
     if getattr(scene.effects.modification, body) is None:
         return np.zeros(at.face.shape)
     low, high = flank.face_ends

@@ -177,7 +177,7 @@ class FlankPair(Protocol):
         """Limits of both flanks at face stations."""
 
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
-        """What the driven point (face, profile) meets at a roll position; arguments broadcast."""
+        """Point of the driving flank that a driven point (face, profile) meets at a roll; arguments broadcast."""
 
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the driving minus that of the driven body at fixed-frame positions [mm per unit time]."""

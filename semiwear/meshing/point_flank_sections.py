@@ -107,7 +107,7 @@ def normal_module(own: FlankBody, pitch: PitchSurface) -> float:
 
 
 def section_problems(table: FlankPointsPair, body: int, own: FlankBody, pitch: PitchSurface) -> list[Problem]:
-    """What is wrong with the fields that sections are drawn after."""
+    """Problems of the fields that sections are drawn after."""
     try:
         drawn_sections(table, body, own, pitch, False)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""What speaks against a flank given as points once it has a surface: the side it faces, and its unit of length."""
+"""Checks of a flank given as points once it has a surface: the side it faces, and its unit of length."""
 
 from __future__ import annotations
 

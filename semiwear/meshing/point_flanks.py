@@ -108,7 +108,7 @@ def point_flanks(table: FlankPointsPair) -> PointFlanks:
 
 
 def surfaces_told(table: FlankPointsPair) -> str:
-    """What was laid through the points, how noisy these are, and how far the surfaces can be trusted."""
+    """A few words on the surfaces laid through the points, their noise, and how far they can be trusted."""
     told = []
     for name, body in zip(BODIES, point_flanks(table).bodies, strict=True):
         surface = body.surface

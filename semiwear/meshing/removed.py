@@ -22,7 +22,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Removed:
-    """What the separation has grown by, in the slices of the driven flank.
+    """Depth by which the separation has grown, in the slices of the driven flank.
 
     Attributes
     ----------

@@ -82,7 +82,7 @@ class Plan:
         return f"{physics}\n\n{effects_table(self.scene, self.last, self._costs())}"
 
     def _costs(self) -> dict[str, str]:
-        """What effects cost that take wear steps of their own."""
+        """Cost of effects that take wear steps of their own."""
         life = self.scene.effects.run_life
         if life is None:
             return {}
@@ -193,7 +193,7 @@ class Plan:
         )
 
     def wear_steps(self, stepper: WearStepper) -> WearStepper | TwoStageStepper | AdaptiveStepper:
-        """What takes the wear steps: the stepper itself, in two stages, or as long as an asked accuracy allows."""
+        """Stepper that takes the wear steps: plain, in two stages, or as long as an asked accuracy allows."""
         numerics = self.scene.numerics
         if numerics.accuracy is None or "wear_steps" not in numerics.chosen_for_accuracy or not stepper.implicit:
             return TwoStageStepper(stepper) if numerics.wear_scheme == "two-stage" else stepper
@@ -220,7 +220,7 @@ class Plan:
         return ControlPoint(point.station_mm, np.array(read), DRIVING)
 
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
-        """What effects tell of a loaded state."""
+        """Effects that tell of a loaded state without changing it."""
         scene = self.scene
         rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.problem.modulus)
         flash = effects.flash_temperature(scene)
@@ -276,7 +276,7 @@ class Plan:
         return float(least.min(axis=1).reshape(rolls.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
-        """What the teeth wear under: every torque of a spectrum with every way in which teeth follow."""
+        """Load cases of the wear: every torque of a spectrum with every way in which teeth follow."""
         spectrum = self.scene.effects.load_spectrum
         ways = effects.pitch_ways(self.scene, teeth.rolls.pairs)
         if spectrum is None and not ways:
@@ -315,7 +315,7 @@ class _Shape:
 
 
 def plan(scene: Scene, last: DataTree | None = None) -> Plan:
-    """What will run for a scene, what will not, and why.
+    """Plan of a scene: the physics that will run, that will not, and why.
 
     Parameters
     ----------

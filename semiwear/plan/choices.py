@@ -1,4 +1,4 @@
-"""What was chosen for each slot of the physics, and why: the rows of a plan's table."""
+"""Choice for each slot of the physics, and its reason: the rows of a plan's table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Choice", "physics_choices", "table"]
 
 @dataclass(frozen=True)
 class Choice:
-    """What was decided for one slot.
+    """Decision for one slot.
 
     Attributes
     ----------

@@ -59,7 +59,7 @@ _UM = 1e-3  # mm
 
 
 def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
-    """What the unworn flanks lack where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
+    """Depth of modifications where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
     tables = scene.effects.modification
     depth: FloatArray | None = None
     if tables.gear is not None:
@@ -81,7 +81,7 @@ def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid:
 
 
 def modification_of(scene: Scene, body: str) -> FlankModification:
-    """What a scene asks to be taken off the flank of a body, `"pinion"` or `"gear"`."""
+    """Modification that a scene asks for on the flank of a body, `"pinion"` or `"gear"`."""
     from semiwear.meshing.flank_modification import FlankModification, Relief
 
     table = getattr(scene.effects.modification, body)
@@ -157,7 +157,7 @@ def further_compliance(
     half_width: float,
     clock: EffectClock,
 ) -> tuple[SliceCompliance, ...]:
-    """What effects add to the compliance between slices."""
+    """Compliance between slices that effects add."""
     further: list[SliceCompliance] = []
     if scene.effects.free_edges is not None:
         with clock.measure("free_edges"):

@@ -47,7 +47,7 @@ def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tupl
 
 
 def _beyond(scene: Scene, pair: FlankPair, index: int, material: Material, places: LinePlaces) -> BeyondOnLines:
-    """What a tooth of one section, or of sections that are alike, has beyond its prism."""
+    """Compliance beyond the prism of a tooth of one section, or of sections that are alike."""
     shape = pair.prism_body(index)
     # the coast flank is the drive flank of the other hand
     table, _ = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
@@ -150,7 +150,7 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
 
 @lru_cache(maxsize=16)
 def free_ends(table: GearPair, index: int, material: Material, harmonics: int) -> EndEffect:
-    """What the free ends of a body's teeth add, by the section in the middle; kept between runs as `toothed` are."""
+    """Correction for the free ends of a body's teeth, by the section in the middle; kept as `toothed` are."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
     middle = len(shape.sections) // 2

@@ -186,7 +186,7 @@ def _along_width(
 
 
 def along_tooth(tree: xr.DataTree, body: str = "gear") -> tuple[xr.DataArray, str]:
-    """What tells places along a tooth, over (profile, face), and its name.
+    """Coordinate of places along a tooth, over (profile, face), and its name.
 
     The radius where it grows along the tooth, as on a face gear; the face coordinate where the radius grows with the
     height.

@@ -88,7 +88,7 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
 
 
 def _along(comparison: xr.Dataset) -> tuple[xr.DataArray, str]:
-    """What tells places along the tooth: the radius where it grows along it, else the face coordinate."""
+    """Coordinate of places along the tooth: the radius where it grows along it, else the face coordinate."""
     radius, face = comparison["flank_radius"], comparison["flank_face"]
     across_face = np.ptp(radius.values.mean(axis=0))
     if across_face > np.ptp(radius.values.mean(axis=1)) and np.ptp(face.values.mean(axis=0)) > 0.0:

@@ -1,4 +1,4 @@
-"""What a published study says, beside what a result says: verdicts are computed, never written down.
+"""Statements of a published study beside those of a result: verdicts are computed, never written down.
 
 A `Comparison` holds the published statement, the rule by which a result agrees with it, and the function that
 applies the rule. The statements of the seed paper are in `semiwear.report.paper`.
@@ -34,7 +34,7 @@ class NotComparable(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a rule found.
+    """Finding of a rule.
 
     Attributes
     ----------

@@ -27,7 +27,7 @@ _BODIES = ("pinion", "gear")
 
 
 class Kind(Enum):
-    """What a difference is about; each kind has its own table and explanation."""
+    """Kinds of difference; each has its own table and explanation."""
 
     PRESSURE = "Contact pressure"
     WEAR = "Wear"
@@ -91,7 +91,7 @@ class Difference:
 
     @property
     def mark(self) -> Mark:
-        """What follows from the numbers and the threshold."""
+        """Verdict that follows from the numbers and the threshold."""
         if self.missing:
             return Mark.NOT_COMPARED
         return Mark.AGREE if abs(self.size) <= self.threshold else Mark.DIFFER

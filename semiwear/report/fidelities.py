@@ -106,7 +106,7 @@ def _differing(scenes: tuple[Mapping[str, Any], Mapping[str, Any]]) -> dict[str,
 
 
 def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None) -> str:
-    """What the scenes state differently."""
+    """Fields in which the scenes differ."""
     if differing is None:
         return "<p>At least one result holds no readable scene, so what they state differently is not told.</p>"
     if not differing:

@@ -19,7 +19,7 @@ def unit_text(units: str) -> str:
 
 
 NONE = "–"
-"""What stands for a value that is missing."""
+"""Sign for a value that is missing."""
 
 
 def figure_text(value: float, digits: int = 4) -> str:

@@ -163,7 +163,7 @@ def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
 
 
 def _beside(drawn: Drawn, compared: tuple[Compared, ...]) -> list[Compared]:
-    """What a paper says of a picture; of one flank it is the gear's."""
+    """Caption of a paper's figure; of one flank it is the gear's."""
     of_gear = drawn.picture.body in ("", "gear")
     return [entry for entry in compared if of_gear and entry.picture == drawn.picture.name]
 

@@ -1,4 +1,4 @@
-"""What the rules of the seed paper's comparisons share."""
+"""Helpers that the rules of the seed paper's comparisons share."""
 
 from __future__ import annotations
 

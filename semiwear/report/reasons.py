@@ -21,7 +21,7 @@ TAKES_MORE = 0.005
 """An edge takes more load where the pair's load share is greater by this."""
 
 RELIEVES = 0.01
-"""What lies beside is relieved where its greatest pressure is lower by this share."""
+"""Share by which the greatest pressure beside has to be lower to count as relieved."""
 
 PEAK = 2.0
 """The greatest line load is a peak of one slice where it is more than so many times the loads beside it."""
@@ -93,7 +93,7 @@ def _border_pressure(border: list[Difference], results: TwoResults) -> str:
 
 @dataclass(frozen=True)
 class _Edge:
-    """What happens at the last common wear step where the edges press hardest in `patch`."""
+    """Sentence about the last common wear step where the edges press hardest in `patch`."""
 
     facts: str
     takes_more: bool

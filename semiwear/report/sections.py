@@ -109,14 +109,14 @@ def _value(value: Any) -> str:
 
 
 def physics(attrs: Mapping[str, str]) -> str:
-    """What ran and why, at which fidelity and accuracy."""
+    """Section on the physics that ran and why, at which fidelity and accuracy."""
     facts = f"<p>Fidelity: <b>{escape(attrs.get('fidelity', 'not stated'))}</b>; "
     facts += f"accuracy: {escape(attrs.get('accuracy', 'not asked for'))}.</p>"
     return f"{facts}<pre>{escape(attrs.get('physics', 'not stated'))}</pre>"
 
 
 def tips_that_press(tree: xr.DataTree) -> str:
-    """What presses, where, and the relief that frees it; empty where nothing does."""
+    """Section on tips that press, where, and the relief that frees them; empty where none does."""
     return "".join(f"<p>{escape(text).replace(' um ', ' µm ')}</p>" for text in pressing_tips(tree))
 
 
@@ -192,7 +192,7 @@ def references(tree: xr.DataTree) -> str:
 
 
 def _work(line: str) -> str:
-    """What names a work: the number of a standard, else authors and year."""
+    """Name of a work: the number of a standard, else authors and year."""
     named = re.match(r"ISO\S* [\d-]+|.*?\b(1[6-9]|20)\d\d\b", line)
     return named[0] if named else line
 

@@ -58,7 +58,7 @@ class KeptStep:
 
 @dataclass(frozen=True)
 class Peek:
-    """What a checkpoint holds.
+    """Content of a checkpoint.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ def open_checkpoint(path: str | os.PathLike[str], identity: Mapping[str, str], *
 
 
 def peek(path: str | os.PathLike[str]) -> Peek | None:
-    """What a checkpoint holds; None where there is no such file, or none of semiwear's."""
+    """Content of a checkpoint; None where there is no such file, or none of semiwear's."""
     try:
         with Path(path).open("rb") as opened:
             payloads, damaged = _read(opened, Path(path))

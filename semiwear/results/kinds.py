@@ -92,7 +92,7 @@ def worst(errors: Mapping[str, float]) -> float:
 
 
 def step_errors(share: float, values: Mapping[str, FloatArray]) -> Errors:
-    """What an error of the wear means for every reported quantity.
+    """Error of every reported quantity that an error of the wear causes.
 
     What wear has changed is taken to be as wrong as the wear itself, relative to the change.
 

@@ -1,4 +1,4 @@
-"""What a result does not hold: values that are missing, and pressures that are an edge's."""
+"""Values that a result does not hold, and pressures that are an edge's."""
 
 from __future__ import annotations
 

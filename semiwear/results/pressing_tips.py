@@ -1,4 +1,4 @@
-"""What tips press, where, and what would free them: a few sentences from a result."""
+"""Tips that press, where, and the relief that would free them: a few sentences from a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run's finished wear steps stand on: its scene, the files it reads, the code and the libraries."""
+"""Identity of a run's finished wear steps: its scene, the files it reads, the code and the libraries."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _MOST_SHOWN = 8
 
 
 def run_identity(scene_toml: str) -> dict[str, str]:
-    """What must be the same for a wear step to come out the same, bit for bit, on one kind of processor.
+    """Everything that must be the same for a wear step to come out the same, bit for bit, on one kind of processor.
 
     Parameters
     ----------

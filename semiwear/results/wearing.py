@@ -1,4 +1,4 @@
-"""What a result says of the bodies that wear, of the control point and of the pitch surfaces."""
+"""Bodies that wear, control point and pitch surfaces of a result."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def control_place(tree: xr.DataTree) -> ControlPlace | None:
 
 
 def pitch_name(tree: xr.DataTree) -> str:
-    """What the pitch surfaces of a pair are: cones of a face gear pair, cylinders of a cylindrical one."""
+    """Name of a pair's pitch surfaces: cones of a face gear pair, cylinders of a cylindrical one."""
     return _PITCH.get(str(_table(scene_tables(tree), "gear_pair").get("type")), "pitch surface")
 
 

@@ -84,7 +84,7 @@ def _with_defaults(reading: Reading, schema: Schema) -> dict[str, Any]:
 
 
 def _further_problems(scene: Scene, check: Check, found: Sequence[Problem]) -> list[Problem]:
-    """What the caller's checker adds; a field already reported is not reported twice."""
+    """Problems that the caller's checker adds; a field already reported is not reported twice."""
     try:
         further = list(check(scene))
     except SceneError as error:

@@ -300,7 +300,7 @@ class CylindricalPair:
 
     @property
     def description(self) -> str:
-        """What it is, in a few words."""
+        """The pair in a few words."""
         teeth = "helical" if self.helix_angle_deg else "spur"
         shifts = f"profile shifts {self.pinion_profile_shift:g}, {self.gear_profile_shift:g}"
         where = "internal " if self.internal else ""

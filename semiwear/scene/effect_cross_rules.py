@@ -1,4 +1,4 @@
-"""What effects need elsewhere in a scene, and rules that several fields of theirs must meet together."""
+"""Needs of effects elsewhere in a scene, and rules that several of their fields must meet together."""
 
 from __future__ import annotations
 

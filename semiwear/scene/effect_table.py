@@ -1,4 +1,4 @@
-"""What every table of an effect says about itself."""
+"""Base of the tables of effects: title, stage, needs, range of validity, references."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["EffectTable", "ScreenedScene"]
 
 
 class ScreenedScene(Protocol):
-    """What a screening looks at: the operation and the wear of a `Scene`."""
+    """Part of a `Scene` that a screening looks at: its operation and its wear."""
 
     @property
     def operation(self) -> Any:

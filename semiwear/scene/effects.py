@@ -59,7 +59,7 @@ class Modifications:
 
 @dataclass(frozen=True, kw_only=True)
 class WearLaws:
-    """What the wear coefficient depends on: tables under ``[effects.wear_law]``; each present one is a factor."""
+    """Laws of the wear coefficient: tables under ``[effects.wear_law]``; each present one is a factor."""
 
     hardness: HardnessLaw | None = None
     lubrication: LubricationLaw | None = None

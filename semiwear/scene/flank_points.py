@@ -219,7 +219,7 @@ class FlankPointsPair:
 
     @property
     def description(self) -> str:
-        """What it is, in a few words."""
+        """The pair in a few words."""
         return f"flanks as points {self.pinion_teeth}/{self.gear_teeth}"
 
 

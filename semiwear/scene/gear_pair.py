@@ -156,5 +156,5 @@ class FaceGearPair:
 
     @property
     def description(self) -> str:
-        """What it is, in a few words."""
+        """The pair in a few words."""
         return f"face gear {self.pinion_teeth}/{self.gear_teeth}, shaper {self.shaper_teeth}"

@@ -25,7 +25,7 @@ MOST_UNKNOWN = 20
 
 @dataclass
 class Reading:
-    """What a scene file holds, field by field.
+    """Content of a scene file, field by field.
 
     Attributes
     ----------

@@ -44,7 +44,7 @@ def _syntax_problem(text: str, message: str) -> Problem:
 
 
 def _likely_fix(line: str, message: str) -> str:
-    """What usually is meant by a line that is no TOML."""
+    """Likely meaning of a line that is no TOML."""
     value = line.partition("=")[2].partition("#")[0].strip()
     if "Unclosed array" in message:
         return "; close the list with ] on this line or on one before"

@@ -1,4 +1,4 @@
-"""What footprints leave between roll positions: laid on a flank's nodes so that it is even where it should be."""
+"""Deposit of footprints between roll positions, on a flank's nodes, even where it should be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a contact spreads over the driven flank: shares of every footprint, and the sum over roll positions.
+"""Deposit on the driven flank: shares of every footprint, and the sum over roll positions.
 
 A footprint is the root of the gap that is left. Where an edge of either body presses and the valley beyond it bears
 as well, that root says little about their shares: there each is a footprint of its own, with its share of the load.

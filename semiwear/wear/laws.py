@@ -26,7 +26,7 @@ class ContactLaw(Protocol):
     """Factor of the wear coefficient that depends on where and when contact happens."""
 
     def factor(self, conditions: ContactConditions) -> FloatArray:
-        """What the wear coefficient is multiplied by, (roll, face); 0 where there is no load."""
+        """Factor of the wear coefficient, (roll, face); 0 where there is no load."""
 
 
 @dataclass(frozen=True)

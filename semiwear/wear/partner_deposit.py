@@ -1,4 +1,4 @@
-"""What a contact spreads over the driving flank: the same footprints, seen from the other body."""
+"""Deposit on the driving flank: the same footprints, seen from the other body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What wear steps go from and to: worn flanks, their contact, and the loads they wear under."""
+"""States between wear steps: worn flanks, their contact, and the loads they wear under."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ class WearStepper:
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:
-        """What the teeth wear under."""
+        """Load cases under which the teeth wear."""
         return self.cases or (LoadCase(1.0, self.teeth),)
 
     def following(self, depth: float) -> WearStepper:
@@ -114,7 +114,7 @@ class WearStepper:
         *,
         loads_after: float | None = None,
     ) -> Trial:
-        """What a step of known length would wear.
+        """Trial of a step of known length.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class WearStepper:
     def trial_to_depth(
         self, state: WearState, point: ControlPoint, depth: float, near: Sequence[TeethLoads] | None = None
     ) -> Trial:
-        """What a step to a depth of the control point [mm] would wear; `near` as in `trial`."""
+        """Trial of a step to a depth of the control point [mm]; `near` as in `trial`."""
         step = _Step(self, state, near)
         trial = self._tried(step, step.meshes_to(point, depth, nearby=True))
         missed = abs(self.depth_at(point, point.wear(trial.worn)) - depth)
@@ -180,7 +180,7 @@ class WearStepper:
 
 
 class _CaseStep:
-    """What a step knows about one load case.
+    """One load case within a step.
 
     The factor on the wear coefficient that spreads the wear is the one with which the loads were found: then the wear
     that a load causes is the gap that the load has felt, and no step is unstable.
@@ -274,7 +274,7 @@ class _CaseStep:
 
 
 class _Step:
-    """What a step knows about its start, whatever its length."""
+    """A step from a state, whatever its length."""
 
     def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth

@@ -132,7 +132,7 @@ def measured(stepper: WearStepper, state: WearState, to_the_end: ToTheEnd) -> Me
 def _first_stage(
     stepper: WearStepper, state: WearState, meshes: float, near: Sequence[Any] | None, g: float
 ) -> Trial:
-    """What a step of about so many meshes wears before its last stage; without loads near its own it rehearses."""
+    """Stages of a step of about so many meshes before its last one; without loads near its own it rehearses."""
     return stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
 
 

@@ -235,3 +235,16 @@ def test_functions_take_few_parameters():
         if count > (14 if compiled else 12):
             many.append(f"{module}.{node.name}: {count}")
     assert not many
+
+
+def test_docstrings_open_with_what_a_thing_is():
+    """Or returns; "What it does ..." is no noun that a reader could look for."""
+    trees = [*TREES.items(), *((path.stem, ast.parse(path.read_text(encoding="utf-8"))) for path in FINITE_ELEMENTS)]
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    opening = [
+        f"{name}: {text.splitlines()[0]}"
+        for name, tree in trees
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and (text := ast.get_docstring(node)) and text.startswith("What ")
+    ]
+    assert not opening
