@@ -159,7 +159,7 @@ def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: i
             elif cell + 2 < nodes.shape[0] and u[c] >= nodes[cell + 1]:
                 cell += 1
             # by so much, and what wear bends, the gap between two places may be less than at both
-            above = min(g[c], g[c + 1]) - least - room - 0.125 * gap.terms[2] * width * width
+            above = min(g[c], g[c + 1]) - least - room - 0.125 * gap.derivatives[2] * width * width
             if above < 0.0 or above < 0.125 * _bend_beside(removed, cell):
                 parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
                 if parts > 1:
@@ -174,7 +174,7 @@ def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: i
                         x += step
                         fine_u[n] = u[c] + part * width / parts
                         gone = removed[cell] + x * (before + x * (second + x * third))  # `cubic`
-                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.terms) + gone
+                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.derivatives) + gone
                         n += 1
         fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
         n += 1
@@ -190,9 +190,9 @@ def reached(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
     `slopes` keeps `slope_at` of the nodes, NaN where it is not known; `work` is (4, `most_places`).
     """
     width = half_width / gap.per_mm
-    room = depth_of(gap.terms[2], width)
+    room = depth_of(gap.derivatives[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + rises_within(gap.removed.max() - gap.removed.min() + room, gap.terms[2])
+    reach = width + rises_within(gap.removed.max() - gap.removed.min() + room, gap.derivatives[2])
     count = outline(gap, gap.at - reach, gap.at + reach, room, work[0], work[1])
     count, least = _refine(gap, work[0], work[1], count, room, _FINE * width, slopes, work[2], work[3])
     return room, count, least
@@ -260,7 +260,7 @@ def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
             width = half_width / gap.per_mm
             found.profile[k, i] = gap.at
             found.gap[k, i] = gap_at(gap, gap.at)
-            found.curvature[k, i] = 2.0 * depth_of(gap.terms[2], width) / half_width**2
+            found.curvature[k, i] = 2.0 * depth_of(gap.derivatives[2], width) / half_width**2
             found.half_width[k, i] = half_width
             found.least[k, i] = found.gap[k, i]
             found.edge[k, i] = gap.at - gap.low < width or gap.high - gap.at < width

@@ -46,7 +46,7 @@ class SliceGap(NamedTuple):
         Profile coordinate of the fresh line.
     low, high : float [mm]
         Borders of what both flanks share.
-    terms : (5,) array
+    derivatives : (5,) array
         Fresh separation at the line and its derivatives by the profile coordinate [mm, 1, 1/mm, ...].
     per_mm : float
         Distance across the line per profile coordinate.
@@ -62,7 +62,7 @@ class SliceGap(NamedTuple):
     at: float
     low: float
     high: float
-    terms: FloatArray
+    derivatives: FloatArray
     per_mm: float
     low_radius: float
     high_radius: float
@@ -79,7 +79,7 @@ class FlankGap(NamedTuple):
     profile, low, high, spacing, low_radius, high_radius : arrays
         `SliceGap.at`, borders, `per_mm` and roundings.
     separation : (5, roll, face) array
-        `SliceGap.terms`.
+        `SliceGap.derivatives`.
     removed : (rows, face, points) array [mm]
     row : (roll,) int array
         Row of `removed` that each roll position meets.
@@ -118,10 +118,10 @@ def slice_gap(gap, k, i):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _convex(away, terms):  # type: ignore[no-untyped-def]
+def _convex(away, derivatives):  # type: ignore[no-untyped-def]
     """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
     side = 1.0 if away >= 0.0 else -1.0
-    bend, third, fourth = max(terms[2], 0.0), side * terms[3], terms[4]
+    bend, third, fourth = max(derivatives[2], 0.0), side * derivatives[3], derivatives[4]
     # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
     rest = third * third - 2.0 * bend * fourth
     if rest < 0.0:
@@ -136,23 +136,23 @@ def _convex(away, terms):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_gap(away, terms):  # type: ignore[no-untyped-def]
+def fresh_gap(away, derivatives):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
     The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
     beyond the place where its curvature vanishes the separation goes on straight.
     """
-    bend, d = _convex(away, terms)
-    slope = terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
-    rise = d * (terms[1] + d * (0.5 * bend + d * (terms[3] / 6.0 + d * terms[4] / 24.0)))
-    return terms[0] + rise + (away - d) * slope
+    bend, d = _convex(away, derivatives)
+    slope = derivatives[1] + d * (bend + d * (0.5 * derivatives[3] + d * derivatives[4] / 6.0))
+    rise = d * (derivatives[1] + d * (0.5 * bend + d * (derivatives[3] / 6.0 + d * derivatives[4] / 24.0)))
+    return derivatives[0] + rise + (away - d) * slope
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_slope(away, terms):  # type: ignore[no-untyped-def]
+def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
-    bend, d = _convex(away, terms)
-    return terms[1] + d * (bend + d * (0.5 * terms[3] + d * terms[4] / 6.0))
+    bend, d = _convex(away, derivatives)
+    return derivatives[1] + d * (bend + d * (0.5 * derivatives[3] + d * derivatives[4] / 6.0))
 
 
 @njit(cache=True, error_model="numpy")
@@ -164,15 +164,15 @@ def _removed_at(gap, place):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def gap_at(gap, place):  # type: ignore[no-untyped-def]
     """Gap at a profile coordinate between the borders."""
-    return fresh_gap(place - gap.at, gap.terms) + _removed_at(gap, place)
+    return fresh_gap(place - gap.at, gap.derivatives) + _removed_at(gap, place)
 
 
 @njit(cache=True, error_model="numpy")
 def _tangent(gap, direction):  # type: ignore[no-untyped-def]
     """Fresh separation at the lower (-1) or upper border, and its slope outwards per mm."""
     border = gap.low if direction < 0.0 else gap.high
-    slope = direction * fresh_slope(border - gap.at, gap.terms) / gap.per_mm
-    return fresh_gap(border - gap.at, gap.terms), slope
+    slope = direction * fresh_slope(border - gap.at, gap.derivatives) / gap.per_mm
+    return fresh_gap(border - gap.at, gap.derivatives), slope
 
 
 @njit(cache=True, error_model="numpy")
@@ -262,12 +262,12 @@ def outline(gap, start, stop, room, u, g):  # type: ignore[no-untyped-def]
             p += 1
     while p < nodes.shape[0] and nodes[p] < stop:
         u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - gap.at, gap.terms) + gap.removed[p]
+        g[count] = fresh_gap(nodes[p] - gap.at, gap.derivatives) + gap.removed[p]
         count += 1
         p += 1
     if p < nodes.shape[0] and nodes[p] < high and stop < high:
         u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - gap.at, gap.terms) + gap.removed[p]
+        g[count] = fresh_gap(nodes[p] - gap.at, gap.derivatives) + gap.removed[p]
         count += 1
     elif count == 0 or stop > u[count - 1]:
         u[count] = stop

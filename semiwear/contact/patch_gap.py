@@ -33,13 +33,13 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
         gap = slice_gap(flank, rolls[r], faces[r])
         least = gap.removed.min()
         for side in (-1.0, 1.0):
-            c, before = 0, gap.terms[0]
+            c, before = 0, gap.derivatives[0]
             while True:
                 distance = (c + 0.5) * width
                 away = side * distance / gap.per_mm
                 place = gap.at + away
                 if gap.low <= place <= gap.high:
-                    fresh = fresh_gap(away, gap.terms)
+                    fresh = fresh_gap(away, gap.derivatives)
                 else:
                     fresh = gap_beyond(gap, place)
                 if not fresh < np.inf:  # beyond all roundings

@@ -221,7 +221,7 @@ def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[n
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
             if gap.low <= at_cell <= gap.high:
-                fresh = fresh_gap(at_cell - gap.at, gap.terms)
+                fresh = fresh_gap(at_cell - gap.at, gap.derivatives)
             else:
                 fresh = gap_beyond(gap, at_cell)
             cell, x = locate(gap.nodes, gap.split, at_cell)
@@ -289,7 +289,7 @@ def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
     # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
     room, n, least, span, approach, rate = _ROOM * closes, 0, 0.0, 0.0, np.nan, np.nan
     for _ in range(_ATTEMPTS):
-        reach = rises_within(spread + room, gap.terms[2])
+        reach = rises_within(spread + room, gap.derivatives[2])
         count = outline(gap, gap.at - reach, gap.at + reach, room, work.u, work.g)
         least = work.g[:count].min()
         bands = _bands(work.u, work.g, count, least, room, work.first, work.last)

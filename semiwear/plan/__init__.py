@@ -36,7 +36,7 @@ from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.mapping import Doses, InterpolatedWear, MarchedWear, WearMapping
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping, WearMultipliers
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
@@ -184,7 +184,7 @@ class Plan:
         mapping: WearMapping = MarchedWear(swept) if numerics.wear_mapping == "marched" else swept
         return WearStepper(
             teeth,
-            Doses(k[DRIVEN], k[DRIVING] * ratio),
+            WearMultipliers(k[DRIVEN], k[DRIVING] * ratio),
             numerics.wear_scheme != "explicit",
             mapping,
             cases=self._load_cases(teeth),
@@ -246,9 +246,9 @@ class Plan:
         scene = self.scene
         fine = trace_contact_lines(pair, rolls.fine_roll, face)
         grid = flank_grid(pair, face, scene.numerics.profile_points)
-        ways = effects.pitch_ways(scene, rolls.pairs)
-        if ways:
-            fine = _pushed_back(fine, ways[0].gap)
+        sequences = effects.pitch_sequences(scene, rolls.pairs)
+        if sequences:
+            fine = _pushed_back(fine, sequences[0].gap)
         modification = None
         if any(name.startswith("modification") for name, _ in scene.effects.present()):
             with self.clock.measure("modification"):
@@ -276,16 +276,18 @@ class Plan:
         return float(least.min(axis=1).reshape(rolls.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
-        """Load cases of the wear: every torque of a spectrum with every way in which teeth follow."""
+        """Load cases of the wear: every torque of a spectrum with every sequence of pitch errors."""
         spectrum = self.scene.effects.load_spectrum
-        ways = effects.pitch_ways(self.scene, teeth.rolls.pairs)
-        if spectrum is None and not ways:
+        sequences = effects.pitch_sequences(self.scene, teeth.rolls.pairs)
+        if spectrum is None and not sequences:
             return ()
         torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
         shares = (1.0,) if spectrum is None else spectrum.shares
         mean = float(np.dot(torques, shares))
-        following = [(teeth, ways[0].share if ways else 1.0)]
-        following += [(_with_pitch(teeth, way.gap - ways[0].gap), way.share) for way in ways[1:]]
+        following = [(teeth, sequences[0].share if sequences else 1.0)]
+        following += [
+            (_with_pitch(teeth, sequence.gap - sequences[0].gap), sequence.share) for sequence in sequences[1:]
+        ]
         return tuple(
             LoadCase(
                 share * often,

@@ -44,7 +44,7 @@ __all__ = [
     "hardness_laws",
     "modification_depth",
     "modification_of",
-    "pitch_ways",
+    "pitch_sequences",
     "rubbing",
     "speeds_of",
     "tallest_modification",
@@ -122,18 +122,18 @@ def tallest_modification(scene: Scene) -> float:
     return total
 
 
-class PitchWay(NamedTuple):
-    """A way in which teeth follow: the gap that pitch errors open at each tooth pair in mesh [mm], and how often."""
+class PitchSequence(NamedTuple):
+    """Pitch errors of the teeth in mesh: the gap that they open at each tooth pair [mm], and how often."""
 
     gap: FloatArray
     share: float
 
 
-def pitch_ways(scene: Scene, pairs: int) -> list[PitchWay]:
-    """All ways in which teeth follow; none without pitch errors.
+def pitch_sequences(scene: Scene, pairs: int) -> list[PitchSequence]:
+    """All sequences of pitch errors that come into mesh; none without them.
 
     The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
-    farther on entered one tooth earlier. Ways that are alike are one.
+    farther on entered one tooth earlier. Sequences that are alike are one.
     """
     table = scene.effects.pitch_error
     if table is None:
@@ -142,8 +142,8 @@ def pitch_ways(scene: Scene, pairs: int) -> list[PitchWay]:
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2
-    ways = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
-    return [PitchWay(np.array(gap), times / out.size) for gap, times in ways.items()]
+    alike = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
+    return [PitchSequence(np.array(gap), times / out.size) for gap, times in alike.items()]
 
 
 # ---------------------------------------------------------------- compliance

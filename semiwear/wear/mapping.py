@@ -28,12 +28,12 @@ from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, 
 from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
 
 __all__ = [
-    "Doses",
     "Growth",
     "InterpolatedWear",
     "MarchedWear",
-    "Passage",
     "WearMapping",
+    "WearMultipliers",
+    "WeightedLoads",
     "Worn",
     "driving_wear_of_mesh",
 ]
@@ -44,7 +44,7 @@ IntArray = NDArray[np.int64]
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
 
-_BESIDE = 2  # slices that a station of the driving flank hears from, to either side
+_BESIDE = 2  # slices to either side whose contacts reach a station of the driving flank
 
 
 class Worn(NamedTuple):
@@ -54,16 +54,16 @@ class Worn(NamedTuple):
     driving: FloatArray | None = None
 
 
-class Doses(NamedTuple):
-    """Meshes times wear coefficient of each body [mm^2/N]."""
+class WearMultipliers(NamedTuple):
+    """Number of meshes times wear coefficient of each body [mm^2/N]: depths are these times pressure and distance."""
 
     driven: float
     driving: float = 0.0
 
 
 @dataclass(frozen=True)
-class Passage:
-    """Loads under which meshes happen.
+class WeightedLoads:
+    """Loads of a load case, with its share of the meshes.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class WearMapping(Protocol):
     """Wear depths on the flanks from loads at roll positions."""
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
     ) -> FloatArray:
         """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
 
@@ -91,8 +91,8 @@ class WearMapping(Protocol):
         teeth: LoadedTeeth,
         motion: Sweep,
         worn: Worn,
-        passages: Sequence[Passage],
-        doses: Doses,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         cycles: int,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
@@ -113,9 +113,9 @@ class WearMapping(Protocol):
         """
 
 
-def _line_load(passages: Sequence[Passage]) -> FloatArray:
-    """Line load on the fine roll grid, averaged over the passages: footprints have one shape for all of them."""
-    parts = [one.teeth.on_fine_rolls(one.teeth.problem.line_load(one.loads) * one.weight) for one in passages]
+def _line_load(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
+    """Line load on the fine roll grid, averaged over the load cases: footprints have one shape for all of them."""
+    parts = [one.teeth.on_fine_rolls(one.teeth.problem.line_load(one.loads) * one.weight) for one in weighted_loads]
     total = parts[0]
     for part in parts[1:]:
         total = total + part
@@ -149,23 +149,23 @@ class InterpolatedWear:
     grow_partner: Growth = np.add
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`."""
-        return _swept(teeth, motion, teeth.removed(*worn, slices), _line_load(passages), slices)
+        return _swept(teeth, motion, teeth.removed(*worn, slices), _line_load(weighted_loads), slices)
 
     def worn(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
         worn: Worn,
-        passages: Sequence[Passage],
-        doses: Doses,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         cycles: int,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`."""
-        line_load = _line_load(passages)
+        line_load = _line_load(weighted_loads)
         taken, on_edges = np.zeros((len(BODIES), 2)), np.zeros(len(BODIES))
         driven, driving = worn
         if driving is not None:
@@ -176,10 +176,10 @@ class InterpolatedWear:
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
             if driving is not None and teeth.partner is not None:
                 partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what, taken[DRIVING])
-                driving = self.grow_partner(driving, wear_depth(doses.driving / cycles, partner_mesh))
-            driven = self.grow(driven, wear_depth(doses.driven / cycles, mesh))
-        on_edges[DRIVEN] = doses.driven / cycles * taken[DRIVEN, 1]
-        on_edges[DRIVING] = doses.driving / cycles * taken[DRIVING, 1]
+                driving = self.grow_partner(driving, wear_depth(multipliers.driving / cycles, partner_mesh))
+            driven = self.grow(driven, wear_depth(multipliers.driven / cycles, mesh))
+        on_edges[DRIVEN] = multipliers.driven / cycles * taken[DRIVEN, 1]
+        on_edges[DRIVING] = multipliers.driving / cycles * taken[DRIVING, 1]
         return Worn(driven, driving), on_edges
 
 
@@ -196,65 +196,65 @@ class MarchedWear:
     swept: InterpolatedWear = InterpolatedWear()
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`; the loads were solved on this flank."""
-        return _marched(passages, _chosen(teeth, slices))[0]
+        return _marched(weighted_loads, _chosen(teeth, slices))[0]
 
     def worn(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
         worn: Worn,
-        passages: Sequence[Passage],
-        doses: Doses,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         cycles: int,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
-        chosen, dose = _chosen(teeth, slices), doses.driven
-        mesh, beyond = _marched(passages, chosen)
-        marched, on_edges = wear_depth(dose, mesh), np.zeros(len(BODIES))
-        on_edges[DRIVEN] = dose * beyond
+        chosen, multiplier = _chosen(teeth, slices), multipliers.driven
+        mesh, beyond = _marched(weighted_loads, chosen)
+        marched, on_edges = wear_depth(multiplier, mesh), np.zeros(len(BODIES))
+        on_edges[DRIVEN] = multiplier * beyond
         if cycles == 1:
             return Worn(worn.driven + marched), on_edges
-        swept, swept_on_edges = self.swept.worn(teeth, motion, worn, passages, doses, cycles, slices)
-        removed, line_load, taken = teeth.removed(*worn, slices), _line_load(passages), np.zeros(2)
-        rest = marched - wear_depth(dose, _swept(teeth, motion, removed, line_load, slices, taken))
-        on_edges[DRIVEN] += swept_on_edges[DRIVEN] - dose * taken[1]
+        swept, swept_on_edges = self.swept.worn(teeth, motion, worn, weighted_loads, multipliers, cycles, slices)
+        removed, line_load, taken = teeth.removed(*worn, slices), _line_load(weighted_loads), np.zeros(2)
+        rest = marched - wear_depth(multiplier, _swept(teeth, motion, removed, line_load, slices, taken))
+        on_edges[DRIVEN] += swept_on_edges[DRIVEN] - multiplier * taken[1]
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
         unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
-        slid = np.maximum(_slid(passages, chosen), _swept(teeth, motion, removed, unit, slices))
-        stiffness = 0.5 * dose * teeth.problem.modulus * slid
+        slid = np.maximum(_slid(weighted_loads, chosen), _swept(teeth, motion, removed, unit, slices))
+        stiffness = 0.5 * multiplier * teeth.problem.modulus * slid
         area = flank_area(teeth.pair, DRIVEN, teeth.grid)
         depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
         return Worn(np.maximum(depth, worn.driven)), on_edges
 
 
 def driving_wear_of_mesh(
-    teeth: LoadedTeeth, motion: Sweep, worn: Worn, passages: Sequence[Passage], slices: IntArray
+    teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.partner is not None
     slices = _with_neighbours(slices, worn.driven.shape[0])
-    what = (motion, _line_load(passages), teeth.half_width, teeth.problem.modulus, slices)
+    what = (motion, _line_load(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
     return partner_wear_of_mesh(teeth.fine, teeth.partner, teeth.removed(*worn, slices), *what)
 
 
-def _cells(passage: Passage) -> PatchCells:
+def _cells(passage: WeightedLoads) -> PatchCells:
     cells = passage.teeth.problem.cells
     assert cells is not None  # the scene's rules see to it
     return cells
 
 
-def _marched(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> tuple[FloatArray, float]:
+def _marched(weighted_loads: Sequence[WeightedLoads], chosen: NDArray[np.bool_]) -> tuple[FloatArray, float]:
     """Sum of p |v_s| dt at the nodes [N/mm], and that of F |v_s| dt beyond them [N mm]."""
-    found = [marched_wear(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in passages]
+    found = [marched_wear(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
     return np.sum([mesh for mesh, _ in found], axis=0), sum(beyond for _, beyond in found)
 
 
-def _slid(passages: Sequence[Passage], chosen: NDArray[np.bool_]) -> FloatArray:
-    slid = [sliding_distance_under_contact(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in passages]
+def _slid(weighted_loads: Sequence[WeightedLoads], chosen: NDArray[np.bool_]) -> FloatArray:
+    slid = [sliding_distance_under_contact(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
     return np.asarray(np.sum(slid, axis=0))
 
 

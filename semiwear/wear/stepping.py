@@ -2,7 +2,7 @@
 
 Implicit: within a step of dN meshes the wear that a load causes is itself a gap. Its rate times dN joins the
 diagonal of the compliance and the loads at the end of the step are found in one solution; no step is unstable. The
-rate, at first an estimate from the lines' motion, is corrected by a rehearsal of the step: what the flanks that it
+rate, at first an estimate from the lines' motion, is corrected by a trial of the step: what the flanks that it
 would leave feel. Where the tip of the driving body digs in, the estimate alone is a third too high.
 Explicit: the loads at the start of the step hold throughout; only for comparison.
 """
@@ -20,7 +20,14 @@ from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
-from semiwear.wear.mapping import Doses, InterpolatedWear, Passage, WearMapping, Worn, driving_wear_of_mesh
+from semiwear.wear.mapping import (
+    InterpolatedWear,
+    WearMapping,
+    WearMultipliers,
+    WeightedLoads,
+    Worn,
+    driving_wear_of_mesh,
+)
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
 from semiwear.wear.volume import WearVolume, sliding_work
@@ -44,7 +51,7 @@ _NO_STEP = 1e-12  # of the meshes of a step
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _FACTOR_ITERATIONS = 60
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
-_CORRECTION = (0.25, 2.0)  # of own wear, by a rehearsal: within it no step was unstable
+_CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
 _LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
 _FELT = 1e-3  # of the greatest force on a slice: less tells nothing of the wear that it causes
 
@@ -57,7 +64,7 @@ class WearStepper:
     ----------
     teeth : LoadedTeeth
         Under the load whose contact is reported.
-    coefficients : Doses
+    coefficients : WearMultipliers
         Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
     implicit : bool
     mapping : WearMapping
@@ -73,7 +80,7 @@ class WearStepper:
     """
 
     teeth: LoadedTeeth
-    coefficients: Doses
+    coefficients: WearMultipliers
     implicit: bool = True
     mapping: WearMapping = field(default_factory=InterpolatedWear)
     cases: tuple[LoadCase, ...] = ()
@@ -121,7 +128,7 @@ class WearStepper:
         state : WearState
         meshes : float
         near : sequence, optional
-            Loads of every case near those of the step: they spare its rehearsal a solution.
+            Loads of every case near those of the step: they spare its trial a solution.
         loads_after : float, optional
             The loads that hold are those of a step of this length [meshes].
         """
@@ -145,9 +152,9 @@ class WearStepper:
         grid = self.teeth.grid if point.body == DRIVEN or partner is None else partner.grid
         return grid.interpolate(wear, point.face, point.profile)
 
-    def doses(self, meshes: float) -> Doses:
+    def multipliers(self, meshes: float) -> WearMultipliers:
         """Wear coefficients times the meshes of a step."""
-        return Doses(meshes * self.coefficients.driven, meshes * self.coefficients.driving)
+        return WearMultipliers(meshes * self.coefficients.driven, meshes * self.coefficients.driving)
 
     def commit(self, trial: Trial) -> WearState:
         """The state after a trial: elastic contact on its worn flanks."""
@@ -173,9 +180,9 @@ class WearStepper:
                 f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
                 "wear.coefficient_mm2_per_N"
             )
-        work = sliding_work(step.passages(loads), step.motion, self.teeth)
-        doses = self.doses(meshes)
-        volume = WearVolume(work * np.array([doses.driving, doses.driven]), on_edges)
+        work = sliding_work(step.weighted_loads(loads), step.motion, self.teeth)
+        multipliers = self.multipliers(meshes)
+        volume = WearVolume(work * np.array([multipliers.driving, multipliers.driven]), on_edges)
         return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual)
 
 
@@ -267,10 +274,10 @@ class _CaseStep:
         teeth = self.case.teeth
         return teeth.fidelity.solve(teeth.problem, self.state.coarse, start, meshes * rate, positions)
 
-    def passage(self, loads: TeethLoads) -> Passage:
+    def weighted(self, loads: TeethLoads) -> WeightedLoads:
         """Part of the case in the wear."""
         weight = self.case.share if self.factor is None else self.case.share * self.factor
-        return Passage(self.case.teeth, loads, weight)
+        return WeightedLoads(self.case.teeth, loads, weight)
 
 
 class _Step:
@@ -300,11 +307,11 @@ class _Step:
             if self.stepper.implicit:
                 depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
                 self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
-                self._rehearse(meshes)
+                self._correct_own_wear(meshes)
         starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
-    def _rehearse(self, meshes: float) -> None:
+    def _correct_own_wear(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
         loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
         worn = self.worn(loads, meshes)
@@ -335,9 +342,9 @@ class _Step:
         """Greatest of the load cases."""
         return max(case.law_residual for case in self.cases)
 
-    def passages(self, loads: Sequence[TeethLoads]) -> list[Passage]:
+    def weighted_loads(self, loads: Sequence[TeethLoads]) -> list[WeightedLoads]:
         """The cases' parts in the wear."""
-        return [case.passage(one) for case, one in zip(self.cases, loads, strict=True)]
+        return [case.weighted(one) for case, one in zip(self.cases, loads, strict=True)]
 
     def worn(self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None) -> Worn:
         """Wear at the end of the step [mm]."""
@@ -349,9 +356,9 @@ class _Step:
         """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
-        doses = self.stepper.doses(meshes)
+        multipliers = self.stepper.multipliers(meshes)
         return self.stepper.mapping.worn(
-            self.teeth, self.motion, self.state.worn, self.passages(loads), doses, self.cycles, slices
+            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers, self.cycles, slices
         )
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
@@ -371,7 +378,7 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
-        start = (teeth, self.motion, self.state.worn, self.passages(loads), slices)
+        start = (teeth, self.motion, self.state.worn, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:

@@ -8,9 +8,9 @@ the rate z per step is multiplied by (1 + (1 - 2 g) z)/(1 - g z)^2, which for g 
 vanishes as -z grows (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021, diagonally implicit methods).
 
 `SECOND_ORDER` is for steps that are made shorter until they are good enough. Where steps are few and long, worn
-flanks answer at rates of every size within one, and the greatest error at any of them counts: `EVENEST` makes
-|factor - exp(z)| over all z <= 0 least, 0.047 against 0.21 of second order and 0.204 of a plain implicit step. It is
-fitted to that alone.
+flanks answer at rates of every size within one, and the greatest error at any of them counts: `BEST_FIRST_STAGE`
+makes |factor - exp(z)| over all z <= 0 least, 0.047 against 0.21 of second order and 0.204 of a plain implicit step.
+It is fitted to that alone.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
+from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.wear.mapping import Worn
 from semiwear.wear.state import ControlPoint, Trial, WearState
 from semiwear.wear.stepping import WearStepper
 
-__all__ = ["EVENEST", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_error_share", "measured"]
+__all__ = ["BEST_FIRST_STAGE", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_error_share", "measured"]
 
 SECOND_ORDER = 1.0 - 0.5**0.5
-EVENEST = 0.39419
+BEST_FIRST_STAGE = 0.39419
 
 _HALVINGS = 10  # of a step to a depth
 # Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
 _DEPTH_A_CYCLE = 3.3e-5
 
-ToTheEnd = Callable[[WearState, Sequence[Any] | None], Trial]
+ToTheEnd = Callable[[WearState, Sequence[TeethLoads] | None], Trial]
 """A plain implicit step from a state to the end of the step, with loads near those to come."""
 
 
@@ -72,7 +72,7 @@ class TwoStageStepper:
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
         stepper, end = self._stepper, state.meshes + meshes
-        first = _first_stage(stepper, state, meshes, None, EVENEST)
+        first = _first_stage(stepper, state, meshes, None, BEST_FIRST_STAGE)
         middle = stepper.commit(first)
         return stepper.commit(stepper.trial(middle, end - middle.meshes, first.loads))
 
@@ -86,7 +86,7 @@ class TwoStageStepper:
         """
         stepper = self._stepper
         plain = stepper.trial_to_depth(state, point, depth)
-        first = _first_stage(stepper, state, plain.meshes, plain.loads, EVENEST)
+        first = _first_stage(stepper, state, plain.meshes, plain.loads, BEST_FIRST_STAGE)
         if stepper.depth_at(point, point.wear(first.worn)) >= depth:
             # the point loses its load on the way: in two steps it does so gradually
             if halvings == _HALVINGS:
@@ -130,9 +130,9 @@ def measured(stepper: WearStepper, state: WearState, to_the_end: ToTheEnd) -> Me
 
 
 def _first_stage(
-    stepper: WearStepper, state: WearState, meshes: float, near: Sequence[Any] | None, g: float
+    stepper: WearStepper, state: WearState, meshes: float, near: Sequence[TeethLoads] | None, g: float
 ) -> Trial:
-    """Stages of a step of about so many meshes before its last one; without loads near its own it rehearses."""
+    """First stage of a step of about so many meshes; without loads near its own it takes a trial first."""
     return stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
 
 

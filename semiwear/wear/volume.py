@@ -32,7 +32,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 if TYPE_CHECKING:
     from semiwear.contact.loaded_teeth import LoadedTeeth
-    from semiwear.wear.mapping import Passage
+    from semiwear.wear.mapping import WeightedLoads
     from semiwear.wear.swept_line import Sweep
 
 __all__ = ["WearVolume", "map_volume", "sliding_work"]
@@ -67,7 +67,7 @@ class WearVolume:
         return WearVolume(self.driven + other.driven, self.on_edges + other.on_edges)
 
 
-def sliding_work(passages: Sequence[Passage], motion: Sweep, teeth: LoadedTeeth) -> float:
+def sliding_work(weighted_loads: Sequence[WeightedLoads], motion: Sweep, teeth: LoadedTeeth) -> float:
     """Integral of force times sliding distance over one mesh of one tooth [N mm], from loads alone.
 
     Forces are straight between solved roll positions; the sliding velocity is averaged over Hertz's semi-ellipse
@@ -75,7 +75,7 @@ def sliding_work(passages: Sequence[Passage], motion: Sweep, teeth: LoadedTeeth)
 
     Parameters
     ----------
-    passages : sequence of Passage
+    weighted_loads : sequence of WeightedLoads
     motion : Sweep
         Of the fine roll grid.
     teeth : LoadedTeeth
@@ -84,7 +84,7 @@ def sliding_work(passages: Sequence[Passage], motion: Sweep, teeth: LoadedTeeth)
     angle = np.pi * np.arange(1, _POINTS + 1) / (_POINTS + 1)
     place, weight = np.cos(angle), 2.0 / (_POINTS + 1) * np.sin(angle) ** 2
     total = 0.0
-    for one in passages:
+    for one in weighted_loads:
         loads: Any = one.loads
         force = teeth.on_fine_rolls(loads.force * one.weight)
         half = teeth.on_fine_rolls(loads.half_width)

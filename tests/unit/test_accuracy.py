@@ -20,7 +20,7 @@ from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import Worn
-from semiwear.wear.two_stage import EVENEST, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
+from semiwear.wear.two_stage import BEST_FIRST_STAGE, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
 from tests.same_result import different_variables
 from tests.scenes import TINY
 
@@ -249,7 +249,7 @@ def test_steps_in_two_stages_do_what_they_are_derived_for(length):
     stepper = TwoStageStepper(Implicit())
     state = stepper.step(stepper.start(), length)
     assert state.meshes == pytest.approx(length)
-    assert 1.0 - state.depth == pytest.approx(stays(EVENEST, -length), abs=1e-12)
+    assert 1.0 - state.depth == pytest.approx(stays(BEST_FIRST_STAGE, -length), abs=1e-12)
     assert abs(state.depth - exact(length)) < 0.047
 
 
@@ -259,9 +259,9 @@ def test_the_evenest_stages_err_least_at_the_rate_where_they_err_most():
     def greatest(g):
         return np.abs(stays(g, z) - np.exp(z)).max()
 
-    assert greatest(EVENEST) < min(greatest(g) for g in np.linspace(0.25, 1.0, 301)) + 1e-4
-    assert greatest(EVENEST) < 0.25 * np.abs(1.0 / (1.0 - z) - np.exp(z)).max()
-    for g in (SECOND_ORDER, EVENEST):
+    assert greatest(BEST_FIRST_STAGE) < min(greatest(g) for g in np.linspace(0.25, 1.0, 301)) + 1e-4
+    assert greatest(BEST_FIRST_STAGE) < 0.25 * np.abs(1.0 / (1.0 - z) - np.exp(z)).max()
+    for g in (SECOND_ORDER, BEST_FIRST_STAGE):
         share = np.abs(stays(g, z) - np.exp(z)) / np.abs(stays(g, z) - 1.0 / (1.0 - z))
         assert share[z < -1e-2].max() == pytest.approx(greatest_error_share(g), rel=1e-3)
 
