@@ -301,7 +301,7 @@ def solve_complementarity(  # noqa: C901
             pressure.reshape(shape), displacement.reshape(shape), level, reached, status, iteration, error
         )
 
-    free, search = np.empty(gap.size, bool), np.zeros(gap.size, np.float32)
+    free, search = np.empty(gap.size, bool), np.zeros(0)
     residual, last_residual, move = np.zeros((3, gap.size))
     iteration, last_product, reach, exact = 0, 0.0, _FIRST_REACH, verify is None
     displacement = compliance.apply(pressure.reshape(shape)).ravel() if pressure.any() else np.zeros(gap.size)
@@ -313,6 +313,8 @@ def solve_complementarity(  # noqa: C901
             pressure, displacement, gap_flat, lever_flat, direction_flat, by_load, level, free, residual
         )
         step = precondition(residual.reshape(shape), free.reshape(shape)).ravel()
+        if search.dtype != step.dtype or search.size == 0:
+            search = np.zeros(gap.size, step.dtype)  # as precise as the preconditioner, on which conjugacy rests
         product, size, pressed = _direct(
             step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
         )

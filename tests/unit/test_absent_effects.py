@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
@@ -146,7 +147,7 @@ def contact_calls(monkeypatch, scene):
         return kernel(*args, **kwargs)
 
     with monkeypatch.context() as patched:
-        patched.setattr("semiwear.plan.LINE", replace(LINE, solve=counted_solve))
+        patched.setattr(importlib.import_module("semiwear.plan"), "LINE", replace(LINE, solve=counted_solve))
         patched.setattr(line_contact, "_share_among", counted_kernel)
         sw.simulate(scene)
     return calls

@@ -161,9 +161,22 @@ def test_a_pair_far_away_carries_nothing():
 def test_too_few_iterations_are_told(most):
     dense = two_pairs(0)
     start = starts_of(dense, 0)["one"]
-    found = dense.share(start, 1e-7, most)
+    found = share_torque(dense.system, dense.gap, dense.levers, dense.torque, start, most, 1e-7, again=False)
     assert found.sharing.status is ComplementarityStatus.NOT_CONVERGED
     assert found.sharing.iterations == most
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_iterations_leave_is_solved_by_active_sets(seed):
+    """One iteration is not enough from a cell in the worst place; active sets are tried then."""
+    dense = two_pairs(seed)
+    expected = dense.share(np.ones(dense.gap.shape), 1e-12)
+    found = dense.share(starts_of(dense, seed)["one"], 1e-12, 12)
+    assert found.sharing.status is ComplementarityStatus.CONVERGED
+    exact = expected.sharing.pressure
+    np.testing.assert_allclose(found.sharing.pressure, exact, atol=1e-5 * exact.max())
+    assert found.rotation == pytest.approx(expected.rotation, rel=1e-7)
+    assert found.complementarity < 2e-6 and found.balance < 1e-9
 
 
 def test_an_indefinite_half_space_is_told():
