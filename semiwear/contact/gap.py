@@ -19,13 +19,14 @@ from semiwear.meshing.removed import Removed
 __all__ = [
     "FlankGap",
     "SliceGap",
+    "fresh_at",
     "fresh_gap",
     "fresh_slope",
     "gap_at",
-    "gap_beyond",
     "gap_of_flanks",
     "most_places",
     "outline",
+    "removed_at",
     "rises_within",
     "slice_gap",
 ]
@@ -156,7 +157,8 @@ def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _removed_at(gap, place):  # type: ignore[no-untyped-def]
+def removed_at(gap, place):  # type: ignore[no-untyped-def]
+    """Material removed from both flanks at a profile coordinate."""
     cell, x = locate(gap.nodes, gap.split, place)
     return smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
 
@@ -164,7 +166,7 @@ def _removed_at(gap, place):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def gap_at(gap, place):  # type: ignore[no-untyped-def]
     """Gap at a profile coordinate between the borders."""
-    return fresh_gap(place - gap.at, gap.derivatives) + _removed_at(gap, place)
+    return fresh_gap(place - gap.at, gap.derivatives) + removed_at(gap, place)
 
 
 @njit(cache=True, error_model="numpy")
@@ -182,8 +184,10 @@ def _beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def gap_beyond(gap, place):  # type: ignore[no-untyped-def]
-    """Fresh separation at a place beyond a border, on the rounded edge; infinite beyond the edge itself."""
+def fresh_at(gap, place):  # type: ignore[no-untyped-def]
+    """Fresh separation at a place between the borders or on a rounded edge; infinite beyond the edge itself."""
+    if gap.low <= place <= gap.high:
+        return fresh_gap(place - gap.at, gap.derivatives)
     direction = -1.0 if place < gap.low else 1.0
     border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
     beyond = direction * (place - border) * gap.per_mm
@@ -212,7 +216,7 @@ def _arc(gap, direction, room, u, g, count):  # type: ignore[no-untyped-def]
     border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
     nodes, per_mm = gap.nodes, gap.per_mm
     fresh, slope = _tangent(gap, direction)
-    here = _removed_at(gap, border)
+    here = removed_at(gap, border)
     rises = 0.0
     cell = locate(nodes, gap.split, border)[0]
     p = cell if direction < 0.0 else cell + 1
@@ -223,7 +227,7 @@ def _arc(gap, direction, room, u, g, count):  # type: ignore[no-untyped-def]
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
-        g[count] = _beyond(x, fresh, slope, radius) + _removed_at(gap, u[count])
+        g[count] = _beyond(x, fresh, slope, radius) + removed_at(gap, u[count])
         count += 1
     return count
 

@@ -103,7 +103,7 @@ def _solve_position(
         reached = _first_cap(problem, rolls, worn)
     for _ in range(_CAPS):
         candidates = problem.candidates(position, reached)
-        rotation = _share_torque(problem, position, candidates, worn, loads, wear_compliance)
+        rotation = _share_torque(problem, position, candidates, worn, loads, wear_compliance, reached)
         reached = rotation * float(candidates.lever.max())
         if reached <= candidates.cap:
             if wear_compliance is None:
@@ -130,8 +130,12 @@ def _share_torque(
     worn: Footprints,
     loads: TeethLoads,
     wear_compliance: FloatArray | None,
+    cap: float,
 ) -> float:
-    """Loads of a mesh position; returns the rotation."""
+    """Loads of a mesh position; returns the rotation.
+
+    Where no loads are known, slices whose fresh separation is below `cap` [mm] are first let touch.
+    """
     gap = worn.gap.ravel()[candidates.index]
     least = float(gap.min())
     # only what is nearer than the approach can touch; where the start knows it, that spares much
@@ -139,7 +143,7 @@ def _share_torque(
         expected = least + _MARGIN * (loads.rotation[position] * candidates.lever - least)
         chosen = np.flatnonzero(gap < expected)
     else:
-        chosen = np.flatnonzero(candidates.least < _first_cap(problem, problem.rolls_of(position), worn))
+        chosen = np.flatnonzero(candidates.least < cap)
     if chosen.size == 0:
         chosen = np.arange(gap.size)
     rotation = _share_among(problem, position, candidates, chosen, worn, loads, wear_compliance)

@@ -103,9 +103,7 @@ class LoadedTeeth:
         grid = self.partner.driven
         depth = self.partner.met(partner_wear, slices)
         depth += grid.from_grid(removed.depth)
-        rolls = self.fine.roll.size
-        row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
-        return Removed(grid, depth, row)
+        return Removed.met(grid, depth, self.fine.roll.size)
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
@@ -212,9 +210,7 @@ def fresh_flanks(
     wear : (face, profile) array [mm], or none
     """
     depth = np.broadcast_to(wear, grid.profile.shape)[None] if modification is None else modification + wear
-    rolls = lines.roll.size
-    row = np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64)
-    return Removed(grid, np.ascontiguousarray(depth), row)
+    return Removed.met(grid, np.ascontiguousarray(depth), lines.roll.size)
 
 
 def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:

@@ -1,6 +1,6 @@
 """Fidelity `patch`: pressure resolved in two dimensions on cells that follow the contact lines of all pairs.
 
-For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_system`). Under each pair
+For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_sharing`). Under each pair
 lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
 `line`, and that fidelity gives the start. The gap is taken over the flanks up to their rounded edges, so that contact
 beyond the path of action needs no case of its own.
@@ -26,7 +26,8 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.patch_system import PatchSystem, SharedTorque, share_torque
+from semiwear.contact.patch_sharing import SharedTorque, share_torque
+from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError

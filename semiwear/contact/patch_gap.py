@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.gap import fresh_gap, gap_beyond, gap_of_flanks, slice_gap
+from semiwear.contact.gap import fresh_at, gap_of_flanks, removed_at, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
@@ -36,12 +36,8 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
             c, before = 0, gap.derivatives[0]
             while True:
                 distance = (c + 0.5) * width
-                away = side * distance / gap.per_mm
-                place = gap.at + away
-                if gap.low <= place <= gap.high:
-                    fresh = fresh_gap(away, gap.derivatives)
-                else:
-                    fresh = gap_beyond(gap, place)
+                place = gap.at + side * distance / gap.per_mm
+                fresh = fresh_at(gap, place)
                 if not fresh < np.inf:  # beyond all roundings
                     break
                 if fresh + least <= approach:
@@ -50,9 +46,8 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
                     break
                 before = fresh
                 if c < columns // 2:
-                    cell, x = locate(gap.nodes, gap.split, place)
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
+                    out[r, column] = fresh + removed_at(gap, place)
                 c += 1
     return farthest
 

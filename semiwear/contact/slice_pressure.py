@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import (
-    fresh_gap,
-    gap_beyond,
+    fresh_at,
     gap_of_flanks,
     most_places,
     outline,
+    removed_at,
     rises_within,
     slice_gap,
 )
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import locate, smooth_value
 
 __all__ = ["solve_slices"]
 
@@ -220,12 +219,7 @@ def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[n
         start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
-            if gap.low <= at_cell <= gap.high:
-                fresh = fresh_gap(at_cell - gap.at, gap.derivatives)
-            else:
-                fresh = gap_beyond(gap, at_cell)
-            cell, x = locate(gap.nodes, gap.split, at_cell)
-            opening[n] = fresh + smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
+            opening[n] = fresh_at(gap, at_cell) + removed_at(gap, at_cell)
             place[n], width[n] = at_cell * gap.per_mm, step * gap.per_mm
             n += 1
     return n

@@ -21,7 +21,7 @@ from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.wear.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
 
-__all__ = ["Nodes", "Spread", "factor_at", "pieces_of", "spread_over_flank"]
+__all__ = ["Nodes", "Spread", "factor_at", "piece_space", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
 
@@ -59,6 +59,27 @@ class Nodes(NamedTuple):
     split: NDArray[np.int64]
 
 
+class Pieces(NamedTuple):
+    """Memory for the stretches of one footprint: its outline, their shares, middles, edges and shifts, and slopes."""
+
+    work: FloatArray
+    mass: FloatArray
+    middle: FloatArray
+    at_edge: NDArray[np.int64]
+    shift: FloatArray
+    slopes: FloatArray
+
+
+@njit(cache=True, error_model="numpy")
+def piece_space(nodes):  # type: ignore[no-untyped-def]
+    """Memory for the footprints of slices of these nodes."""
+    most = most_places(nodes)
+    return Pieces(
+        np.empty((4, most)), np.empty(2 * most), np.empty(2 * most), np.empty(2 * most, dtype=np.int64),
+        np.empty(2 * most), np.empty(nodes.shape[1]),
+    )  # fmt: skip
+
+
 @njit(cache=True, error_model="numpy")
 def factor_at(what, k, i, place):  # type: ignore[no-untyped-def]
     """Length of the vector by which an amount counts, at a place in a slice."""
@@ -93,13 +114,14 @@ def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_ed
 
 
 @njit(cache=True, error_model="numpy")
-def pieces_of(gap, half_width, closes, slopes, work, mass, middle, at_edge):  # type: ignore[no-untyped-def]
+def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
 
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
-    room, count, least = reached(gap, half_width, slopes, work)
-    u, g = work[2], work[3]
+    mass, middle, at_edge = space.mass, space.middle, space.at_edge
+    room, count, least = reached(gap, half_width, space.slopes, space.work)
+    u, g = space.work[2], space.work[3]
     edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
     pieces = 0
     if apart < 1.0:
@@ -119,24 +141,24 @@ def pieces_of(gap, half_width, closes, slopes, work, mass, middle, at_edge):  # 
 
 @njit(cache=True, error_model="numpy")
 def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type: ignore[no-untyped-def]
-    most = most_places(flank.nodes)
-    work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
-    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(flank.nodes.shape[1])
+    space = piece_space(flank.nodes)
+    mass, middle, shift = space.mass, space.middle, space.shift
     rolls = flank.profile.shape[0]
     for i in slices:
         nodes, split = grid.nodes[i], grid.split[i]
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
-                slopes[:] = np.nan
+                space.slopes[:] = np.nan
             # between two loaded positions a slice may pass beyond an end of the other body's face
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            pieces = pieces_of(gap, half_width, what.closes[k, i], slopes, work, mass, middle, at_edge)
+            pieces = pieces_of(gap, half_width, what.closes[k, i], space)
             rate = what.rate[:, i]
             shifts_of(
-                middle, at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0], step_of(what.place[:, i], rate, k),
-                step_of(flank.low[:, i], rate, k), step_of(flank.high[:, i], rate, k), shift,
+                middle, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
+                step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
+                step_of(flank.high[:, i], rate, k), shift,
             )  # fmt: skip
             for c in range(pieces):
                 amount = what.rate[k, i] / gap.per_mm * mass[c] * factor_at(what, k, i, middle[c])

@@ -8,12 +8,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
+from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.partner_flank import PartnerFlank, station_of
 from semiwear.meshing.removed import Removed
 from semiwear.wear.between_rolls import lay, node_width, shifts_of, step_of
-from semiwear.wear.deposit import Spread, factor_at, pieces_of
+from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of
 
 __all__ = ["spread_over_partner"]
 
@@ -46,26 +46,25 @@ class _Partner(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def _spread(flank, what, half_width, slices, partner, length, out, taken):  # type: ignore[no-untyped-def]
-    most = most_places(flank.nodes)
-    work, mass, middle = np.empty((4, most)), np.empty(2 * most), np.empty(2 * most)
-    at_edge, shift, slopes = np.empty(2 * most, dtype=np.int64), np.empty(2 * most), np.empty(flank.nodes.shape[1])
+    space = piece_space(flank.nodes)
+    mass, middle, shift = space.mass, space.middle, space.shift
     rolls, stations, places = flank.profile.shape[0], partner.stations.shape[0], partner.places
     step = partner.stations[1] - partner.stations[0]
     for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
-                slopes[:] = np.nan
+                space.slopes[:] = np.nan
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            pieces = pieces_of(gap, half_width, what.closes[k, i], slopes, work, mass, middle, at_edge)
+            pieces = pieces_of(gap, half_width, what.closes[k, i], space)
             below, above = max(i - 1, 0), min(i + 1, stations - 1)
             # as many driven slices meet a station as lie in its width
             wide = abs(partner.face[k, above] - partner.face[k, below]) / ((above - below) * step)
             station, weight = station_of(partner.face[k, i], partner.stations[0], step, stations)
             rate = what.rate[:, i]
             shifts_of(
-                middle, at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
+                middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
                 step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
                 step_of(places[2, :, i], rate, k), shift,
             )  # fmt: skip

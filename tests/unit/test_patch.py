@@ -15,7 +15,8 @@ from semiwear.compliance.half_space import HalfSpace
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.patch_system import PatchSystem, SharedTorque, share_torque
+from semiwear.contact.patch_sharing import SharedTorque, share_torque
+from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan

@@ -1,0 +1,197 @@
+"""Load sharing on patches: forces on cells, and the rotation of the driving body, that balance a torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from semiwear.contact.certificate import residuals_of
+from semiwear.contact.complementarity import Complementarity, ComplementarityStatus, solve_complementarity
+from semiwear.contact.patch_system import PatchSystem, RowPreconditioner
+
+__all__ = ["SharedTorque", "share_torque"]
+
+FloatArray = NDArray[np.float64]
+
+_TOLERANCE = 1e-9  # relative L2 error of the forces: what is less differs with the last bit of a gap
+_LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
+_FIRST_DROP = 0.03  # of the residual, before the active set is looked at again
+_FREE_SETS = 25  # active sets that change on both sides; then cells are only let go, and taken in one at a time
+_SETTLED = 1e-7  # of the approach: residual of the cells that touch
+_PIERCED = 1e-6  # of the approach: penetration from which on a cell is taken in
+
+
+@dataclass(frozen=True)
+class SharedTorque:
+    """Forces on the cells of a mesh position, and how well they meet the conditions.
+
+    Attributes
+    ----------
+    sharing : Complementarity
+        Its `pressure` are forces [N], (rows, columns).
+    rotation : float [rad]
+        Of the driving body.
+    balance : float
+        Relative error of the torque.
+    complementarity : float
+        Greatest gap where cells press, or penetration where they do not, over the approach.
+    """
+
+    sharing: Complementarity
+    rotation: float
+    balance: float
+    complementarity: float
+
+
+def share_torque(
+    system: PatchSystem,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: float,
+    guess: FloatArray,
+    max_iterations: int,
+    tolerance: float = _TOLERANCE,
+    again: bool = True,
+) -> SharedTorque:
+    """Forces on cells and rotation of the driving body that balance a torque.
+
+    Parameters
+    ----------
+    system : PatchSystem
+    gap : (rows, columns) array [mm]
+        Infinite where nothing can touch.
+    lever : (rows,) array [mm]
+    torque : float [N mm]
+    guess : (rows, columns) array [N]
+        Forces to start from.
+    max_iterations : int
+        Convolutions.
+    tolerance : float
+        Relative L2 error of the forces.
+    again : bool
+        Whether active sets are tried where the iterations end short of the tolerance.
+    """
+    allowed = np.isfinite(gap)
+    # from where the first cell touches: a gap that all share would cost digits
+    touching = float((gap.min(axis=1) / lever).min())
+    near = np.where(allowed, gap - touching * lever[:, None], 0.0)
+    start = np.where(allowed, guess, 0.0)
+    if not (start > 0.0).any():
+        start.ravel()[np.argmin(gap / lever[:, None])] = 1.0
+    arms = np.broadcast_to(lever[:, None], gap.shape)
+    sharing = solve_complementarity(
+        system,
+        near,
+        RowPreconditioner(system, gap.shape[1]),
+        lever=arms,
+        direction=arms,
+        load=torque,
+        allowed=allowed,
+        start=start,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+    )
+    if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
+        sharing = _by_active_sets(system, np.where(allowed, near, np.inf), lever, torque, sharing, max_iterations)
+    closing = sharing.approach * lever
+    left = residuals_of(near, sharing.displacement, closing, allowed, sharing.pressure)
+    least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
+    approach = max(float(np.where(allowed, closing[:, None] - near, 0.0).max()), least)
+    return SharedTorque(
+        sharing,
+        touching + sharing.approach,
+        balance=abs(float(lever @ sharing.pressure.sum(axis=1)) / torque - 1.0),
+        complementarity=max(left.spread, -left.least) / approach,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _change_contact(active, force, slack, tolerance, near, freely):  # type: ignore[no-untyped-def]  # noqa: C901
+    """Let go of cells that pull; take in pierced cells, in each row `near` its deepest; returns how many change."""
+    rows, columns = active.shape
+    changed, worst, worst_r, worst_c = 0, -tolerance, -1, -1
+    for r in range(rows):
+        at = -1
+        for c in range(columns):
+            if active[r, c]:
+                if force[r, c] < 0.0:
+                    active[r, c] = False
+                    changed += 1
+            elif slack[r, c] < -tolerance and (at < 0 or slack[r, c] < slack[r, at]):
+                at = c
+        if at < 0:
+            continue
+        if slack[r, at] < worst:
+            worst, worst_r, worst_c = slack[r, at], r, at
+        for c in range(max(at - near, 0), min(at + near + 1, columns)):
+            if freely and not active[r, c] and slack[r, c] < -tolerance and force[r, c] >= 0.0:
+                active[r, c] = True
+                changed += 1
+    if not freely and changed == 0 and worst_r >= 0:
+        active[worst_r, worst_c] = True
+        changed = 1
+    return changed
+
+
+def _by_active_sets(
+    system: PatchSystem,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: float,
+    iterated: Complementarity,
+    max_iterations: int,
+) -> Complementarity:
+    """Solution by active sets, each solved by conjugate gradients; as it was where that fails, too.
+
+    Under a wear step far too long, rows yield as a whole so much more than cells by themselves that cuts of negative
+    forces undo the steps of projected gradients. Sets of cells that keep their forces, whatever the sign, until the
+    equations are nearly solved do not mind (Hintermueller, Ito & Kunisch 2002).
+    """
+    allowed, arms = np.isfinite(gap), lever[:, None]
+    closed, near = np.where(allowed, gap, 0.0), max(gap.shape[1] // 8, 1)
+    active = iterated.pressure > 0.0
+    force, used, changed = iterated.pressure.copy(), iterated.iterations, 1
+    precondition, most = RowPreconditioner(system, gap.shape[1]), used + max_iterations
+    for attempt in range(max_iterations):
+        if not active.any():
+            active.ravel()[np.argmin(gap / arms)] = True
+        answer = precondition(np.where(active, arms, 0.0), active)
+        moment = float(lever @ answer.sum(axis=1))
+        force = np.where(active, force, 0.0)
+        force += answer * ((torque - float(lever @ force.sum(axis=1))) / moment)
+        displacement, used, rotation, slip = system.apply(force), used + 1, 0.0, 0.0
+        residual, direction, before = np.where(active, -(closed + displacement), 0.0), np.zeros_like(force), 0.0
+        goal = np.inf
+        while True:
+            z = precondition(residual, active)
+            slip = -float(lever @ z.sum(axis=1)) / moment
+            rotation += slip
+            residual = residual + np.where(active, slip * arms, 0.0)
+            z += slip * answer
+            left, product = float(np.abs(residual).max()), float(np.vdot(residual, z))
+            reference = float(np.max(rotation * arms - gap, where=allowed, initial=0.0))
+            if not np.isfinite(goal):
+                goal = max(_FIRST_DROP * left if changed else 0.0, _SETTLED * reference)
+            if left <= goal or used >= most:
+                break
+            direction = z + (product / before if before > 0.0 else 0.0) * direction
+            image, used, before = system.apply(direction), used + 1, product
+            bend = float(np.vdot(direction, image))
+            if bend <= 0.0:
+                return replace(iterated, status=ComplementarityStatus.NOT_POSITIVE)
+            length = float(np.vdot(direction, residual)) / bend
+            force, displacement = force + length * direction, displacement + length * image
+            residual = residual - np.where(active, length * image, 0.0)
+        slack = gap + displacement - rotation * arms
+        changed = _change_contact(active, force, slack, _PIERCED * reference, near, attempt < _FREE_SETS)
+        if changed == 0 and left <= _SETTLED * reference:
+            return replace(
+                iterated, pressure=force, displacement=displacement, approach=rotation, load=torque,
+                status=ComplementarityStatus.CONVERGED, iterations=used, error=0.0,
+            )  # fmt: skip
+        if used >= most:
+            break
+    return iterated
