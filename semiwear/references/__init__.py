@@ -4,20 +4,32 @@ from __future__ import annotations
 
 import tomllib
 from importlib import resources
-from typing import Any
+from typing import Any, TypeAlias
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["load_reference", "reference_names"]
+__all__ = ["Table", "load_reference", "load_statements", "reference_names", "stated_names"]
+
+Table: TypeAlias = dict[str, Any]
+"""A table of a TOML file; Any: what a TOML file holds is known when it is read."""
 
 
 def reference_names() -> tuple[str, ...]:
     """Names of the references that ship with semiwear."""
-    files = resources.files(__name__).iterdir()
+    return _names()
+
+
+def stated_names() -> tuple[str, ...]:
+    """Names of the references that state something in words, too."""
+    return _names("statements")
+
+
+def _names(*folder: str) -> tuple[str, ...]:
+    files = resources.files(__name__).joinpath(*folder).iterdir()
     return tuple(sorted(entry.name.removesuffix(".toml") for entry in files if entry.name.endswith(".toml")))
 
 
-def load_reference(name: str) -> dict[str, Any]:
+def load_reference(name: str) -> Table:
     """Read a reference.
 
     Parameters
@@ -35,6 +47,32 @@ def load_reference(name: str) -> dict[str, Any]:
     SemiwearError
         No reference has that name.
     """
-    if name not in reference_names():
-        raise SemiwearError(f"no reference {name!r}; there are: {', '.join(reference_names())}")
-    return tomllib.loads(resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+    return _load(name)
+
+
+def load_statements(name: str) -> Table:
+    """Read what a reference states in words, and when a result agrees with it.
+
+    Parameters
+    ----------
+    name : str
+        One of `stated_names`, e.g. ``"seed_paper"``.
+
+    Returns
+    -------
+    dict
+        ``title``, ``unstated`` and the list ``statement``; their fields are explained in the file.
+
+    Raises
+    ------
+    SemiwearError
+        No reference has that name.
+    """
+    return _load(name, "statements")
+
+
+def _load(name: str, *folder: str) -> Table:
+    names = _names(*folder)
+    if name not in names:
+        raise SemiwearError(f"no reference {name!r}; there are: {', '.join(names)}")
+    return tomllib.loads(resources.files(__name__).joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8"))

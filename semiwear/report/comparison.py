@@ -1,23 +1,29 @@
 """Statements of a published study beside those of a result: verdicts are computed, never written down.
 
-A `Comparison` holds the published statement, the rule by which a result agrees with it, and the function that
-applies the rule. The statements of the seed paper are in `semiwear.report.paper`.
+What a study states, and when a result agrees, are data (`semiwear.references.load_statements`); the values that a
+statement names are those of `semiwear.report.measures`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import operator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
-from typing import Any
+from string import Formatter
 
 import numpy as np
 import xarray as xr
 
-from semiwear.results.missing import why_missing
+from semiwear.references import Table, load_reference, load_statements
+from semiwear.report.evidence import Evidence, NotComparable
+from semiwear.report.markup import figure_text
+from semiwear.report.measures import MEASURES
+from semiwear.report.trends import LEVEL_SHARE, Trend, falls, levels, rises
 
-__all__ = ["Compared", "Comparison", "Evidence", "NotComparable", "Outcome", "Verdict", "compare"]
+__all__ = ["Compared", "Comparison", "Verdict", "compare"]
+
+_IS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
 class Verdict(Enum):
@@ -28,54 +34,24 @@ class Verdict(Enum):
     NOT_COMPARED = "NOT COMPARED"
 
 
-class NotComparable(Exception):
-    """The result does not hold what a comparison needs; the message says what."""
-
-
 @dataclass(frozen=True)
-class Outcome:
-    """Finding of a rule.
-
-    Attributes
-    ----------
-    ours : str
-        The result's values, computed.
-    agrees : bool
-        Whether the rule holds.
-    why : str
-        Explanation of a disagreement; shown only then.
-    """
-
-    ours: str
-    agrees: bool
-    why: str = ""
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """One published statement.
+class Compared:
+    """A published statement, compared.
 
     Attributes
     ----------
     picture : str
         Picture that it stands beside, a name in `semiwear.plot`.
     statement : str
-        What was published; ``{name}`` stands for a number of the reference file.
+        What was published.
     rule : str
         When a result agrees.
-    judge : callable
-        From the evidence to the outcome; raises `NotComparable`.
+    verdict : Verdict
+    ours : str
+        The result's values.
+    why : str
+        Explanation of a disagreement; empty otherwise.
     """
-
-    picture: str
-    statement: str
-    rule: str
-    judge: Callable[[Evidence], Outcome]
-
-
-@dataclass(frozen=True)
-class Compared:
-    """A comparison that was made."""
 
     picture: str
     statement: str
@@ -85,121 +61,163 @@ class Compared:
     why: str
 
 
-class Evidence:
-    """A result and the reference it is compared with.
+@dataclass(frozen=True)
+class Comparison:
+    """A result compared with a study.
+
+    Attributes
+    ----------
+    title : str
+        Of the study.
+    statements : tuple of Compared
+        In the order in which they are declared.
+    """
+
+    title: str
+    statements: tuple[Compared, ...]
+
+
+def compare(reference: str, tree: xr.DataTree, scene: Table) -> Comparison:
+    """Compare a result with everything that a published study states.
 
     Parameters
     ----------
+    reference : str
+        Name of the study, as `load_reference` takes it.
     tree : DataTree
         A result.
-    paper : mapping
-        Tables of the reference file.
     scene : mapping
-        Tables of the scene.
+        Tables of its scene.
     """
-
-    def __init__(self, tree: xr.DataTree, paper: Mapping[str, Any], scene: Mapping[str, Any]):
-        self.tree = tree
-        self.paper = paper
-        self.scene = scene
-
-    def get(self, group: str, name: str) -> xr.DataArray:
-        """A variable, for numpy to compute with."""
-        if self.misfit:
-            raise NotComparable(f"the pair is not the paper's ({self.misfit})")
-        if group not in self.tree.children or name not in self.tree[group].to_dataset():
-            raise NotComparable(f"the result has no /{group}/{name}")
-        array = self.tree[group].to_dataset()[name]
-        if "wear_step" in array.dims and array.sizes["wear_step"] < 3:
-            raise NotComparable("the result has fewer than three wear steps")
-        return array
-
-    def history(self, name: str, body: str | None = None) -> np.ndarray:
-        """One value a wear step."""
-        array = self.get("history", name)
-        if why_missing(array):
-            raise NotComparable(f"/history/{name} is missing at some wear steps: {why_missing(array)}")
-        return np.asarray((array if body is None else array.sel(body=body)).values, dtype=float)
-
-    @cached_property
-    def misfit(self) -> str:
-        """In what the scene's pair differs from the paper's; empty where in nothing that the paper states."""
-        own, paper = self.scene.get("gear_pair", {}), self.paper.get("gear_pair", {})
-        return ", ".join(
-            f"{name} = {own[name]}, not {paper[name]}" for name in paper if own.get(name, paper[name]) != paper[name]
-        )
-
-    @property
-    def meshes(self) -> np.ndarray:
-        """Meshes of each wear step."""
-        return np.asarray(self.get("history", "load_share_max")["meshes"].values, dtype=float)
-
-    @property
-    def last_depth(self) -> float:
-        """The published figures are for this wear depth at the control point [um]."""
-        return float(self.paper["wear"]["control_depth_um"][-1])
-
-    def control_depth(self) -> np.ndarray:
-        """Wear depth at the control point at each wear step [um], refused where the wear does not reach."""
-        self._of_a_worn_gear()
-        depth = self.history("wear_depth_control_point")
-        if depth[-1] < 0.995 * self.last_depth:
-            asked = f"the paper's figures are for {self.last_depth:g} µm"
-            raise NotComparable(f"the control point wears by {depth[-1]:.3g} µm, {asked}")
-        return depth
-
-    def at_depth(self, values: np.ndarray, depth: float) -> float:
-        """Value when the control point has worn by `depth`."""
-        return float(np.interp(depth, self.control_depth(), values))
-
-    def at_last_depth(self, name: str, body: str | None = None) -> float:
-        """Value of a history when the control point has reached the paper's last depth."""
-        return self.at_depth(self.history(name, body), self.last_depth)
-
-    def until(self, values: np.ndarray, depth: float) -> np.ndarray:
-        """Values up to the moment when the control point has worn by `depth`."""
-        before = self.control_depth() < depth * (1 - 1e-9)
-        return np.append(values[before], self.at_depth(values, depth))
-
-    def gear_flank(self, name: str) -> np.ndarray:
-        """A flank variable of the gear over (profile, face), wear at the last step."""
-        if name == "wear_depth":
-            self._of_a_worn_gear()
-        array = self.get("flank", name).sel(body="gear")
-        return np.asarray((array.isel(wear_step=-1) if "wear_step" in array.dims else array).values)
-
-    def _of_a_worn_gear(self) -> None:
-        if "gear" not in self.scene.get("wear", {}).get("worn_bodies", ["gear"]):
-            raise NotComparable("the paper wears the gear, this result the pinion alone")
-
-    def wear_coefficient(self) -> float:
-        """Wear coefficient of the scene [mm^2/N]."""
-        value = self.scene.get("wear", {}).get("coefficient_mm2_per_N")
-        if not isinstance(value, int | float) or value <= 0:
-            raise NotComparable("the scene states no single wear coefficient")
-        return float(value)
+    stated = load_statements(reference)
+    evidence = Evidence(tree, load_reference(reference), scene)
+    return Comparison(
+        stated["title"], tuple(_compared(statement, evidence, stated) for statement in stated["statement"])
+    )
 
 
-def compare(
-    comparisons: tuple[Comparison, ...], evidence: Evidence, numbers: Mapping[str, Any]
-) -> tuple[Compared, ...]:
-    """Apply every rule; `numbers` fill the places in the statements."""
-    return tuple(_compared(comparison, evidence, numbers) for comparison in comparisons)
-
-
-def _compared(comparison: Comparison, evidence: Evidence, numbers: Mapping[str, Any]) -> Compared:
-    statement = comparison.statement.format_map(numbers)
+def _compared(statement: Table, evidence: Evidence, stated: Table) -> Compared:
+    values = _Values(evidence, {**stated, **statement})
+    published, rule = _text(statement["published"], values), _text(_rule(statement), values)
+    why = ""
     try:
-        outcome = comparison.judge(evidence)
+        agrees, ours = _judged(statement, evidence, values)
+        verdict = Verdict.AGREE if agrees else Verdict.DISAGREE
+        if not agrees:
+            why = " ".join(_sentences(statement["why"], values))
     except NotComparable as reason:
-        return Compared(
-            comparison.picture,
-            statement,
-            comparison.rule,
-            Verdict.NOT_COMPARED,
-            f"Not compared: {reason}.",
-            "",
+        verdict, ours = Verdict.NOT_COMPARED, f"Not compared: {reason}."
+    return Compared(statement["picture"], published, rule, verdict, ours, why)
+
+
+def _rule(statement: Table) -> str:
+    if "number" in statement:
+        return f"Agrees within {statement['number']['within']:.0%}."
+    if "course" not in statement:
+        return str(statement["rule"])
+    course = statement["course"]
+    if "turn_um" in course:
+        return (
+            f"Agrees if it rises up to {course['turn_um']:g} µm at the control point and from there changes by less "
+            f"than {LEVEL_SHARE:.0%} of its range."
         )
-    verdict = Verdict.AGREE if outcome.agrees else Verdict.DISAGREE
-    why = "" if outcome.agrees else outcome.why
-    return Compared(comparison.picture, statement, comparison.rule, verdict, outcome.ours, why)
+    what = "its absolute value" if course.get("size") else "it"
+    return f"Agrees if {what} {' and '.join(course['does'])}."
+
+
+def _judged(statement: Table, evidence: Evidence, values: _Values) -> tuple[bool, str]:
+    """Whether a result agrees with a statement, and its values in words."""
+    if "number" in statement:
+        number = statement["number"]
+        published, value = (float(_field(number[name], values)) for name in ("published", "of"))
+        deviation = value / published - 1.0
+        return abs(deviation) <= number["within"], f"{figure_text(value)} {number['units']} ({deviation:+.1%})"
+    if "course" in statement:
+        trends = _trends(statement["course"], evidence)
+        return all(trend.holds for trend in trends), "; ".join(trend.text for trend in trends)
+    holds = all(_holds(comparison, values) for comparison in statement["holds"])
+    return holds, _text(statement["ours"], values)
+
+
+def _trends(course: Table, evidence: Evidence) -> list[Trend]:
+    history, units = evidence.history(course["of"], course.get("body")), course.get("units", "")
+    if "turn_um" in course:
+        turn = float(course["turn_um"])
+        before = rises(evidence.until(history, turn), units)
+        return [Trend(before.holds, f"up to {turn:g} µm: {before.text}"), _level_after(evidence, history, turn)]
+    if course.get("size"):
+        history = np.abs(history)
+    kinds = {"rises": lambda: rises(history, units), "falls": lambda: falls(history, units),
+             "levels": lambda: levels(evidence.meshes, history)}  # fmt: skip
+    return [kinds[name]() for name in course["does"]]
+
+
+def _level_after(evidence: Evidence, history: np.ndarray, turn: float) -> Trend:
+    begin, end = (evidence.at_depth(history, depth) for depth in (turn, evidence.last_depth))
+    spread = float(np.ptp(history))
+    change = (end - begin) / spread if spread > 0 else 0.0
+    text = f"from {turn:g} to {evidence.last_depth:g} µm it changes by {change:+.0%} of its whole range"
+    return Trend(abs(change) < LEVEL_SHARE, text)
+
+
+# ---------------------------------------------------------------------- templates
+
+
+class _Values(Mapping[str, object]):
+    """Values that a template may name: its study's and its statement's fields, and what is measured."""
+
+    def __init__(self, evidence: Evidence, fields: Table):
+        self._evidence, self._fields = evidence, {**evidence.paper, **fields}
+
+    def __getitem__(self, name: str) -> object:
+        return MEASURES[name](self._evidence) if name in MEASURES else self._fields[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**MEASURES, **self._fields})
+
+    def __len__(self) -> int:
+        return len({**MEASURES, **self._fields})
+
+
+class _Figures(Formatter):
+    """Format of templates; ``:fig3`` shows three significant digits, and a minus is no hyphen."""
+
+    def format_field(self, value: object, format_spec: str) -> str:
+        if format_spec.startswith("fig") and isinstance(value, int | float):
+            return figure_text(value, int(format_spec[3:]))
+        text = str(super().format_field(value, format_spec))
+        return text if isinstance(value, str) else text.replace("-", "−")
+
+
+_FIGURES = _Figures()
+
+
+def _text(template: str, values: _Values) -> str:
+    return _FIGURES.vformat(template, (), values)
+
+
+def _field(name: str, values: _Values) -> float:
+    found, _ = _FIGURES.get_field(name, (), values)
+    return float(found)
+
+
+def _holds(comparison: str, values: _Values) -> bool:
+    """Whether a comparison holds: two values with a sign between them, each a number or a name."""
+    left, sign, right = comparison.split()
+    return bool(_IS[sign](*(_number(word, values) for word in (left, right))))
+
+
+def _number(word: str, values: _Values) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return _field(word, values)
+
+
+def _sentences(templates: list[str], values: _Values) -> Iterator[str]:
+    """Sentences of an explanation, without those on what the result does not hold."""
+    for template in templates:
+        try:
+            yield _text(template, values)
+        except NotComparable:
+            continue

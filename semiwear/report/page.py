@@ -9,18 +9,16 @@ from collections import Counter
 from html import escape
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.references import load_reference
+from semiwear.references import Table, stated_names
 from semiwear.report import sections
-from semiwear.report.comparison import Compared, Evidence, Verdict, compare
+from semiwear.report.comparison import Compared, Comparison, Verdict, compare
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import element
-from semiwear.report.paper import SEED_PAPER, TITLE, numbers
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
 from semiwear.targets import PAGES, file_target, naming
@@ -85,7 +83,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     if against is not None:
         scenes = scene, _scene(str(against.attrs.get("scene_toml", "")))
         other = _section(heading(against), against_section(tree, against, scenes))
-    compared = _compared(tree, scene)
+    comparison = _comparison_of(tree, scene)
     drawn = draw_all(tree)
     title = escape(attrs.get("title", "Gear tooth wear"))
     parts = [
@@ -96,8 +94,8 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
         _section("What ran, and why", sections.physics(attrs)),
         _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
         other,
-        _section("Against the paper", _summary(compared)) if compared else "",
-        _section("Pictures", _pictures(drawn, compared)),
+        _section("Against the paper", _summary(comparison)) if comparison else "",
+        _section("Pictures", _pictures(drawn, comparison.statements if comparison else ())),
         _section("Wear steps", sections.wear_steps(tree)) if "history" in tree.children else "",
         _section("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
         _section("References", sections.references(tree)),
@@ -118,7 +116,7 @@ def _section(heading: str, content: str) -> str:
     return f"<section><h2>{escape(heading)}</h2>{content}</section>\n" if content else ""
 
 
-def _scene(scene_toml: str) -> dict[str, Any]:
+def _scene(scene_toml: str) -> Table:
     """Tables of the scene; empty where its text is no TOML, which the page then shows as it is."""
     try:
         return tomllib.loads(scene_toml)
@@ -126,17 +124,15 @@ def _scene(scene_toml: str) -> dict[str, Any]:
         return {}
 
 
-def _compared(tree: xr.DataTree, scene: dict[str, Any]) -> tuple[Compared, ...]:
-    """Comparisons with the seed paper, where the scene asks for them."""
-    if scene.get("reference") != "seed_paper":
-        return ()
-    paper = load_reference("seed_paper")
-    return compare(SEED_PAPER, Evidence(tree, paper, scene), numbers(paper))
+def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
+    """The result beside the study that the scene names."""
+    reference = scene.get("reference")
+    return compare(reference, tree, scene) if reference in stated_names() else None
 
 
-def _summary(compared: tuple[Compared, ...]) -> str:
+def _summary(comparison: Comparison) -> str:
     """Count of the verdicts, and the rules behind them."""
-    counts = Counter(entry.verdict for entry in compared)
+    counts = Counter(entry.verdict for entry in comparison.statements)
     badges = "".join(
         f'<li class="{_class(verdict)}"><strong>{counts[verdict]}</strong> {_badge(verdict)}</li>'
         for verdict in Verdict
@@ -144,7 +140,7 @@ def _summary(compared: tuple[Compared, ...]) -> str:
     )
     rules = "".join(f"<dt>{escape(name)}</dt><dd>{escape(rule)}.</dd>" for name, rule in RULES.items())
     return (
-        f"<p>“{escape(TITLE)}”. Each verdict is computed from this result by the rule beside it.</p>"
+        f"<p>“{escape(comparison.title)}”. Each verdict is computed from this result by the rule beside it.</p>"
         f'<ul class="counts">{badges}</ul><details><summary>What “rises”, “falls” and “levels” mean</summary>'
         f"<dl>{rules}</dl></details>"
     )

@@ -15,7 +15,7 @@ import semiwear as sw
 from semiwear import cli
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
-from semiwear.report.comparison import Evidence, NotComparable
+from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.targets import RESULTS, file_target
 from tests.strategies.results import synthetic_tree
 

@@ -11,16 +11,16 @@ import matplotlib.pyplot as plt
 
 from semiwear import plot
 from semiwear.errors import MissingExtraError, SemiwearError
-from semiwear.references import load_reference, reference_names
+from semiwear.references import load_reference, load_statements, reference_names
 from semiwear.report import write_report
-from semiwear.report.comparison import Evidence, Verdict, compare
+from semiwear.report.comparison import Verdict, compare
 from semiwear.report.markup import figure_text
-from semiwear.report.paper import SEED_PAPER, numbers
+from semiwear.report.measures import MEASURES
 from semiwear.report.pictures import PICTURES
 from semiwear.report.trends import LEVEL_SHARE, levels, rises
 from tests.strategies.results import SCENE, synthetic_tree
 
-PAPER = load_reference("seed_paper")
+PAPER, STATED = load_reference("seed_paper"), load_statements("seed_paper")
 NO_REFERENCE = SCENE.replace('reference = "seed_paper"\n', "")
 
 
@@ -56,8 +56,7 @@ def verdicts(tree, scene=None):
         "operation": {"pinion_torque_Nm": 1600},
         **(scene or {}),
     }
-    found = compare(SEED_PAPER, Evidence(tree, PAPER, scene), numbers(PAPER))
-    return {entry.statement: entry for entry in found}
+    return {entry.statement: entry for entry in compare("seed_paper", tree, scene).statements}
 
 
 def altered(tree, path, change):
@@ -99,7 +98,7 @@ def test_every_picture_takes_axes_and_leaves_the_users_settings(name, tree):
 
 def test_every_picture_of_plot_is_in_the_report():
     assert sorted(picture.name for picture in PICTURES) == sorted(plot.__all__)
-    assert {comparison.picture for comparison in SEED_PAPER} <= set(plot.__all__)
+    assert {statement["picture"] for statement in STATED["statement"]} <= set(plot.__all__)
 
 
 def test_contact_patterns_of_one_result_share_their_colours(tree):
@@ -232,7 +231,7 @@ def test_a_failing_report_leaves_the_old_page(tmp_path, tree, monkeypatch):
 def test_a_tree_shaped_like_the_paper_agrees(tree):
     found = verdicts(tree)
     agreeing = [entry for entry in found.values() if entry.verdict is Verdict.AGREE]
-    assert len(found) == len(SEED_PAPER) and len(agreeing) >= 20
+    assert len(found) == len(STATED["statement"]) and len(agreeing) >= 20
     assert all(entry.why == "" for entry in agreeing)
     assert all(entry.why for entry in found.values() if entry.verdict is Verdict.DISAGREE)
 
@@ -321,6 +320,20 @@ def test_wear_of_the_pinion_alone_is_not_compared(tree):
         assert all(entry.verdict is Verdict.NOT_COMPARED and "the pinion alone" in entry.ours for entry in matching)
     assert one(found, "112.48").verdict is Verdict.NOT_COMPARED
     assert one(found, "Relative sliding is close to zero").verdict is not Verdict.NOT_COMPARED
+
+
+def test_names_in_statements_have_one_meaning():
+    assert not set(MEASURES) & {*PAPER, *STATED}
+    assert PAPER["wear"]["control_depth_um"][7] == 40.0  # from where the paper's courses turn; the statements name it
+    assert len(PAPER["wear"]["control_depth_um"]) == len(PAPER["wear"]["engagements_1e10"]) == 12
+
+
+def test_sentences_on_what_a_result_lacks_are_left_out(tree):
+    high = altered(tree, "history/root_stress_max", lambda v: 1.3 * v)
+    entry = one(verdicts(high), "Gear 130.12")
+    assert "would bring the published value" in entry.why and "nan" not in entry.why
+    entry = one(verdicts(high, {"operation": {}}), "Gear 130.12")
+    assert entry.verdict is Verdict.DISAGREE and "would bring" not in entry.why and "neither torque" in entry.why
 
 
 def test_absent_variables_are_not_compared(tree):

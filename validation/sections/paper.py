@@ -13,10 +13,8 @@ import xarray as xr
 import semiwear as sw
 from semiwear.errors import SceneError
 from semiwear.references import load_reference
-from semiwear.report.comparison import Compared, Evidence, Verdict, compare
+from semiwear.report.comparison import Compared, Verdict, compare
 from semiwear.report.markup import figure_text, table
-from semiwear.report.paper import SEED_PAPER, numbers
-from semiwear.report.paper import TITLE as PAPER_TITLE
 from validation.problems import Problems
 from validation.progress import Progress
 from validation.section import Section
@@ -54,8 +52,8 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     scene = sw.load_scene("face_gear_25x160")
     progress.note("the shipped scene")
     tree = sw.simulate(scene)
-    evidence = Evidence(tree, paper, tomllib.loads(scene.to_toml()))
-    compared = compare(SEED_PAPER, evidence, numbers(paper))
+    comparison = compare("seed_paper", tree, tomllib.loads(scene.to_toml()))
+    compared = comparison.statements
 
     coarse = scene.replace(QUICK) if quick else scene
     values, kept = over_torque(coarse, QUICK_TORQUES if quick else TORQUES, progress)
@@ -71,8 +69,8 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
     schemes = worn_by_schemes(scene, (31,) if quick else (31, 61, 91), QUICK_STEPS if quick else STEPS, progress)
     life = life_of(tree, paper)
     html = (
-        f"<p>“{PAPER_TITLE}”. The paper states neither torque nor materials, heights or fillets; the shipped scene "
-        "has usual ones. Verdicts are computed by the rule beside each statement.</p>"
+        f"<p>“{comparison.title}”. The paper states neither torque nor materials, heights or fillets; the shipped "
+        "scene has usual ones. Verdicts are computed by the rule beside each statement.</p>"
         + _statements(compared)
         + torque_part(inferred, best, kept, values, printed)
         + _radii(scene, paper)
