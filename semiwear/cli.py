@@ -20,7 +20,7 @@ import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.console import tolerant_streams
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
-from semiwear.results.checkpoint import peek
+from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
@@ -223,7 +223,7 @@ def _clear_away(checkpoint: Path, written: str) -> None:
     for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
         left.unlink(missing_ok=True)
     for round_ in range(ROUNDS):
-        round_checkpoint(checkpoint, round_).unlink(missing_ok=True)
+        remove_checkpoint(round_checkpoint(checkpoint, round_))
 
 
 def _require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:

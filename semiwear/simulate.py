@@ -70,12 +70,12 @@ def simulate(
     fidelity : str, optional
         Instead of ``numerics.fidelity``.
     checkpoint : path, optional
-        A file that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
+        A folder that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
         It stays until you delete it: do so when you have saved the result.
     resume : bool
-        Go on from the wear steps in `checkpoint`, from the beginning where there is no such file. On one kind of
+        Go on from the wear steps in `checkpoint`, from the beginning where there is no such folder. On one kind of
         processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
-        `/diagnostics`. Without it, an earlier run's file is replaced when the first wear step is finished.
+        `/diagnostics`. Without it, an earlier run's steps are replaced when the first wear step is finished.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def simulate(
 def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
     """Raise `SceneError` where a run is to go on from no checkpoint."""
     if resume and checkpoint is None:
-        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FILE as well")
+        raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FOLDER as well")
 
 
 def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:

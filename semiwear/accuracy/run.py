@@ -56,13 +56,13 @@ def simulate(
     fidelity : str, optional
         Instead of ``numerics.fidelity``.
     checkpoint : path, optional
-        A file that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
+        A folder that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
         It stays until you delete it: do so when you have saved the result. Where an accuracy takes a second and a
-        third run, these have files of their own, `round_checkpoint`.
+        third run, these have folders of their own, `round_checkpoint`.
     resume : bool
-        Go on from the wear steps in `checkpoint`, from the beginning where there is no such file. On one kind of
+        Go on from the wear steps in `checkpoint`, from the beginning where there is no such folder. On one kind of
         processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
-        `/diagnostics`. Without it, an earlier run's file is replaced when the first wear step is finished.
+        `/diagnostics`. Without it, an earlier run's steps are replaced when the first wear step is finished.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def simulate(
 
 
 def round_checkpoint(checkpoint: str | os.PathLike[str], round_: int) -> Path:
-    """The file that keeps the wear steps of a final run: `checkpoint` itself in round 0, then FILE.2 and FILE.3.
+    """Folder that keeps the wear steps of a final run: `checkpoint` itself in round 0, then with .2 and .3 behind.
 
     Coarse runs are not kept: they come out the same when they are repeated.
     """

@@ -1,24 +1,21 @@
-"""Checkpoints: the finished wear steps of a run, on disk as soon as they are finished.
+"""Checkpoints: the wear states of a run, each in a file of its own as soon as it is found.
 
-A file is a mark and a chain of records, each sealed by its length and SHA-256: first what the run stands on
-(`run_identity`), then one a wear step. The file appears whole (written, then renamed) and grows at its end; what a
-killed run leaves behind the last whole record is dropped, so that at any moment the steps before it are safe.
+A checkpoint is a folder: ``run.json`` holds what the run stands on (`run_identity`), ``0000.npz`` the unworn state,
+``0001.npz`` the state after the first wear step. A file is written beside its place and renamed, so that it is whole
+or absent, whenever a run is killed.
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import os
-import struct
-import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Protocol
-from zipfile import BadZipFile
+from typing import Protocol
 
 import numpy as np
 
@@ -31,11 +28,11 @@ try:
 except ImportError:  # not a POSIX system: two runs are not kept apart there
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["Checkpoint", "Keeper", "KeptStep", "NoCheckpoint", "Peek", "open_checkpoint", "peek"]
+__all__ = ["Checkpoint", "Keeper", "KeptStep", "NoCheckpoint", "Peek", "open_checkpoint", "peek", "remove_checkpoint"]
 
-_MARK = b"semiwear checkpoint 1\n"
-_SEAL = struct.Struct("<Q32s")  # length of a record and its SHA-256
-_REMEDY = "delete the file, or run without --resume (resume=False), to start from the beginning"
+_VERSION = 2
+_RUN, _STEPS, _WRITTEN = "run.json", "[0-9][0-9][0-9][0-9].npz", ".new"
+_REMEDY = "delete the folder, or run without --resume (resume=False), to start from the beginning"
 
 
 @dataclass(frozen=True)
@@ -65,7 +62,7 @@ class Peek:
     finished : int
         Wear steps that are whole.
     damaged : bool
-        Whether what follows them is damaged and not merely cut off.
+        Whether what follows them is damaged.
     """
 
     finished: int
@@ -107,18 +104,18 @@ class NoCheckpoint:
 
 
 class Checkpoint:
-    """A checkpoint file that is being written; made by `open_checkpoint`.
+    """A checkpoint that is being written; made by `open_checkpoint`.
 
     Attributes
     ----------
-    path : Path
+    folder : Path
     steps : tuple of KeptStep
-        What the file held when it was opened, the unworn state first.
+        Wear states that it held when it was opened, the unworn one first.
     """
 
-    def __init__(self, path: Path, opened: BinaryIO, steps: tuple[KeptStep, ...] = (), waiting: Path | None = None):
-        self.path, self.steps = path, steps
-        self._opened, self._waiting, self._count = opened, waiting, len(steps)
+    def __init__(self, folder: Path, lock: int, steps: tuple[KeptStep, ...], anew: Mapping[str, str] | None = None):
+        self.folder, self.steps = folder, steps
+        self._lock, self._anew, self._waiting, self._count = lock, anew, list[KeptStep](), len(steps)
 
     def __enter__(self) -> Checkpoint:
         return self
@@ -127,10 +124,8 @@ class Checkpoint:
         self.close()
 
     def close(self) -> None:
-        """Let the file go; it stays."""
-        self._opened.close()
-        if self._waiting is not None:
-            self._waiting.unlink(missing_ok=True)
+        """Let the folder go; it stays."""
+        os.close(self._lock)
 
     def add(self, step: KeptStep) -> None:
         """Keep one more wear state; when this returns it is on the disk.
@@ -140,16 +135,20 @@ class Checkpoint:
         ResultFileError
             It cannot be written; the states before are kept.
         """
+        self._waiting.append(step)
         try:
-            _append(self._opened, _packed(step))
-            self._count += 1
-            if self._waiting is not None and self._count > 1:
-                # only a finished wear step takes the place of an earlier run's checkpoint
-                _take_place(self._waiting, self.path)
-                self._waiting = None
+            if self._anew is not None:
+                if len(self._waiting) < 2:
+                    return  # only a finished wear step takes the place of an earlier run's
+                _begin(self.folder, self._anew)
+                self._anew = None
+            while self._waiting:
+                _write(self.folder / f"{self._count:04d}.npz", _packed(self._waiting[0]))
+                self._count += 1
+                del self._waiting[0]
         except OSError as error:
             raise ResultFileError(
-                f"{self.path}: cannot be written ({error.strerror or error}); what was finished before, "
+                f"{self.folder}: cannot be written ({error.strerror or error}); what was finished before, "
                 f"{max(self._count - 1, 0)} wear steps, is kept: make room, then go on with --resume (resume=True)"
             ) from error
 
@@ -160,185 +159,174 @@ def open_checkpoint(path: str | os.PathLike[str], identity: Mapping[str, str], *
     Parameters
     ----------
     path : path
-        The file.
+        The folder; made where it does not exist.
     identity : mapping of str to str
         What the run stands on, from `run_identity`.
     resume : bool
-        Go on from the steps in the file, if there is one. Otherwise an existing file is replaced as soon as the
-        new run has finished a wear step of its own.
+        Go on from the steps in the folder, if there are any. Otherwise they are replaced as soon as the new run has
+        finished a wear step of its own.
 
     Raises
     ------
     ResultFileError
-        The file is of another run, damaged at its start or foreign, in use, or cannot be written.
+        The checkpoint is of another run, damaged at its start or foreign, in use, or cannot be written.
     """
-    target = Path(path)
+    folder = Path(path)
     try:
-        if target.exists() and not target.is_file():
-            what = "a folder" if target.is_dir() else "not a plain file"
-            raise ResultFileError(f"{target}: {what}, so no checkpoint; give the path of a file")
-        if not target.exists():
-            return Checkpoint(target, _written(target, [_packed_identity(identity)], target))
-        return _resumed(target, identity) if resume else _anew(target, identity)
+        if folder.exists() and not _is_checkpoint(folder):
+            raise ResultFileError(f"{folder}: not a checkpoint of semiwear; give a path where it may make a folder")
+        folder.mkdir(exist_ok=True)
+        with _locked(folder) as lock:
+            for left in folder.glob(f"*{_WRITTEN}"):  # by a run that was killed as it wrote
+                left.unlink(missing_ok=True)
+            if not (folder / _RUN).exists():
+                _begin(folder, identity)
+                return Checkpoint(folder, lock, ())
+            if resume:
+                return Checkpoint(folder, lock, _resumed(folder, identity))
+            return Checkpoint(folder, lock, (), anew=identity)
     except OSError as error:
         raise ResultFileError(
-            f"{target}: the checkpoint cannot be opened ({error.strerror or error}); give a file in a folder that "
+            f"{folder}: the checkpoint cannot be opened ({error.strerror or error}); give a place in a folder that "
             "exists, and which you may read and write"
         ) from error
 
 
 def peek(path: str | os.PathLike[str]) -> Peek | None:
-    """Content of a checkpoint; None where there is no such file, or none of semiwear's."""
+    """Content of a checkpoint; None where there is none."""
+    folder = Path(path)
     try:
-        with Path(path).open("rb") as opened:
-            payloads, damaged = _read(opened, Path(path))
+        _identity(folder)
+        steps = _steps(folder)
     except (OSError, ResultFileError):
         return None
-    return Peek(max(len(payloads) - 2, 0), damaged)
+    return Peek(max(len(steps) - 1, 0), _file_of(folder, len(steps)).exists())
 
 
-def _anew(target: Path, identity: Mapping[str, str]) -> Checkpoint:
-    """A checkpoint that waits beside an existing one."""
-    with target.open("rb") as old:
-        _lock(old, target)  # another run's steps are not taken away under its hands
-    waiting = target.with_name(f".{target.name}.new")
-    return Checkpoint(target, _written(waiting, [_packed_identity(identity)], None), waiting=waiting)
+def remove_checkpoint(path: str | os.PathLike[str]) -> None:
+    """Remove a checkpoint, but nothing else that lies in its folder."""
+    folder = Path(path)
+    if folder.is_dir() and _is_checkpoint(folder):
+        _clear(folder)
+        (folder / _RUN).unlink(missing_ok=True)
+        with suppress(OSError):
+            folder.rmdir()
 
 
-def _resumed(target: Path, identity: Mapping[str, str]) -> Checkpoint:
-    opened = target.open("r+b")
-    try:
-        _lock(opened, target)
-        payloads, _ = _read(opened, target)
-        kept = _unpacked_identity(payloads[0], target)
-        steps = tuple(_unpacked(payload, target) for payload in payloads[1:])
-        finished = max(len(steps) - 1, 0)
-        changed = differences(kept, identity, finished)
-        if changed and finished:
-            listed = "\n".join(f"  {k + 1}. {line}" for k, line in enumerate(changed))
-            raise ResultFileError(
-                f"{target}: cannot be resumed, its {finished} finished wear steps are of another run\n{listed}\n"
-                f"undo the changes to resume it; or {_REMEDY}"
-            )
-        if changed:
-            payloads, steps = payloads[:1], ()  # nothing is lost
-        if kept == dict(identity):
-            opened.truncate()  # behind the last whole record lies what a killed run had begun to write
-            return Checkpoint(target, opened, steps)
-        # what has changed does not touch the finished steps, but may touch those to come
-        beside = target.with_name(f".{target.name}.new")
-        again = _written(beside, [_packed_identity(identity), *payloads[1:]], target)
-    except BaseException:
-        opened.close()
-        raise
-    opened.close()
-    return Checkpoint(target, again, steps)
+def _is_checkpoint(folder: Path) -> bool:
+    """Whether a run may write there: a checkpoint, or an empty folder, as one that was killed at once leaves."""
+    if not folder.is_dir():
+        return False
+    return (folder / _RUN).exists() or all(entry.name.endswith(_WRITTEN) for entry in folder.iterdir())
 
 
-def _written(path: Path, payloads: Sequence[bytes], target: Path | None) -> BinaryIO:
-    """A new file with these records, open at its end; under the name `target`, when given, once it is whole."""
-    if target == path:
-        path = target.with_name(f".{target.name}.new")
-    opened = path.open("wb")
-    try:
-        _lock(opened, path)
-        opened.write(_MARK)
-        for payload in payloads:
-            _append(opened, payload)
-        if target is not None:
-            _take_place(path, target)
-    except BaseException:
-        opened.close()
-        raise
-    return opened
-
-
-def _take_place(path: Path, target: Path) -> None:
-    os.replace(path, target)
-    sync_folder(target.parent)
-
-
-def _lock(opened: BinaryIO, path: Path) -> None:
-    """Hold the file until it is closed, or the process ends."""
-    if fcntl is None:
-        return
-    try:
-        fcntl.flock(opened.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+def _resumed(folder: Path, identity: Mapping[str, str]) -> tuple[KeptStep, ...]:
+    kept, steps = _identity(folder), _steps(folder)
+    finished = max(len(steps) - 1, 0)
+    changed = differences(kept, identity, finished)
+    if changed and finished:
+        listed = "\n".join(f"  {k + 1}. {line}" for k, line in enumerate(changed))
         raise ResultFileError(
-            f"{path}: another run is writing this checkpoint; wait for it, stop it, or give another output file"
-        ) from None
-    except OSError:
-        pass  # a file system without locks
+            f"{folder}: cannot be resumed, its {finished} finished wear steps are of another run\n{listed}\n"
+            f"undo the changes to resume it; or {_REMEDY}"
+        )
+    if changed:
+        _begin(folder, identity)  # nothing is lost
+        return ()
+    _clear(folder, len(steps))
+    if kept != dict(identity):  # what has changed does not touch the finished steps, but may touch those to come
+        _write(folder / _RUN, _packed_identity(identity))
+    return steps
 
 
-# ---------------------------------------------------------------------- records
+def _begin(folder: Path, identity: Mapping[str, str]) -> None:
+    """Empty a checkpoint, and say of which run it is."""
+    _clear(folder)
+    _write(folder / _RUN, _packed_identity(identity))
 
 
-def _append(opened: BinaryIO, payload: bytes) -> None:
-    opened.write(_SEAL.pack(len(payload), _digest(payload)) + payload)
-    opened.flush()
-    os.fsync(opened.fileno())
+def _clear(folder: Path, kept: int = 0) -> None:
+    """Remove states but the first so many, the last one first: what a kill leaves is a shorter run."""
+    for file in sorted(folder.glob(_STEPS), reverse=True):
+        if file >= _file_of(folder, kept):
+            file.unlink()
 
 
-def _digest(payload: bytes) -> bytes:
-    return hashlib.sha256(len(payload).to_bytes(8, "little") + payload).digest()
-
-
-def _read(opened: BinaryIO, path: Path) -> tuple[list[bytes], bool]:
-    """Whole records up to the first that is not, the position left behind them; whether that one is damaged.
-
-    A record that ends before it should is what a killed run had begun to write, and no damage.
-    """
-    mark = opened.read(len(_MARK))
-    if mark != _MARK:
-        if mark.startswith(_MARK[:-2]):
-            raise ResultFileError(f"{path}: a checkpoint of another version of semiwear; {_REMEDY}")
-        what = "empty" if not mark else "not a checkpoint of semiwear, or damaged at its start"
-        raise ResultFileError(f"{path}: {what}; {_REMEDY}")
-    size = os.fstat(opened.fileno()).st_size
-    payloads: list[bytes] = []
-    damaged = False
-    while True:
-        begin = opened.tell()
-        seal = opened.read(_SEAL.size)
-        if len(seal) == _SEAL.size:
-            length, digest = _SEAL.unpack(seal)
-            payload = opened.read(length) if length <= size - opened.tell() else b""
-            if _digest(payload) == digest:
-                payloads.append(payload)
-                continue
-            damaged = len(payload) == length
-        opened.seek(begin)
-        break
-    if not payloads:
-        raise ResultFileError(f"{path}: damaged at its start, so that no wear step in it can be used; {_REMEDY}")
-    return payloads, damaged
-
-
-def _packed_identity(identity: Mapping[str, str]) -> bytes:
-    return json.dumps(dict(identity)).encode()
-
-
-def _unpacked_identity(payload: bytes, path: Path) -> dict[str, str]:
+@contextmanager
+def _locked(folder: Path) -> Iterator[int]:
+    """Hold a folder until its descriptor is closed, or the process ends; closed at once on an error."""
+    lock = os.open(folder, os.O_RDONLY)
     try:
-        return {str(name): str(value) for name, value in json.loads(payload).items()}
-    except (ValueError, AttributeError) as error:
-        raise ResultFileError(f"{path}: damaged, it does not say of which run it is; {_REMEDY}") from error
+        if fcntl is not None:
+            with suppress(OSError):  # a file system without locks
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    raise ResultFileError(
+                        f"{folder}: another run is writing this checkpoint; wait for it, stop it, or give another "
+                        "output file"
+                    ) from None
+        yield lock
+    except BaseException:
+        os.close(lock)
+        raise
+
+
+# ---------------------------------------------------------------------- files
+
+
+def _write(file: Path, content: bytes) -> None:
+    beside = file.with_name(f"{file.name}{_WRITTEN}")
+    with beside.open("wb") as opened:
+        opened.write(content)
+        opened.flush()
+        os.fsync(opened.fileno())
+    os.replace(beside, file)
+    sync_folder(file.parent)
+
+
+def _file_of(folder: Path, k: int) -> Path:
+    return folder / f"{k:04d}.npz"
+
+
+def _steps(folder: Path) -> tuple[KeptStep, ...]:
+    """Wear states up to the first that is absent or damaged."""
+    found: list[KeptStep] = []
+    while (step := _step(_file_of(folder, len(found)))) is not None:
+        found.append(step)
+    return tuple(found)
+
+
+def _step(file: Path) -> KeptStep | None:
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            found = {name: arrays[name] for name in arrays.files}
+        told = json.loads(str(found.pop("_told")))
+        if told["arrays"] != list(found):
+            return None
+        return KeptStep(int(told["total"]), dict(told["seconds"]), found)
+    except Exception:  # an archive that is damaged raises almost anything
+        return None
 
 
 def _packed(step: KeptStep) -> bytes:
     buffer = io.BytesIO()
-    told = json.dumps({"total": step.total, "seconds": step.seconds})
-    np.savez(buffer, allow_pickle=False, _told=np.array(told), **step.arrays)
-    return zlib.compress(buffer.getvalue(), 1)  # cells of patches are zeros for the most part
+    told = json.dumps({"total": step.total, "seconds": step.seconds, "arrays": list(step.arrays)})
+    np.savez_compressed(buffer, allow_pickle=False, _told=np.array(told), **step.arrays)
+    return buffer.getvalue()
 
 
-def _unpacked(payload: bytes, path: Path) -> KeptStep:
+def _packed_identity(identity: Mapping[str, str]) -> bytes:
+    return json.dumps({"checkpoint": _VERSION, "run": dict(identity)}, indent=1).encode()
+
+
+def _identity(folder: Path) -> dict[str, str]:
     try:
-        with np.load(io.BytesIO(zlib.decompress(payload)), allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in arrays.files}
-        told = json.loads(str(found.pop("_told")))
-        return KeptStep(int(told["total"]), dict(told["seconds"]), found)
-    except (ValueError, KeyError, TypeError, OSError, zlib.error, BadZipFile) as error:
-        raise ResultFileError(f"{path}: damaged, a wear step in it cannot be read ({error}); {_REMEDY}") from error
+        found = json.loads((folder / _RUN).read_bytes())
+        version = found["checkpoint"]
+        identity = {str(name): str(value) for name, value in found["run"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ResultFileError(f"{folder}: damaged, {_RUN} does not say of which run it is; {_REMEDY}") from error
+    if version != _VERSION:
+        raise ResultFileError(f"{folder}: a checkpoint of another version of semiwear; {_REMEDY}")
+    return identity

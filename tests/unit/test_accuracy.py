@@ -391,7 +391,7 @@ def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
     assert peek(file).finished == 1
     assert different_variables(sw.simulate(scene, checkpoint=file, resume=True), undisturbed) == []
     assert run.round_checkpoint(file, 2) == tmp_path / "kept.3"
-    with pytest.raises(sw.SceneError, match="give checkpoint=FILE"):
+    with pytest.raises(sw.SceneError, match="give checkpoint=FOLDER"):
         sw.simulate(scene, resume=True)
 
 

@@ -17,7 +17,7 @@ from semiwear.cli import main
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.report import write_report
 from semiwear.results import files, open_results, save
-from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek
+from semiwear.results.checkpoint import KeptStep, open_checkpoint, peek, remove_checkpoint
 from tests.strategies.results import synthetic_tree
 
 TREE = synthetic_tree(3, profiles=5, faces=4, mesh_positions=4)
@@ -276,56 +276,86 @@ def test_a_report_of_what_is_no_result(tmp_path):
 # ---------------------------------------------------------------------- checkpoints
 
 IDENTITY = {"scene": 'title = "t"', "semiwear": "1"}
-REMEDY = "delete the file, or run without --resume"
+REMEDY = "delete the folder, or run without --resume"
 
 
-def checkpoint_bytes(folder):
-    path = folder / "whole.partial"
-    with open_checkpoint(path, IDENTITY, resume=False) as kept:
-        for k in range(3):
-            kept.add(KeptStep(3, {}, {"wear": np.full(4, float(k))}))
-    return path.read_bytes()
+def run_json(change):
+    def damage(path):
+        file = path / "run.json"
+        file.write_bytes(change(file.read_bytes()))
+
+    return damage
 
 
+def in_its_place(make):
+    def damage(path):
+        shutil.rmtree(path)
+        make(path)
+
+    return damage
+
+
+def foreign(path):
+    path.mkdir()
+    (path / "thesis.tex").write_text("all of it", encoding="utf-8")
+
+
+NOT_OURS = ["not a checkpoint of semiwear", "give a path where it may make a folder"]
 BROKEN = {
-    "empty": (cut(0), ["empty", REMEDY]),
-    "its mark, cut": (cut(9), ["not a checkpoint of semiwear, or damaged at its start", REMEDY]),
-    "its mark alone": (cut(22), ["damaged at its start, so that no wear step in it can be used", REMEDY]),
-    "a bit in the scene": (flipped(0.07), ["damaged at its start", REMEDY]),
-    "a bit in the mark": (flipped(0.001), ["not a checkpoint of semiwear", REMEDY]),
+    "run.json empty": (run_json(lambda whole: b""), ["does not say of which run it is", REMEDY]),
+    "run.json cut": (run_json(lambda whole: whole[:-9]), ["does not say of which run it is", REMEDY]),
+    "run.json of something else": (run_json(lambda whole: b"[1, 2]"), ["does not say of which run it is", REMEDY]),
+    "a picture": (run_json(lambda whole: PNG), ["does not say of which run it is", REMEDY]),
     "another version": (
-        lambda path, whole: path.write_bytes(whole.replace(b"checkpoint 1\n", b"checkpoint 2\n", 1)),
+        run_json(lambda whole: whole.replace(b'"checkpoint": 2', b'"checkpoint": 1')),
         ["of another version of semiwear", REMEDY],
     ),
-    "a picture": (lambda path, whole: path.write_bytes(PNG), ["not a checkpoint of semiwear", REMEDY]),
-    "a result": (lambda path, whole: path.write_bytes(_saved(path)), ["not a checkpoint of semiwear", REMEDY]),
-    "a folder": (lambda path, whole: path.mkdir(), ["a folder, so no checkpoint", "give the path of a file"]),
-    "a pipe": (lambda path, whole: os.mkfifo(path), ["not a plain file", "give the path of a file"]),
+    "a result": (in_its_place(_saved), NOT_OURS),
+    "a folder of something else": (in_its_place(foreign), NOT_OURS),
+    "a pipe": (in_its_place(os.mkfifo), NOT_OURS),
 }
 
 
 @pytest.mark.parametrize("kind", BROKEN)
 def test_a_broken_checkpoint_is_refused_and_left_alone(tmp_path, kind):
     path = tmp_path / "worn.nc.partial"
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        for k in range(3):
+            kept.add(KeptStep(3, {}, {"wear": np.full(4, float(k))}))
     damage, words = BROKEN[kind]
-    damage(path, checkpoint_bytes(tmp_path))
-    before = path.read_bytes() if path.is_file() else None
+    damage(path)
+    before = {entry: entry.read_bytes() for entry in tmp_path.rglob("*") if entry.is_file()}
     with pytest.raises(ResultFileError) as caught:
         open_checkpoint(path, IDENTITY, resume=True)
     for word in [str(path), *words]:
         assert word in str(caught.value)
-    assert before is None or path.read_bytes() == before
-    assert kind == "a pipe" or peek(path) is None
+    assert peek(path) is None
+    if words is NOT_OURS:
+        with pytest.raises(ResultFileError):
+            open_checkpoint(path, IDENTITY, resume=False)
+        remove_checkpoint(path)
+    assert {entry: entry.read_bytes() for entry in tmp_path.rglob("*") if entry.is_file()} == before
+
+
+def test_only_what_is_its_own_is_removed(tmp_path):
+    path = tmp_path / "worn.nc.partial"
+    with open_checkpoint(path, IDENTITY, resume=False) as kept:
+        kept.add(KeptStep(3, {}, {"wear": np.zeros(4)}))
+    (path / "note.txt").write_text("mine", encoding="utf-8")
+    remove_checkpoint(path)
+    assert [entry.name for entry in path.iterdir()] == ["note.txt"]
+    (path / "note.txt").unlink()
+    open_checkpoint(path, IDENTITY, resume=True).close()
+    remove_checkpoint(path)
+    assert not path.exists()
 
 
 def test_a_checkpoint_that_cannot_be_opened(tmp_path, monkeypatch):
-    with pytest.raises(ResultFileError, match=r"partial: the checkpoint cannot be opened .* give a file in a folder"):
+    with pytest.raises(ResultFileError, match=r"the checkpoint cannot be opened .* give a place in a folder"):
         open_checkpoint(tmp_path / "nowhere" / "worn.nc.partial", IDENTITY, resume=False)
     path = tmp_path / "worn.nc.partial"
-    path.write_bytes(checkpoint_bytes(tmp_path))
     monkeypatch.setattr(Path, "open", refuse(errno.EACCES))
     with pytest.raises(
         ResultFileError, match=r"cannot be opened \(Permission denied\); .* which you may read and write"
     ):
         open_checkpoint(path, IDENTITY, resume=True)
-    shutil.rmtree(tmp_path)

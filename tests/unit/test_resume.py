@@ -132,7 +132,7 @@ def test_three_kills(small, tmp_path):
     assert not partial.exists()
 
 
-# ---------------------------------------------------------------------- the file
+# ---------------------------------------------------------------------- the folder
 
 
 IDENTITY = {"scene": 'title = "t"', "semiwear": "1"}
@@ -162,57 +162,103 @@ def test_every_bit_of_a_step_comes_back(tmp_path):
     assert peek(path) == checkpoint.Peek(3, False)
 
 
-def test_cut_anywhere_it_keeps_the_whole_steps_before(tmp_path):
+def test_resumed_before_any_step_it_is_still_of_its_run(tmp_path):
+    path = written(tmp_path / "partial", 0)
+    with open_checkpoint(path, IDENTITY, resume=True) as kept:
+        kept.add(kept_step(0))
+        kept.add(kept_step(1))
+    assert peek(path) == checkpoint.Peek(1, False)
+
+
+def content(path):
+    return {entry.name: entry.read_bytes() for entry in path.iterdir()}
+
+
+def test_cut_anywhere_a_step_is_computed_again(tmp_path):
     path = written(tmp_path / "partial")
-    whole = path.read_bytes()
-    seen = set()
-    for cut in [*range(0, 400, 3), *range(400, len(whole), 23)]:
-        path.write_bytes(whole[:cut])
-        try:
-            with open_checkpoint(path, IDENTITY, resume=True) as kept:
-                seen.add(len(kept.steps))
-                if cut % 10 == 0:
-                    kept.add(kept_step(len(kept.steps)))
-                    assert path.read_bytes() == whole[: path.stat().st_size]  # as if never cut
-        except ResultFileError as error:
-            assert cut < 150 and "--resume" in str(error)  # in what the file begins with
-            seen.add("refused")
-    assert seen == {"refused", 0, 1, 2, 3}
+    last, whole = path / "0003.npz", content(path)
+    for cut in [*range(0, len(whole[last.name]), 23), len(whole[last.name]) - 1]:
+        last.write_bytes(whole[last.name][:cut])
+        assert peek(path) == checkpoint.Peek(2, True)
+        with open_checkpoint(path, IDENTITY, resume=True) as kept:
+            assert len(kept.steps) == 3
+            kept.add(kept_step(3))
+        # but for the times that an archive holds
+        assert set(content(path)) == set(whole)
+        assert peek(path) == checkpoint.Peek(3, False)
+
+
+def test_every_bit_of_a_step_is_guarded(tmp_path):
+    """A step is read as it was written, or not at all."""
+    path = written(tmp_path / "partial", 2)
+    last = path / "0001.npz"
+    whole, found = last.read_bytes(), set()
+    for place in range(0, len(whole), 7):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        last.write_bytes(damaged)
+        steps = checkpoint._steps(path)
+        found.add(len(steps))
+        if len(steps) == 2:
+            for name, values in kept_step(1).arrays.items():
+                assert steps[1].arrays[name].tobytes() == values.tobytes(), place
+    assert found == {1, 2}  # some bits are those of times and attributes
 
 
 def test_a_damaged_step_and_those_behind_it_are_computed_again(tmp_path):
     path = written(tmp_path / "partial")
-    whole = bytearray(path.read_bytes())
-    whole[len(whole) * 2 // 3] ^= 1
-    path.write_bytes(whole)
-    found = peek(path)
-    assert found.damaged and 0 < found.finished < 3
+    damaged = path / "0002.npz"
+    whole = bytearray(damaged.read_bytes())
+    whole[len(whole) // 2] ^= 1
+    damaged.write_bytes(whole)
+    assert peek(path) == checkpoint.Peek(1, True)
     with open_checkpoint(path, IDENTITY, resume=True) as kept:
-        assert len(kept.steps) == found.finished + 1
+        assert len(kept.steps) == 2
+        assert sorted(content(path)) == ["0000.npz", "0001.npz", "run.json"]
 
 
 def test_an_earlier_run_is_replaced_by_a_finished_step_only(tmp_path):
     path = written(tmp_path / "partial")
-    before = path.read_bytes()
+    before = content(path)
     with open_checkpoint(path, IDENTITY, resume=False) as kept:
         kept.add(kept_step(0))
-        assert path.read_bytes() == before
+        assert content(path) == before
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
     written(path, 2)
-    assert peek(path).finished == 1
+    assert peek(path) == checkpoint.Peek(1, False)
 
 
-def test_killed_between_writing_and_renaming(tmp_path, monkeypatch):
-    path = written(tmp_path / "partial")
-    before = path.read_bytes()
+@pytest.mark.parametrize("call", ["replace", "fsync", "unlink"])
+def test_killed_anywhere_states_are_never_of_two_runs(tmp_path, monkeypatch, call):
+    """Each system call in turn is the last one of a run that replaces another."""
+    other = IDENTITY | {"semiwear": "2"}
+    real, found = getattr(os, call), set()
+    for last in range(12):
+        path, left = written(tmp_path / f"partial {last}"), last
 
-    def die(*_):
-        raise KeyboardInterrupt
+        def die(*arguments, **options):
+            nonlocal left
+            left -= 1
+            if left < 0:
+                raise KeyboardInterrupt
+            return real(*arguments, **options)
 
-    monkeypatch.setattr(os, "replace", die)
-    with pytest.raises(KeyboardInterrupt):
-        written(path)
-    assert path.read_bytes() == before
+        monkeypatch.setattr(os, call, die)
+        try:
+            with open_checkpoint(path, other, resume=False) as kept:
+                for k in range(3):
+                    kept.add(replace(kept_step(k), total=99))
+        except KeyboardInterrupt:
+            pass
+        monkeypatch.undo()
+        identity = checkpoint._identity(path) if (path / "run.json").exists() else None
+        totals = {step.total for step in checkpoint._steps(path)}
+        assert identity == (other if totals == {99} else IDENTITY if totals else identity)
+        assert len(totals) <= 1
+        found |= totals
+        with open_checkpoint(path, other, resume=False) as kept:  # and nothing stands in the way of the next
+            kept.add(kept_step(0))
+    assert 99 in found
 
 
 def test_two_runs_do_not_share_a_checkpoint(tmp_path):
@@ -310,13 +356,13 @@ def test_another_run_is_refused_and_left_alone(small, tmp_path):
     path = tmp_path / "partial"
     with pytest.raises(Stop):
         sw.simulate(small, checkpoint=path, progress=StopAfterOne())
-    before = path.read_bytes()
+    before = content(path)
     with pytest.raises(ResultFileError) as caught:
         sw.simulate(small.replace({"numerics.max_iterations": 20}), checkpoint=path, resume=True)
     for words in ("partial", "1 finished wear steps are of another run", "max_iterations: 60 in", "20 now", "undo"):
         assert words in str(caught.value)
-    assert "delete the file, or run without --resume" in str(caught.value)
-    assert path.read_bytes() == before
+    assert "delete the folder, or run without --resume" in str(caught.value)
+    assert content(path) == before
 
 
 @pytest.mark.slow
@@ -331,7 +377,7 @@ def test_a_run_goes_on_to_other_depths(small, tmp_path):
 
 
 def test_resume_needs_a_checkpoint(small):
-    with pytest.raises(SceneError, match="give checkpoint=FILE"):
+    with pytest.raises(SceneError, match="give checkpoint=FOLDER"):
         sw.simulate(small, resume=True)
 
 
