@@ -15,7 +15,6 @@ both agree.
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +110,7 @@ def beside_edges(
     ends = np.minimum(pair.gear.tip_profile(face) - inset.gear_tip - profile, profile - pair.gear.root_profile)
     pinion_tip = pair.pinion_profile_limits[1]
     across = np.minimum(ends * spacing, pinion_tip - inset.pinion_tip - pinion_profile) < margin
-    table: Any = pair.scene.gear_pair
+    table = pair.scene.gear_pair
     own = np.minimum(face - pair.gear_face[0], pair.gear_face[1] - face) - table.gear_end_edge_radius_mm
     theirs = np.minimum(pinion_face - pair.pinion_face[0], pair.pinion_face[1] - pinion_face)
     aside = across | (np.minimum(own, theirs - table.pinion_end_edge_radius_mm) < margin)

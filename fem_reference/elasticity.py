@@ -15,12 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
-from skfem import ElementHex1, ElementHex2, ElementHexS2, MeshHex
+from skfem import Element, ElementHex1, ElementHex2, ElementHexS2, MeshHex
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
@@ -40,7 +39,7 @@ _BATCH = 400  # elements worked on at once, to bound the memory
 class _Kind:
     """A shape of element: scikit-fem's element, polynomial degree of the quadrature, incompatible modes."""
 
-    element: Any
+    element: Element
     degree: int
     modes: bool
 
@@ -197,7 +196,9 @@ class ElasticBody:
     def _element_dofs(elements: IntArray) -> IntArray:
         return (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
 
-    def _gradients(self, part: Any, quadrature: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    def _gradients(
+        self, part: slice | IntArray, quadrature: tuple[FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
         """Gradients (elements, points, functions, 3) of shape functions and modes, and volumes of the points."""
         points, weights = quadrature
         element, corners = self._kind.element, self.points[self.elements[part]]
@@ -218,7 +219,7 @@ class ElasticBody:
             gradients = np.concatenate([gradients, modes], axis=2)
         return gradients, determinant * weights
 
-    def _stress_matrices(self, part: Any) -> FloatArray:
+    def _stress_matrices(self, part: slice | IntArray) -> FloatArray:
         """Stress at the 2 x 2 x 2 Gauss points from the element's unknowns: (elements, 8, 6, 3 nodes) [MPa/mm]."""
         lame, shear = self.lame
         gradients, volumes = self._gradients(part, _gauss(3))
@@ -242,12 +243,12 @@ def _gauss(degree: int) -> tuple[FloatArray, FloatArray]:
     return np.asarray(points, dtype=np.float64), np.asarray(weights, dtype=np.float64)
 
 
-def _local_nodes(element: Any) -> FloatArray:
+def _local_nodes(element: Element) -> FloatArray:
     """Local places (nodes, 3) of an element's nodes in the unit cube."""
     return np.asarray(element.doflocs, dtype=float)
 
 
-def _reference_gradients(element: Any, points: FloatArray) -> FloatArray:
+def _reference_gradients(element: Element, points: FloatArray) -> FloatArray:
     """Gradients (nodes, 3, q) of the shape functions in the unit cube."""
     return np.array([element.lbasis(points, a)[1] for a in range(len(element.doflocs))])
 

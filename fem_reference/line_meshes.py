@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,11 +82,11 @@ def line_meshes(
     divisions = Divisions.of_module(module_of(scene))
     divisions = replace(divisions, depth=4, face_size=2.0 * settings.element_length)
     refined = _refinements(flank, expected, settings)
-    common: dict[str, Any] = {"divisions": divisions, "detailed": (), "explicit": 0}
-    gear = body_mesh(scene, "gear", teeth=settings.gear_teeth, refinements=refined["gear"], **common)
+    meshed = partial(body_mesh, divisions=divisions, detailed=(), explicit=0)
+    gear = meshed(scene, "gear", teeth=settings.gear_teeth, refinements=refined["gear"])
     if settings.worn_flank == "moved_nodes":
         gear = moved_flanks(gear, flank.wear, {-j for j in expected.lines})
-    pinion = body_mesh(scene, "pinion", teeth=settings.pinion_teeth, refinements=refined["pinion"], **common)
+    pinion = meshed(scene, "pinion", teeth=settings.pinion_teeth, refinements=refined["pinion"])
     return {"gear": gear, "pinion": pinion}
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -207,14 +207,18 @@ def rounded(pair: PairMotion, face: ArrayLike, profile: ArrayLike, met: FlankMee
 
     An edge of radius rho that turns by t begins rho tan(t/2) before the nominal edge and falls off as its arc.
     """
-    table: Any = pair.scene.gear_pair
+    table = pair.scene.gear_pair
     face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
-    inset, gear_end, pinion_end = (
-        pair.edge_insets(face), table.gear_end_edge_radius_mm, table.pinion_end_edge_radius_mm,
-    )  # fmt: skip
+    inset = pair.edge_insets(face)
+    gear_end, pinion_end = float(table.gear_end_edge_radius_mm), float(table.pinion_end_edge_radius_mm)
+    gear_tip, pinion_tip = float(table.gear_tip_edge_radius_mm), float(table.pinion_tip_edge_radius_mm)
     edges = (
-        (pair.gear.tip_profile(face) - profile, table.gear_tip_edge_radius_mm, inset.gear_tip),
-        (pair.pinion_profile_limits[1] - met.pinion_profile, table.pinion_tip_edge_radius_mm, inset.pinion_tip),
+        (pair.gear.tip_profile(face) - profile, gear_tip, inset.gear_tip),
+        (
+            pair.pinion_profile_limits[1] - met.pinion_profile,
+            pinion_tip,
+            inset.pinion_tip,
+        ),
         (face - pair.gear_face[0], gear_end, gear_end),
         (pair.gear_face[1] - face, gear_end, gear_end),
         (met.pinion_face - pair.pinion_face[0], pinion_end, pinion_end),

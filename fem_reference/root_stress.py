@@ -23,19 +23,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.sparse import coo_matrix, csr_matrix, kron
-from skfem import ElementQuad1, ElementQuad2, ElementQuadS2
+from skfem import Element, ElementQuad1, ElementQuad2, ElementQuadS2
 from skfem.quadrature import get_quadrature
 
 from fem_reference.elasticity import ElasticBody
 from fem_reference.tooth_mesh import LOADED, ToothMesh
 
 __all__ = ["ROOT_FROM", "FilletStress", "fillet_operator", "fillet_stress", "pressure_load"]
+
+_T = TypeVar("_T", bound=np.generic)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -109,7 +111,7 @@ def pressure_load(
     flank, element, step = mesh.flanks[tooth, side], _FACES[body.element], _step(body)
     points, weights = get_quadrature(element.refdom, 6)
 
-    def of_faces(values: NDArray[Any], kind: Any) -> NDArray[Any]:
+    def of_faces(values: NDArray[_T], kind: Element) -> NDArray[_T]:
         _, rows, columns = _element_faces(flank.nodes, step, kind)
         return values[rows, columns]
 
@@ -187,7 +189,7 @@ def _step(body: ElasticBody) -> int:
     return 1 if body.element == "hex8i" else 2
 
 
-def _element_faces(number: IntArray, step: int, element: Any) -> tuple[IntArray, IntArray, IntArray]:
+def _element_faces(number: IntArray, step: int, element: Element) -> tuple[IntArray, IntArray, IntArray]:
     """Nodes of every element face of a grid, and their rows and columns in it: three (faces, nodes) arrays."""
     row, column = np.rint(step * np.asarray(element.doflocs).T).astype(int)
     rows = step * np.arange((number.shape[0] - 1) // step)[:, None, None] + row

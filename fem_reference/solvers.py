@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import warnings
 import weakref
+from collections.abc import Callable
 from importlib import import_module
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,14 +62,14 @@ class _Pardiso:
         solver.factorize(self._matrix)
         self._solver = solver
         # pypardiso never frees what MKL has allocated
-        weakref.finalize(self, _free, solver)
+        weakref.finalize(self, _free, solver.free_memory)
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         return np.asarray(self._solver.solve(self._matrix, np.asfortranarray(rhs, dtype=float)).reshape(rhs.shape))
 
 
-def _free(solver: Any) -> None:
-    solver.free_memory(everything=True)
+def _free(free_memory: Callable[..., object]) -> None:
+    free_memory(everything=True)
 
 
 class _SuperLU:

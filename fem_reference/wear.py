@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -72,8 +72,9 @@ class FlankWear:
 
 def face_stations(pair: PairMotion) -> FloatArray:
     """Face stations of `/flank`: the middles of equal slices [mm]."""
-    table: Any = pair.scene.gear_pair
-    faces = (pair.gear_face, table.gear_end_edge_radius_mm), (pair.pinion_face, table.pinion_end_edge_radius_mm)
+    table = pair.scene.gear_pair
+    radii = float(table.gear_end_edge_radius_mm), float(table.pinion_end_edge_radius_mm)
+    faces = (pair.gear_face, radii[0]), (pair.pinion_face, radii[1])
     whole = max(face[0] + radius for face, radius in faces), min(face[1] - radius for face, radius in faces)
     return slice_middles(pair.gear_face, whole, pair.scene.numerics.face_slices)
 

@@ -11,7 +11,7 @@ import uuid
 from collections.abc import Sequence
 from glob import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,10 @@ from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
+from semiwear.untyped import Value
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 __all__ = ["main"]
 
@@ -148,7 +152,7 @@ def _scene(options: argparse.Namespace) -> sw.Scene:
     return scene.replace(changes) if changes else scene
 
 
-def _assignment(text: str) -> tuple[str, Any]:
+def _assignment(text: str) -> tuple[str, Value]:
     """`key=value`, the value as in TOML; none removes a field or table; what is no TOML value is taken as text."""
     key, separator, value = text.partition("=")
     if not separator or not key.strip():
@@ -364,7 +368,7 @@ class _Bar:
 
     def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", what: str = "wear") -> None:
         self._begin, self._unit, self._what = begin, unit, what
-        self._bar: Any = None
+        self._bar: tqdm | None = None
 
     def __enter__(self) -> _Bar:
         print(self._begin, file=sys.stderr, flush=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
-from typing import Any
+from typing import TextIO
 
 __all__ = ["Streams", "tolerant_streams"]
 
@@ -14,7 +14,7 @@ __all__ = ["Streams", "tolerant_streams"]
 class _Tolerant:
     """A text stream whose failures are noted; what follows one is dropped."""
 
-    def __init__(self, stream: Any):
+    def __init__(self, stream: TextIO):
         self._stream = stream
         self.failure: OSError | None = None
 
@@ -27,7 +27,7 @@ class _Tolerant:
         """Flush, likewise."""
         self._attempt(self._stream.flush)
 
-    def _attempt(self, action: Any) -> None:
+    def _attempt(self, action: Callable[[], object]) -> None:
         if self.failure is not None or self._stream is None:  # no stream at all in a process without a terminal
             return
         try:
@@ -45,7 +45,7 @@ class _Tolerant:
             finally:
                 os.close(nowhere)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
@@ -57,7 +57,7 @@ class Streams:
     output, error : streams
     """
 
-    def __init__(self, output: Any, error: Any):
+    def __init__(self, output: TextIO, error: TextIO):
         self.output, self.error = _Tolerant(output), _Tolerant(error)
 
     @property

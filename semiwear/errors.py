@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from xarray import DataTree
 
 __all__ = ["ConvergenceError", "MissingExtraError", "Problem", "ResultFileError", "SceneError", "SemiwearError"]
 
@@ -69,7 +72,7 @@ class ConvergenceError(SemiwearError, RuntimeError):
         What was finished before, when a run of several steps stopped.
     """
 
-    def __init__(self, message: str, result: Any = None):
+    def __init__(self, message: str, result: DataTree | None = None):
         super().__init__(message)
         self.result = result
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from typing import cast
 
 import numpy as np
 import xarray as xr
@@ -15,7 +14,7 @@ from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
-from semiwear.meshing.own_flanks import KnownPair, axis_of, flank_ends, own_flank
+from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
 from semiwear.meshing.pairs import flank_pair
 from semiwear.meshing.partner_flank import partner_grid
 from semiwear.scene import Placement, Scene
@@ -65,7 +64,7 @@ def export_flank(
     if len(points) != 2 or min(points) < LEAST_POINTS:
         raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
     index = BODIES.index(body)
-    pair = cast(KnownPair, flank_pair(scene.gear_pair, Placement()))
+    pair = flank_pair(scene.gear_pair, Placement())
     rows, columns = points
     borders = pair.borders(np.array([np.mean(pair.face_limits)]))
     low, high = borders.partner_face if index == DRIVING else borders.face

@@ -10,7 +10,7 @@ import textwrap
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -26,9 +26,12 @@ from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.simulate import NoProgress, Progress
+from semiwear.untyped import Table, Value
 from semiwear.wear.mapping import Worn
 
 __all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
+
+_T = TypeVar("_T")
 
 QUANTITIES = (
     "wear rate",
@@ -269,7 +272,7 @@ def _relative(value: float, before: float) -> float:
     return value / before - 1.0 if before != 0.0 else float(np.inf)
 
 
-def _needs(key: str, own: Mapping[str, Any]) -> list[str]:
+def _needs(key: str, own: Mapping[str, Value]) -> list[str]:
     """Keys that an effect with these fields needs; a field that is not there has its default."""
     kind = EFFECTS[key]
     values = {field.name: field.default for field in fields(kind)} | dict(own)  # type: ignore[arg-type]
@@ -277,9 +280,9 @@ def _needs(key: str, own: Mapping[str, Any]) -> list[str]:
     return [*kind.needs, *further]
 
 
-def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[dict[str, Any], list[str]]:
+def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
     """Changes that add an effect and what it needs, and what is to be said of them."""
-    changes: dict[str, Any] = {}
+    changes: Table = {}
     notes: list[str] = []
     wanted = [name]
     while wanted:
@@ -300,7 +303,7 @@ def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[dict[str, Any], li
     return changes, notes
 
 
-def _without(scene: Scene, name: str) -> tuple[dict[str, Any], list[str]]:
+def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
     """Changes that remove an effect and what needs it, and what is to be said of them."""
     gone = [name]
     for one in gone:
@@ -350,7 +353,7 @@ def _depths_at_the_end(scene: Scene, teeth: LoadedTeeth) -> dict[str, float]:
     return {body: 1e3 * depth for body, depth in _by_body(worn, lambda wear: float(wear.max())).items()}
 
 
-def _by_body(worn: Worn, value: Callable[[np.ndarray], Any]) -> dict[str, Any]:
+def _by_body(worn: Worn, value: Callable[[np.ndarray], _T]) -> dict[str, _T]:
     """A value of the wear of every body that wears."""
     both = dict(zip(BODIES, (worn.driving, worn.driven), strict=True))
     return {body: value(depth) for body, depth in both.items() if depth is not None and np.any(depth)}

@@ -284,9 +284,9 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Itera
         yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)
 
 
-_LAST: tuple[Limit, ...] = (_control_point_is_on_the_flank,)
+_LAST: tuple[Limit[CylindricalMesh], ...] = (_control_point_is_on_the_flank,)
 # every limit, and the field of the gear pair that is named when it cannot be computed
-_LIMITS: dict[Limit, str] = {
+_LIMITS: dict[Limit[CylindricalMesh], str] = {
     _rack_does_not_undercut: "pinion_profile_shift",
     _teeth_are_not_pointed: "pinion_tip_diameter_mm",
     _internal_fillet_fits: "gear_rack_tip_radius_mm",

@@ -296,7 +296,7 @@ def _reach(mesh: FaceGearMesh, radius: float, body: int) -> tuple[float, float]:
 
 
 # every limit, and the field of the gear pair that is named when it cannot be computed
-_LIMITS: dict[Limit, str] = {
+_LIMITS: dict[Limit[FaceGearMesh], str] = {
     _shaper_has_a_crest: "shaper_addendum_mm",
     _pinion_tip_clears_the_gear_fillet: "shaper_addendum_mm",
     _gear_is_not_undercut: "gear_inner_radius_mm",

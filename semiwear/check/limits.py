@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from math import ceil, floor, isfinite, log10
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,7 +14,9 @@ from semiwear.scene import Scene
 
 __all__ = ["Limit", "crossing", "down", "find_problems", "problem_of", "up"]
 
-Limit = Callable[[Scene, Any], Iterator[Problem]]
+_Mesh = TypeVar("_Mesh")
+
+Limit = Callable[[Scene, _Mesh], Iterator[Problem]]
 """From a scene and its flanks in mesh to what is wrong."""
 
 _DIGITS = 6  # of the limits that messages state
@@ -22,7 +24,7 @@ _FAILURES = (ArithmeticError, ValueError, RuntimeError, IndexError)
 
 
 def find_problems(
-    scene: Scene, mesh: object, limits: Mapping[Limit, str], usual: str, last: tuple[Limit, ...] = ()
+    scene: Scene, mesh: _Mesh, limits: Mapping[Limit[_Mesh], str], usual: str, last: tuple[Limit[_Mesh], ...] = ()
 ) -> list[Problem]:
     """Problems that limits find, a field named once at most.
 

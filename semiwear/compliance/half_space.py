@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 from math import frexp, ldexp
 from threading import local
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -13,11 +12,11 @@ from scipy import fft
 
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
+from semiwear.untyped import Reals
 
 __all__ = ["HalfSpace", "fast_length"]
 
 FloatArray = NDArray[np.float64]
-Reals = NDArray[np.floating[Any]]
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _KEPT_SPECTRA = 24
@@ -122,11 +121,11 @@ class HalfSpace:
         dx, dy = self._cells[0]
         return float(_kernel(*self._periodic, float(dx), float(dy))[0, 0]) / self._modulus
 
-    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
+    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
         """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision if roughly."""
         return self._convolve(pressure, False, roughly)
 
-    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
+    def precondition(self, residual: FloatArray, *, roughly: bool = False) -> Reals:
         """Pressure [MPa] that causes about a displacement [mm]: the inverse of a periodic neighbour of `apply`."""
         return self._convolve(residual, True, roughly)
 
@@ -141,7 +140,7 @@ class HalfSpace:
         self._plans[inverse, roughly] = plan
         return plan
 
-    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> NDArray[Any]:
+    def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> Reals:
         plan = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
         factors, turn_x, turn_y, size, spectrum, buffer = plan
         work = _work.of(size, roughly)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import warnings
 from types import ModuleType
-from typing import Any
 
 import numba
 import numpy as np
@@ -17,6 +16,7 @@ from numba import njit
 from numpy.typing import DTypeLike
 
 from semiwear.kernel_cache import keep_apart
+from semiwear.untyped import CompilerPart
 
 __all__ = ["VECTORISED", "lane_count", "lanes_of", "load", "store"]
 
@@ -49,9 +49,9 @@ def _vectors() -> ModuleType | None:
         return None
 
 
-lanes_of: Any = _one
-load: Any = _load_one
-store: Any = _store_one
+lanes_of: CompilerPart = _one
+load: CompilerPart = _load_one
+store: CompilerPart = _store_one
 _found = _vectors()
 VECTORISED = _found is not None
 """Whether transforms take vectors."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
@@ -17,6 +16,8 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
+from semiwear.untyped import CompilerPart
+
 __all__ = ["BYTES", "lanes_of", "load", "store", "work"]
 
 BYTES = 32  # of a vector: twice as much does not pay, since the numbers of a transform leave the first-level cache
@@ -24,7 +25,7 @@ _IR = {types.float32: ir.FloatType(), types.float64: ir.DoubleType()}
 
 
 class _Lanes(types.Type):
-    def __init__(self, dtype: Any):
+    def __init__(self, dtype: CompilerPart):
         self.dtype = dtype
         self.count = 8 * BYTES // dtype.bitwidth
         super().__init__(name=f"Lanes({dtype})")
@@ -32,42 +33,51 @@ class _Lanes(types.Type):
 
 @register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Lanes):
+    def __init__(self, manager: CompilerPart, kind: _Lanes):
         super().__init__(manager, kind, _vector(kind.dtype, kind.count))
 
 
-def _vector(dtype: Any, count: int) -> ir.VectorType:
+def _vector(dtype: CompilerPart, count: int) -> ir.VectorType:
     return ir.VectorType(_IR[dtype], count)
 
 
-def _convert(builder: Any, value: Any, old: Any, new: Any, count: int) -> Any:
+def _convert(
+    builder: CompilerPart, value: CompilerPart, old: CompilerPart, new: CompilerPart, count: int
+) -> CompilerPart:
     if old == new:
         return value
     return (builder.fptrunc if new == types.float32 else builder.fpext)(value, _vector(new, count))
 
 
-def _pointer(context: Any, builder: Any, kind: Any, array: Any, index: Any, count: int) -> Any:
+def _pointer(
+    context: CompilerPart,
+    builder: CompilerPart,
+    kind: CompilerPart,
+    array: CompilerPart,
+    index: CompilerPart,
+    count: int,
+) -> CompilerPart:
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [index]), _vector(kind.dtype, count).as_pointer())
 
 
 @intrinsic
-def _lanes_of(typing: Any, array: Any) -> Any:
+def _lanes_of(typing: CompilerPart, array: CompilerPart) -> CompilerPart:
     """Numbers that `load` takes in the precision of an array; a constant of the compiled code."""
     count = _Lanes(array.dtype).count
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def generate(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
         return context.get_constant(types.intp, count)
 
     return types.intp(array), generate
 
 
 @intrinsic
-def _load(typing: Any, source: Any, index: Any, like: Any) -> Any:
+def _load(typing: CompilerPart, source: CompilerPart, index: CompilerPart, like: CompilerPart) -> CompilerPart:
     """Numbers of a flat contiguous array from an index on, in the precision of the array `like`."""
     lanes = _Lanes(like.dtype)
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def generate(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
         pointer = _pointer(context, builder, source, args[0], args[1], lanes.count)
         value = builder.load(pointer, align=source.dtype.bitwidth // 8)
         return _convert(builder, value, source.dtype, like.dtype, lanes.count)
@@ -76,10 +86,10 @@ def _load(typing: Any, source: Any, index: Any, like: Any) -> Any:
 
 
 @intrinsic
-def _store(typing: Any, target: Any, index: Any, value: Any) -> Any:
+def _store(typing: CompilerPart, target: CompilerPart, index: CompilerPart, value: CompilerPart) -> CompilerPart:
     """Put numbers into a flat contiguous array from an index on, in the array's precision."""
 
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def generate(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
         converted = _convert(builder, args[2], value.dtype, target.dtype, value.count)
         pointer = _pointer(context, builder, target, args[0], args[1], value.count)
         builder.store(converted, pointer, align=target.dtype.bitwidth // 8)
@@ -88,34 +98,36 @@ def _store(typing: Any, target: Any, index: Any, value: Any) -> Any:
     return types.void(target, types.intp, value), generate
 
 
-lanes_of: Any = _lanes_of
-load: Any = _load
-store: Any = _store
+lanes_of: CompilerPart = _lanes_of
+load: CompilerPart = _load
+store: CompilerPart = _store
 
 
-def _define(operation: Callable[..., Any], instruction: str) -> None:
+def _define(operation: Callable[..., CompilerPart], instruction: str) -> None:
     """Lanes with lanes, or with one number for all."""
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
         key = operation
 
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args: CompilerPart, kws: CompilerPart) -> CompilerPart:
             if len(args) != 2 or not isinstance(args[0], _Lanes):
                 return None
             if args[1] == args[0]:
                 return signature(args[0], *args)
             return signature(args[0], args[0], args[0].dtype) if isinstance(args[1], types.Float) else None
 
-    def emit(builder: Any, one: Any, other: Any) -> Any:
+    def emit(builder: CompilerPart, one: CompilerPart, other: CompilerPart) -> CompilerPart:
         return getattr(builder, instruction)(one, other, flags=("contract",))
 
     @lower_builtin(operation, _Lanes, _Lanes)
-    def _both(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def _both(context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart) -> CompilerPart:
         return emit(builder, *args)
 
     @lower_builtin(operation, _Lanes, types.Float)
-    def _one_for_all(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def _one_for_all(
+        context: CompilerPart, builder: CompilerPart, sig: CompilerPart, args: CompilerPart
+    ) -> CompilerPart:
         kind = _vector(sig.args[0].dtype, sig.args[0].count)
         nothing = ir.Constant(kind, ir.Undefined)
         first = builder.insert_element(nothing, args[1], ir.Constant(ir.IntType(32), 0))

@@ -18,12 +18,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
 from numpy.typing import NDArray
+
+from semiwear.untyped import CompilerPart, Reals
 
 __all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "Preconditioner", "solve_complementarity"]
 
@@ -40,12 +42,12 @@ _ROUNDING = 1e-14  # of the load
 class Compliance(Protocol):
     """Linear relation between pressure and displacement, symmetric and positive in the product with cell areas."""
 
-    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> NDArray[Any]:
+    def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
         """Displacement [mm] of a pressure [MPa]: a new array of the same shape; in single precision if roughly."""
         ...
 
 
-Preconditioner = Callable[[FloatArray, BoolArray], NDArray[Any]]
+Preconditioner = Callable[[FloatArray, BoolArray], Reals]
 """Pressure that causes about a displacement on the cells that are free to change; symmetric and positive, too.
 
 Its arguments are arrays of the gap's shape; what it returns elsewhere than on the free cells does not matter.
@@ -89,7 +91,7 @@ class Complementarity:
     error: float
 
 
-def _of(values: Any, i: Any) -> Any:
+def _of(values: CompilerPart, i: CompilerPart) -> CompilerPart:
     """Value of a cell, in compiled code: of an array, or the same for all."""
 
 

@@ -27,7 +27,6 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -37,6 +36,7 @@ from semiwear.errors import Problem
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 from semiwear.sources import MOST_VALUES, oversized
 from semiwear.targets import file_target, naming
+from semiwear.untyped import Options, Value
 
 __all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
 
@@ -89,7 +89,7 @@ class PointGrid:
     face: FloatArray | None = None
     profile_length: FloatArray | None = None
     sections: tuple[PlacedSection, ...] = ()
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    attributes: Mapping[str, Value] = field(default_factory=dict)
 
 
 # ---- writing
@@ -130,7 +130,7 @@ def _as_csv(grid: PointGrid) -> str:
 
 def _as_dataset(grid: PointGrid) -> xr.Dataset:
     on_flank = ("profile", "face", "xyz")
-    variables: dict[str, Any] = {
+    variables: Options = {
         "points": (on_flank, grid.points, {"units": "mm", "long_name": "points of the flank, own axis along z"})
     }
     if grid.normals is not None:
@@ -146,10 +146,10 @@ def _as_dataset(grid: PointGrid) -> xr.Dataset:
     return data
 
 
-def _section_variables(placed: tuple[PlacedSection, ...]) -> dict[str, Any]:
+def _section_variables(placed: tuple[PlacedSection, ...]) -> Options:
     sections = [one.section for one in placed]
     mm = {"units": "mm"}
-    found: dict[str, Any] = {
+    found: Options = {
         "section_face": ("section", [one.face for one in placed], mm),
         "section_flank": (("section", "flank_point", "xy"), np.stack([one.flank for one in sections]), mm),
         "section_row": (("section", "flank_point"), np.stack([one.flank_profile for one in sections])),

@@ -18,12 +18,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, RectBivariateSpline
+
+from semiwear.untyped import Reals
 
 __all__ = ["LEAST_POINTS", "NOISY", "PointSurface", "cell_normals", "noise_of", "spline_cells"]
 
@@ -204,7 +205,7 @@ def _base(u: FloatArray, v: FloatArray, points: FloatArray) -> tuple[FloatArray,
         for at, degree in ((x, degrees[0]), (y, degrees[1]))
     ]
 
-    def surface(rows: NDArray[Any], columns: NDArray[Any]) -> FloatArray:
+    def surface(rows: Reals, columns: Reals) -> FloatArray:
         return np.asarray(np.einsum("pa,abc,fb->pfc", rows, weights, columns))
 
     normal = np.cross(surface(slopes[0], along), surface(across, slopes[1]))

@@ -6,7 +6,6 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, sqrt
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,6 +25,7 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.plan.choices import table
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.simulate import NoProgress, Progress
+from semiwear.untyped import Value
 
 __all__ = ["Calibration", "calibrate"]
 
@@ -322,7 +322,7 @@ def calibrate(
     return Calibration(scene, body, run, fits, confidence, tuple(worn), family)
 
 
-def _listed(measured: object) -> list[Any]:
+def _listed(measured: object) -> list[Value]:
     """Parts of a list; one part that is no list."""
     if isinstance(measured, list | tuple) and not _is_points(measured):
         return list(measured)

@@ -59,7 +59,7 @@ class NominalFlank:
         if self.body == DRIVING and isinstance(self.pair, FaceGearMesh):
             base_circle = float(self.pair.pinion.profile_from_roll(np.zeros(())))
             v = np.maximum(v, base_circle)  # below it there is no flank
-        points, normals = own_flank(self.pair, self.body, u, v)  # type: ignore[arg-type]
+        points, normals = own_flank(self.pair, self.body, u, v)
         shape = (*u.shape, 3)
         return (points @ self._mirror).reshape(shape), (normals @ self._mirror).reshape(shape)
 

@@ -33,6 +33,7 @@ from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.involute import involute_function
 from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
+from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import CylindricalPair as CylindricalTable
 from semiwear.scene import Placement
 
@@ -304,11 +305,12 @@ class CylindricalMesh:
             partner_face=height,
         )
 
-    def driving_involute(self, profile: FloatArray) -> tuple[float, FloatArray, float, float]:
-        """Of the pinion's flank at roll 0: base radius [mm], roll angles, polar angle at its base, lead per z."""
+    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit normals of the pinion's involute helicoid in its own frame."""
         pinion, _ = self._flanks
         phase = -involute_function(self.table.working_pressure_angle)
-        return pinion.tooth.base_radius, pinion.roll_from_profile(profile), phase, self._helix
+        roll = pinion.roll_from_profile(profile)
+        return driving_involute(self, face, roll, pinion.tooth.base_radius, phase, self._helix)
 
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the pinion minus that of the gear [mm per radian of pinion rotation]."""

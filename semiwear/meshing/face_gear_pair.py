@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
+from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import FaceGearPair as FaceGearTable
 from semiwear.scene import Placement
 
@@ -220,6 +221,11 @@ class FaceGearMesh:
         # the cone's height above the pitch plane falls linearly with the distance from the gear axis
         height = self.pinion.pitch_radius * (1.0 - np.asarray(face) / self.gear.pitch_radius)
         return self.gear.profile_from_height(face, height)
+
+    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit normals of the pinion's involute in its own frame."""
+        pinion = self.pinion
+        return driving_involute(self, face, pinion.roll_from_profile(profile), pinion.base_radius, pinion.flank_phase)
 
     def prism_body(self, body: int) -> PrismBody:
         """One section of the pinion; seven of the gear, whose section changes with radius."""

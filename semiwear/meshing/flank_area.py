@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,14 +30,13 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
     grid : FlankGrid
         Of that flank, in even slices.
     """
-    known: Any = pair
     face, profile = grid.face[:, None], grid.profile
     step = _STEP * float(np.ptp(profile))
 
     def points(df: float, dp: float) -> FloatArray:
         if body == DRIVEN:
             return pair.meeting(face + df * step, profile + dp * step, np.zeros((1, 1))).position
-        return own_flank(known, body, face + df * step, profile + dp * step)[0]
+        return own_flank(pair, body, face + df * step, profile + dp * step)[0]
 
     along, across = points(1.0, 0.0) - points(-1.0, 0.0), points(0.0, 1.0) - points(0.0, -1.0)
     each = np.linalg.norm(np.cross(along, across), axis=-1) / (2.0 * step) ** 2

@@ -179,6 +179,9 @@ class FlankPair(Protocol):
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
         """Point of the driving flank that a driven point (face, profile) meets at a roll; arguments broadcast."""
 
+    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit normals of the driving flank in that body's own frame, from its own coordinates [mm]."""
+
     def sliding(self, position: FloatArray) -> FloatArray:
         """Velocity of the driving minus that of the driven body at fixed-frame positions [mm per unit time]."""
 

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.meshing.cylindrical_pair import CylindricalMesh
-from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.point_flank_body import frame_about
-from semiwear.meshing.point_flank_pair import PointFlankMesh
 
-__all__ = ["Axis", "KnownPair", "axis_of", "flank_ends", "own_flank"]
+__all__ = ["Axis", "axis_of", "driving_involute", "flank_ends", "own_flank"]
 
 FloatArray = NDArray[np.float64]
-
-KnownPair = FaceGearMesh | CylindricalMesh | PointFlankMesh
 
 
 @dataclass(frozen=True)
@@ -67,7 +61,7 @@ def flank_ends(pair: FlankPair, body: int, face: FloatArray) -> tuple[FloatArray
     return np.full(face.shape, borders.partner_root), np.full(face.shape, borders.partner_tip)
 
 
-def own_flank(pair: KnownPair, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+def own_flank(pair: FlankPair, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points and unit normals out of the material in the body's own frame, its axis as z.
 
     Parameters
@@ -81,34 +75,46 @@ def own_flank(pair: KnownPair, body: int, face: FloatArray, profile: FloatArray)
     -------
     points, normals : (..., 3) arrays [mm], [1]
     """
-    if body == DRIVEN:
-        met = pair.meeting(face, profile, np.zeros(1))
-        points, normals = met.position, met.normal
-    elif isinstance(pair, PointFlankMesh):
-        own = pair.flanks.driving
-        return own.points(own.u_at(profile, own.mean_length), own.v_at(face))
-    else:
-        points, normals = _involute(pair, face, profile)
-    axis = axis_of(pair, body)
-    frame = frame_about(axis.direction)
-    return (points - axis.point) @ frame, normals @ frame
+    if body == DRIVING:
+        return pair.driving_flank(face, profile)
+    met = pair.meeting(face, profile, np.zeros(1))
+    return _in_own_frame(pair, body, met.position, met.normal)
 
 
-def _involute(
-    pair: FaceGearMesh | CylindricalMesh, face: FloatArray, profile: FloatArray
+def driving_involute(
+    pair: FlankPair, face: FloatArray, roll: FloatArray, base: float, phase: float, lead: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """The pinion's involute flank in the fixed frame."""
-    face, profile = np.broadcast_arrays(np.asarray(face, float), np.asarray(profile, float))
-    if isinstance(pair, FaceGearMesh):
-        pinion = pair.pinion
-        base, roll, phase, lead = pinion.base_radius, pinion.roll_from_profile(profile), pinion.flank_phase, 0.0
-    elif isinstance(pair, CylindricalMesh):
-        base, roll, phase, lead = pair.driving_involute(profile)
-    else:
-        assert_never(pair)
+    """Points and unit normals of an involute driving flank in that body's own frame.
+
+    Parameters
+    ----------
+    pair : FlankPair
+        In its nominal place.
+    face, roll : arrays that broadcast [mm], [rad]
+        Coordinate along the axis and roll angle (ISO 21771).
+    base : float
+        Base radius [mm].
+    phase : float
+        Polar angle of the involute's origin in the transverse section at face 0, at roll position 0 [rad].
+    lead : float
+        Tangent of the base helix angle; its sign is that of the turn along the axis.
+
+    Returns
+    -------
+    points, normals : (..., 3) arrays [mm], [1]
+    """
+    face, roll = np.broadcast_arrays(np.asarray(face, float), roll)
     centre = axis_of(pair, DRIVING).point
     tangent = roll + phase + lead / base * face  # angle of the base circle's tangent
     polar, radius = tangent - np.arctan(roll), base * np.sqrt(1.0 + roll**2)
     points = np.stack([radius * np.sin(polar), -radius * np.cos(polar), face], axis=-1) + centre
     normals = np.stack([-np.cos(tangent), -np.sin(tangent), np.full(face.shape, lead)], axis=-1)
-    return points, normals / np.sqrt(1.0 + lead**2)
+    return _in_own_frame(pair, DRIVING, points, normals / np.sqrt(1.0 + lead**2))
+
+
+def _in_own_frame(
+    pair: FlankPair, body: int, points: FloatArray, normals: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    axis = axis_of(pair, body)
+    frame = frame_about(axis.direction)
+    return (points - axis.point) @ frame, normals @ frame

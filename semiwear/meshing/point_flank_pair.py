@@ -301,6 +301,11 @@ class PointFlankMesh:
         """Where the gear's flank crosses its pitch surface [mm]."""
         return self.profile_at(face, np.zeros(np.shape(face)))
 
+    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit normals of the pinion's surface in its own frame."""
+        own = self.flanks.driving
+        return own.points(own.u_at(profile, own.mean_length), own.v_at(face))
+
     def prism_body(self, body: int) -> PrismBody:
         """Sections that the file brings, or those drawn after the points and the scene's fields."""
         flanks, mean = self.flanks, body == DRIVING

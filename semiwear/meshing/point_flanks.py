@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import degrees, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from semiwear.meshing.point_flank_sides import side_problems, unit_problems
 from semiwear.meshing.point_pitch import PitchSurface, instantaneous_axis, pitch_point, pitch_surface
 from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 from semiwear.scene import FlankPointsPair, Placement
+from semiwear.untyped import Options
 
 __all__ = ["point_flanks", "point_flanks_or_problems", "surfaces_told"]
 
@@ -47,7 +47,7 @@ _LINE = 1e-6  # of the flank's height: what the separation may vary along a line
 _FARTHEST_LINE, _LINE_STEPS = 3.0, 97  # base pitches to either side, within which it crosses the middle of the face
 _BESIDE = 1e-3  # of the face width, between stations there
 # Fields of edges and of sections, which the flanks' surfaces know nothing of, at their defaults.
-_OF_TEETH: dict[str, Any] = {
+_OF_TEETH: Options = {
     entry.name: entry.default
     for entry in fields(FlankPointsPair)
     if entry.name.endswith(("_thickness_mm", "_radius_mm", "_depth_mm"))

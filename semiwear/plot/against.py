@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch
 from semiwear.plot.flank_places import flank_places
 from semiwear.plot.style import axes_for, label, legend_above, need, step_name, styled
 from semiwear.plot.two_results import TwoResults
+from semiwear.untyped import Options
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -116,7 +117,7 @@ def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
     gear, _ = along_tooth(tree)
     along = gear.values.mean(axis=0)
     ends = np.interp((places.first, places.last), gear["face"].values, along)
-    style: Any = {"color": "#117733", "lw": 0.9, "ls": ":"}
+    style: Options = {"color": "#117733", "lw": 0.9, "ls": ":"}
     ax.plot(along, places.lower, **style, label=f"{places.width:.2g} mm from the borders")
     ax.plot(along, places.upper, **style)
     for end in ends:

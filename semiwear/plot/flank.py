@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ from semiwear.plot.style import SIZE_PAIR, axes_for, label, legend_above, need, 
 from semiwear.results.missing import away_from_edges
 from semiwear.results.schema import Zone
 from semiwear.results.wearing import control_place, main_body, pitch_name, pitch_surface
+from semiwear.untyped import Options
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +63,7 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
         greatest = float(wear.max())
         mesh = flank_axes(ax, tree, wear, WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0, body)
         mark_pitch_band(ax, tree, body=body)
-        marker: Any = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
+        marker: Options = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
         if greatest > 0:
             place = np.unravel_index(int(wear.argmax()), wear.shape)
             ax.plot(along[place], height[place], "o", ms=7, label="greatest wear", **marker)

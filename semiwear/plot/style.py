@@ -41,6 +41,7 @@ SIZE = (5.8, 3.7)
 SIZE_PAIR = (5.8, 6.0)
 SIZE_WIDE = (11.6, 3.7)
 
+# Any: the type that matplotlib gives to its settings differs from version to version
 _STYLE: Any = {
     "font.size": 10.0,
     "axes.titlesize": 10.5,
@@ -81,7 +82,7 @@ def styled() -> Iterator[None]:
 
 
 def axes_for(
-    ax: Axes | Sequence[Axes] | None, panels: int = 1, size: tuple[float, float] = SIZE, **subplot: Any
+    ax: Axes | Sequence[Axes] | None, panels: int = 1, size: tuple[float, float] = SIZE, **subplot: str
 ) -> list[Axes]:
     """Axes to draw on: the caller's, or new ones, panels under one another."""
     if ax is not None:

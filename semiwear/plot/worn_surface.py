@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from semiwear.plot.style import axes_for, label, need, step_name, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
 
 __all__ = ["wear_surface"]
 
@@ -44,7 +45,7 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
         body = chosen_body(tree, body)
         along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
         (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
-        surface: Any = drawn
+        surface: Axes3D = drawn
         scale = float(wear.max()) or 1.0
         bottom = -(1.0 + _BELOW) * scale
         _body_of_tooth(surface, along, height, wear, bottom, scale)
@@ -81,7 +82,7 @@ def _finer(values: np.ndarray) -> np.ndarray:
 
 
 def _body_of_tooth(
-    surface: Any, along: np.ndarray, height: np.ndarray, wear: np.ndarray, bottom: float, scale: float
+    surface: Axes3D, along: np.ndarray, height: np.ndarray, wear: np.ndarray, bottom: float, scale: float
 ) -> None:
     """The worn flank with the cut faces of the piece below it, and the outline of the unworn flank."""
     import matplotlib

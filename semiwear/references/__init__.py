@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from importlib import resources
-from typing import Any, TypeAlias
 
 from semiwear.errors import SemiwearError
+from semiwear.untyped import Table
 
-__all__ = ["Table", "load_reference", "load_statements", "reference_names", "stated_names"]
-
-Table: TypeAlias = dict[str, Any]
-"""A table of a TOML file; Any: what a TOML file holds is known when it is read."""
+__all__ = ["load_reference", "load_statements", "reference_names", "stated_names"]
 
 
 def reference_names() -> tuple[str, ...]:

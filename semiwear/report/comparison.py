@@ -15,11 +15,12 @@ from string import Formatter
 import numpy as np
 import xarray as xr
 
-from semiwear.references import Table, load_reference, load_statements
+from semiwear.references import load_reference, load_statements
 from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.report.markup import figure_text
 from semiwear.report.measures import MEASURES
 from semiwear.report.trends import LEVEL_SHARE, Trend, falls, levels, rises
+from semiwear.untyped import Table
 
 __all__ = ["Compared", "Comparison", "Verdict", "compare"]
 

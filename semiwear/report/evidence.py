@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from semiwear.references import Table
 from semiwear.results.missing import why_missing
+from semiwear.untyped import Table
 
 __all__ = ["Evidence", "NotComparable"]
 

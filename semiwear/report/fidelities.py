@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from html import escape
-from typing import Any
 
 import xarray as xr
 
@@ -19,6 +18,7 @@ from semiwear.report.markup import code_marked, element, figure_text, table
 from semiwear.report.pictures import figure_uri
 from semiwear.report.reasons import reason
 from semiwear.results.wearing import pitch_name, worn_bodies
+from semiwear.untyped import Value
 
 __all__ = ["against_section", "heading"]
 
@@ -42,7 +42,7 @@ def heading(against: xr.DataTree) -> str:
 
 
 def against_section(
-    tree: xr.DataTree, against: xr.DataTree, scenes: tuple[Mapping[str, Any], Mapping[str, Any]]
+    tree: xr.DataTree, against: xr.DataTree, scenes: tuple[Mapping[str, Value], Mapping[str, Value]]
 ) -> str:
     """Tables, reasons and pictures of how two results differ.
 
@@ -95,7 +95,7 @@ def _states(results: TwoResults) -> str:
     return f"<p>{text}</p>"
 
 
-def _differing(scenes: tuple[Mapping[str, Any], Mapping[str, Any]]) -> dict[str, tuple[str, str]]:
+def _differing(scenes: tuple[Mapping[str, Value], Mapping[str, Value]]) -> dict[str, tuple[str, str]]:
     """Fields in which two scenes differ, with both values."""
     first, second = (dict(_fields(scene)) for scene in scenes)
     return {
@@ -118,7 +118,7 @@ def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None
     return note + table("Fields in which the scenes differ", ("field", *map(escape, results.names)), listed)
 
 
-def _fields(scene: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _fields(scene: Mapping[str, Value], prefix: str = "") -> Iterator[tuple[str, Value]]:
     for key, value in scene.items():
         if isinstance(value, Mapping):
             yield from _fields(value, f"{prefix}{key}.")
@@ -196,7 +196,7 @@ def _pictures(results: TwoResults) -> str:
     return f'<div class="cards">{"".join(drawn)}</div>'
 
 
-def _card(title: str, caption: str, picture: Callable[..., Any], results: TwoResults) -> str:
+def _card(title: str, caption: str, picture: Callable[..., object], results: TwoResults) -> str:
     try:
         with styled():
             uri = figure_uri(SIZE, 1, lambda axes: picture(results.this, results.other, ax=axes[0]))

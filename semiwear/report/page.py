@@ -13,7 +13,7 @@ from pathlib import Path
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.references import Table, stated_names
+from semiwear.references import stated_names
 from semiwear.report import sections
 from semiwear.report.comparison import Compared, Comparison, Verdict, compare
 from semiwear.report.effects import effects_section
@@ -22,6 +22,7 @@ from semiwear.report.markup import element
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
 from semiwear.targets import PAGES, file_target, naming
+from semiwear.untyped import Table
 
 __all__ = ["write_report"]
 

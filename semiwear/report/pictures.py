@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -18,6 +18,9 @@ from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
 from semiwear.results.missing import why_missing
 from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_bodies
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
 
@@ -106,12 +109,12 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
 
 
 def _png(picture: Picture, tree: xr.DataTree) -> str:
-    function: Any = getattr(plot, picture.name)
+    function: Callable[..., object] = getattr(plot, picture.name)
     if picture.both_ends:
         flank = tree.children.get("flank")
         steps = (0, -1) if flank is not None and flank.sizes["wear_step"] > 1 else (0,)
 
-        def ends(axes: list[Any]) -> None:
+        def ends(axes: list[Axes]) -> None:
             for step, ax in zip(steps, axes, strict=True):
                 function(tree, wear_step=step, ax=ax)
 
@@ -120,7 +123,7 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
 
     of = {"body": picture.body} if picture.body else {}
 
-    def alone(axes: list[Any]) -> None:
+    def alone(axes: list[Axes]) -> None:
         function(tree, ax=axes[0] if picture.panels == 1 else axes, **of)
 
     return figure_uri(picture.size, picture.panels, alone, subplot=solid)
@@ -129,10 +132,10 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
 def figure_uri(
     size: tuple[float, float],
     panels: int,
-    draw_on: Callable[[list[Any]], object],
+    draw_on: Callable[[list[Axes]], object],
     *,
     side_by_side: bool = False,
-    subplot: dict[str, Any] | None = None,
+    subplot: dict[str, str] | None = None,
 ) -> str:
     """A figure [inch] as a data URI; `draw_on` gets its axes, under one another unless `side_by_side`."""
     from matplotlib.figure import Figure

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,6 +14,7 @@ from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
+from semiwear.untyped import Value
 
 __all__ = [
     "diagnostics",
@@ -82,7 +82,7 @@ def _first_and_last(title: str, series: xr.DataArray) -> tuple[str, str, str]:
     return title, last, f"{first} unworn" if series.size > 1 else ""
 
 
-def inputs(scene: Mapping[str, Any], scene_toml: str) -> str:
+def inputs(scene: Mapping[str, Value], scene_toml: str) -> str:
     """The scene as tables, and its text."""
     tables = "".join(
         table(f"[{name}]" if name else "scene", ("field", "value"), rows)
@@ -93,14 +93,14 @@ def inputs(scene: Mapping[str, Any], scene_toml: str) -> str:
     return element("div", tables, class_="scene") + raw
 
 
-def _scene_tables(scene: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, list[tuple[str, str]]]]:
+def _scene_tables(scene: Mapping[str, Value], prefix: str = "") -> Iterator[tuple[str, list[tuple[str, str]]]]:
     yield prefix, [(key, _value(value)) for key, value in scene.items() if not isinstance(value, Mapping)]
     for key, value in scene.items():
         if isinstance(value, Mapping):
             yield from _scene_tables(value, f"{prefix}.{key}" if prefix else key)
 
 
-def _value(value: Any) -> str:
+def _value(value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):

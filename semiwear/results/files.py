@@ -16,7 +16,7 @@ import uuid
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import xarray as xr
 
@@ -24,6 +24,7 @@ from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results.datasets import check_tree
 from semiwear.results.schema import GROUPS, SCHEMA_VERSION
 from semiwear.targets import RESULTS, file_target, naming
+from semiwear.untyped import Options
 
 __all__ = ["open_results", "save", "sync_folder"]
 
@@ -246,15 +247,15 @@ def _check_version(version: str, source: Path) -> None:
     )
 
 
-def _encoding(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:
+def _encoding(tree: xr.DataTree) -> dict[str, dict[str, Options]]:
     """Light compression for numbers; no fill values, since a result has no gaps."""
-    packed: dict[str, Any] = {
+    packed: Options = {
         "zlib": True,
         "complevel": 1,
         "shuffle": True,
         "_FillValue": None,
     }
-    encoding: dict[str, dict[str, dict[str, Any]]] = {}
+    encoding: dict[str, dict[str, Options]] = {}
     for node in tree.subtree:
         encoding[node.path] = {
             str(name): (packed if array.ndim else {"_FillValue": None})

@@ -8,10 +8,10 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from semiwear.results.provenance import version
 from semiwear.scene.external import file_digests
+from semiwear.untyped import Value
 
 __all__ = ["differences", "run_identity"]
 
@@ -93,11 +93,11 @@ def _scene_differences(kept: str, now: str, finished: int) -> list[str]:
     return lines if more <= 0 else [*lines[:_MOST_SHOWN], f"{more} more fields of the scene"]
 
 
-def _shown(value: Any) -> str:
+def _shown(value: Value) -> str:
     return "absent" if value is None else repr(value)
 
 
-def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
     """Fields under their dotted keys; a table without fields stands for itself, since it may be an effect."""
     for name, value in table.items():
         key = f"{path}{name}"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+
+from semiwear.untyped import Table, Value
 
 __all__ = ["ControlPlace", "control_place", "main_body", "pitch_name", "pitch_surface", "scene_tables", "worn_bodies"]
 
@@ -30,7 +32,7 @@ class ControlPlace(NamedTuple):
     height: float
 
 
-def scene_tables(tree: xr.DataTree) -> dict[str, Any]:
+def scene_tables(tree: xr.DataTree) -> Table:
     """Tables of a result's scene; empty where its text is no TOML."""
     try:
         return tomllib.loads(str(tree.attrs.get("scene_toml", "")))
@@ -38,7 +40,7 @@ def scene_tables(tree: xr.DataTree) -> dict[str, Any]:
         return {}
 
 
-def _table(scene: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+def _table(scene: Mapping[str, Value], name: str) -> Mapping[str, Value]:
     found = scene.get(name)
     return found if isinstance(found, Mapping) else {}
 

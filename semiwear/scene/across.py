@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 from semiwear.errors import Problem
+from semiwear.untyped import Value
 
 __all__ = ["CrossRule", "RuleBook", "across", "find_conflicts"]
 
@@ -25,7 +25,7 @@ def across(book: RuleBook, table: str, *names: str) -> Callable[[CrossRule], Cro
     return register
 
 
-def find_conflicts(values: Mapping[str, Any], rules: Sequence[tuple[tuple[str, ...], CrossRule]]) -> list[Problem]:
+def find_conflicts(values: Mapping[str, Value], rules: Sequence[tuple[tuple[str, ...], CrossRule]]) -> list[Problem]:
     """Apply every rule whose fields are all known.
 
     Parameters

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.across import find_conflicts
@@ -16,12 +15,13 @@ from semiwear.scene.model import Check, Scene
 from semiwear.scene.reading import Reading, read_fields
 from semiwear.scene.schema import Schema, build, schema_of_data
 from semiwear.scene.tables import default_worn_bodies
+from semiwear.untyped import Table, Value
 
 __all__ = ["scene_from_dict"]
 
 
 def scene_from_dict(
-    data: Mapping[str, Any],
+    data: Mapping[str, Value],
     *,
     name: str = "scene",
     check: Check | None = None,
@@ -67,7 +67,7 @@ def _with_origin(problems: Sequence[Problem], reading: Reading) -> list[Problem]
     return [replace(p, default=p.field in rules and not reading.has(p.field)) for p in problems]
 
 
-def _with_defaults(reading: Reading, schema: Schema) -> dict[str, Any]:
+def _with_defaults(reading: Reading, schema: Schema) -> Table:
     """Every value that is known: given, default or derived; None for the control point when there is none."""
     values = reading.given | {key: default for key, default in schema.defaults.items() if reading.lacks(key)}
     for name, derived in schema.derived.items():

@@ -10,10 +10,11 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from graphlib import TopologicalSorter
 from inspect import cleandoc
-from typing import Any, TypeVar, dataclass_transform
+from typing import TypeVar, dataclass_transform
 
 from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.rule import Rule
+from semiwear.untyped import Value
 
 __all__ = ["declared", "derived_of", "filled_in", "rules_of", "table"]
 
@@ -23,7 +24,7 @@ _RULE, _WHAT, _DERIVED = "rule", "what", "derived"
 _WIDTH = 100
 
 
-def declared(rule: Rule, what: str, *, default: Any = MISSING, derived: DerivedDefault | None = None) -> Any:
+def declared(rule: Rule, what: str, *, default: Value = MISSING, derived: DerivedDefault | None = None) -> Value:
     """A field of a table.
 
     Parameters
@@ -65,7 +66,7 @@ def derived_of(owner: type) -> Mapping[str, DerivedDefault]:
     return {name: found[name] for name in order.static_order()}
 
 
-def filled_in(table: Any) -> frozenset[str]:
+def filled_in(table: object) -> frozenset[str]:
     """Fill a table's fields that are None with their derived defaults; the fields' names."""
     defaults = derived_of(type(table))
     derived = [name for name in defaults if getattr(table, name) is None]
@@ -75,7 +76,7 @@ def filled_in(table: Any) -> frozenset[str]:
     return frozenset(derived)
 
 
-def _attributes(owner: Any) -> str:
+def _attributes(owner: type[Value]) -> str:
     lines = []
     for entry in fields(owner):
         if _RULE not in entry.metadata:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.model import Scene
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
+from semiwear.untyped import Table, Value
 
 __all__ = ["replace_fields"]
 
@@ -20,13 +20,13 @@ _RIVALS = {
 }
 
 
-def replace_fields(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+def replace_fields(scene: Scene, changes: Mapping[str, Value]) -> Scene:
     """The scene with dotted keys set to new values, or removed by None; see `Scene.replace`."""
     data = to_dict(scene, without_derived=True)
     kind = changes.get("gear_pair.type")
     schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
     problems: list[Problem] = []
-    unknown: list[Any] = []
+    unknown: list[Value] = []
     for key, value in changes.items():
         if not isinstance(key, str) or (key not in schema.rules and key not in schema.tables) or not key:
             unknown.append(key)
@@ -43,7 +43,7 @@ def replace_fields(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     return scene_from_dict(data, name=name, check=scene._check, problems=problems)
 
 
-def _set(data: dict[str, Any], key: str, value: Any) -> None:
+def _set(data: Table, key: str, value: Value) -> None:
     *path, name = key.split(".")
     table = data
     for step in path:
@@ -62,7 +62,7 @@ def _set(data: dict[str, Any], key: str, value: Any) -> None:
         _set(data, parent(key), None)
 
 
-def _unknown(key: str, value: Any, schema: Schema) -> Problem:
+def _unknown(key: str, value: Value, schema: Schema) -> Problem:
     table = parent(key)
     while table not in schema.tables:
         table = parent(table)

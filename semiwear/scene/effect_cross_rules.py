@@ -6,7 +6,6 @@ import math
 from collections import deque
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
@@ -14,6 +13,7 @@ from semiwear.scene.effects import EFFECTS
 from semiwear.scene.reading import Reading
 from semiwear.scene.schema import DEFAULTS, RULES
 from semiwear.scene.values import shown
+from semiwear.untyped import Value
 
 __all__ = ["EFFECT_CROSS_RULES", "find_missing_needs"]
 
@@ -112,5 +112,5 @@ def _life_is_of_a_worn_body(body: str, worn: tuple[str, ...]) -> Iterator[Proble
         yield Problem("effects.run_life.body", body, allowed, fix)
 
 
-def _quoted(words: Any) -> str:
+def _quoted(words: Value) -> str:
     return ", ".join(f'"{word}"' for word in words)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol
+from typing import ClassVar, Protocol
+
+from semiwear.untyped import Table, Value
 
 __all__ = ["EffectTable", "ScreenedScene"]
 
@@ -13,11 +15,11 @@ class ScreenedScene(Protocol):
     """Part of a `Scene` that a screening looks at: its operation and its wear."""
 
     @property
-    def operation(self) -> Any:
+    def operation(self) -> Value:
         """Table ``[operation]``."""
 
     @property
-    def wear(self) -> Any:
+    def wear(self) -> Value:
         """Table ``[wear]``, or None."""
 
 
@@ -43,11 +45,11 @@ class EffectTable:
     title: ClassVar[str]
     acts_in: ClassVar[str]
     needs: ClassVar[tuple[str, ...]] = ()
-    needs_if: ClassVar[Mapping[tuple[str, Any], tuple[str, ...]]] = MappingProxyType({})
+    needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType({})
     validity: ClassVar[str]
     references: ClassVar[tuple[str, ...]]
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """Fields with which a screening adds this effect; empty where the plain defaults serve."""
         return {}

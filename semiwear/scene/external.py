@@ -5,15 +5,15 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from semiwear.scene.model import Scene
 from semiwear.scene.schema import schema_of_data
+from semiwear.untyped import Value
 
 __all__ = ["file_digests", "named_files", "scene_files"]
 
 
-def named_files(data: Mapping[str, Any]) -> dict[str, str]:
+def named_files(data: Mapping[str, Value]) -> dict[str, str]:
     """Paths of the files that nested tables of a scene name, under the dotted keys of their fields."""
     rules = schema_of_data(data).rules
     return {
@@ -28,7 +28,7 @@ def scene_files(scene: Scene) -> dict[str, str]:
     return named_files(scene.to_dict())
 
 
-def file_digests(data: Mapping[str, Any]) -> dict[str, str]:
+def file_digests(data: Mapping[str, Value]) -> dict[str, str]:
     """SHA-256 of every file that nested tables of a scene name, by path; in words where there is no plain file."""
     return {path: _digest(Path(path)) for path in named_files(data).values()}
 
@@ -43,7 +43,7 @@ def _digest(path: Path) -> str:
         return f"cannot be read ({error})"
 
 
-def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
     for name, value in table.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{path}{name}.")

@@ -6,11 +6,12 @@ from dataclasses import field
 from hashlib import sha256
 from math import hypot
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.rule import Rule, advice, any_number, between, choice, kind_of_pair
 from semiwear.scene.values import Unreadable, number, numbers, text, whole
+from semiwear.untyped import Value
 
 __all__ = ["FlankPointsControlPoint", "FlankPointsPair"]
 
@@ -25,7 +26,7 @@ def _content(path: str) -> str:
         return ""
 
 
-def _tupled(value: Any) -> Any:
+def _tupled(value: Value) -> Value:
     return tuple(float(item) for item in value)
 
 
@@ -39,7 +40,7 @@ _TEETH = "count the teeth of the whole body; of a worm its threads"
 _POINT = "where the origin of the body's own frame lies in the fixed frame"
 
 
-def _number_or_auto(raw: Any) -> float | str:
+def _number_or_auto(raw: Value) -> float | str:
     if isinstance(raw, str):
         if raw != "auto":
             raise Unreadable('give "auto", or a number without quotes')

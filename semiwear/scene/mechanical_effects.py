@@ -6,13 +6,14 @@ Like all tables of a scene they check nothing themselves. Mappings that screen a
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable, ScreenedScene
 from semiwear.scene.placement import Placement
 from semiwear.scene.rule import Rule, above, advice, between, choice, positive
 from semiwear.scene.values import number, numbers, text
+from semiwear.untyped import Table
 
 __all__ = [
     "FlankModification",
@@ -117,7 +118,7 @@ class Misalignment(EffectTable):
         )
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """An offset of 0.05 mm and a shaft angle error of 0.5 mrad: a careful assembly."""
         return {"offset_mm": 0.05, "shaft_angle_error_mrad": 0.5}
 
@@ -168,7 +169,7 @@ class FlankModification(EffectTable):
     file: str | None = declared(_grid_file(), "CSV or netCDF grid of deviations, added to the rest.", default=None)
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """A tip relief of 20 um, as usual at a module of some millimetres."""
         return {"tip_relief_um": 20.0}
 
@@ -218,7 +219,7 @@ class LoadSpectrum(EffectTable):
     )
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """Half, the whole and five quarters of the scene's torque, mostly at the whole."""
         torque = scene.operation.pinion_torque_Nm
         return {"torques_Nm": [0.5 * torque, 1.0 * torque, 1.25 * torque], "shares": [0.3, 0.5, 0.2]}
@@ -240,7 +241,7 @@ class PitchError(EffectTable):
     )
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """Neighbours that differ by 10 um, in both directions."""
         return {"pinion_um": [0.0, 10.0, 0.0, -10.0]}
 
@@ -295,7 +296,7 @@ class RunLife(EffectTable):
     )
 
     @staticmethod
-    def screening_table(scene: ScreenedScene) -> dict[str, Any]:
+    def screening_table(scene: ScreenedScene) -> Table:
         """A body that wears."""
         worn = ("gear",) if scene.wear is None else scene.wear.worn_bodies
         return {} if "gear" in worn else {"body": worn[0]}

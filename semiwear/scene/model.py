@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.bodies import BodyCoefficients
@@ -29,6 +28,7 @@ from semiwear.scene.tables import (
     WearUntil,
     default_worn_bodies,
 )
+from semiwear.untyped import Table, Value
 
 __all__ = [
     "BodyCoefficients",
@@ -88,7 +88,7 @@ class Scene:
             bodies = default_worn_bodies(pair, wear.coefficient_mm2_per_N, mapping)
             object.__setattr__(self, "wear", replace(wear, worn_bodies=bodies, _derived=True))
 
-    def replace(self, changes: Mapping[str, Any]) -> Scene:
+    def replace(self, changes: Mapping[str, Value]) -> Scene:
         """A copy with some fields changed, checked like a loaded scene.
 
         Parameters
@@ -108,7 +108,7 @@ class Scene:
 
         return replace_fields(self, changes)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Table:
         """The scene as nested dicts of plain values, every default written out."""
         from semiwear.scene.schema import to_dict
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.closest import closeness
 from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema, parent
 from semiwear.scene.values import shown
+from semiwear.untyped import Table, Value
 
 __all__ = ["MOST_UNKNOWN", "Reading", "more_unknown", "read_fields", "unknown_key"]
 
@@ -42,7 +42,7 @@ class Reading:
     """
 
     schema: Schema
-    given: dict[str, Any] = field(default_factory=dict)
+    given: Table = field(default_factory=dict)
     refused: set[str] = field(default_factory=set)
     tables: set[str] = field(default_factory=set)
     problems: list[Problem] = field(default_factory=list)
@@ -61,10 +61,10 @@ class Reading:
         return table not in OPTIONAL_TABLES and self._expects(parent(table))
 
 
-def read_fields(data: Mapping[str, Any], schema: Schema) -> Reading:
+def read_fields(data: Mapping[str, Value], schema: Schema) -> Reading:
     """Read every field of a nested mapping by its own rule; report wrong values, unknown names and gaps."""
     reading = Reading(schema)
-    unknown: deque[tuple[str, str, Any]] = deque()
+    unknown: deque[tuple[str, str, Value]] = deque()
     _read_table("", data, reading, unknown)
     for _ in range(MOST_UNKNOWN):
         if unknown:
@@ -79,7 +79,7 @@ def read_fields(data: Mapping[str, Any], schema: Schema) -> Reading:
     return reading
 
 
-def _read_table(table: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
+def _read_table(table: str, raw: Value, reading: Reading, unknown: deque[tuple[str, str, Value]]) -> None:
     if not isinstance(raw, Mapping):
         reading.refused.add(table)
         reading.problems.append(Problem(table, shown(raw), "a table", _table_fix(table, reading.schema)))
@@ -119,7 +119,7 @@ def _last(key: str) -> str:
     return key.rpartition(".")[2]
 
 
-def _read_value(key: str, raw: Any, reading: Reading) -> None:
+def _read_value(key: str, raw: Value, reading: Reading) -> None:
     value, problem = reading.schema.rules[key].apply(key, raw)
     if problem is None:
         reading.given[key] = value
@@ -128,7 +128,9 @@ def _read_value(key: str, raw: Any, reading: Reading) -> None:
         reading.problems.append(problem)
 
 
-def _read_unknown(table: str, name: str, raw: Any, reading: Reading, unknown: deque[tuple[str, str, Any]]) -> None:
+def _read_unknown(
+    table: str, name: str, raw: Value, reading: Reading, unknown: deque[tuple[str, str, Value]]
+) -> None:
     schema = reading.schema
     meanings = _meanings(table, name, schema)
     meant = meanings[0] if len(meanings) == 1 else None
@@ -149,7 +151,7 @@ def more_unknown(key: str, count: int) -> Problem:
     return Problem(str(shown(key)), f"{count} more unknown names", "names of a scene", "is this the file of a scene?")
 
 
-def unknown_key(table: str, name: str, raw: Any, schema: Schema) -> Problem:
+def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
     """The problem of a name that no table of a scene has."""
     key = f"{table}.{name}" if table else name or '""'
     meanings = _meanings(table, name, schema)

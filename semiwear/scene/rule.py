@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from semiwear.errors import Problem
 from semiwear.scene.closest import closest
 from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole, whole_or_auto
+from semiwear.untyped import Value
 
 __all__ = [
     "Rule",
@@ -45,11 +45,11 @@ class Rule:
 
     read: Reader
     allowed: str
-    holds: Callable[[Any], bool]
-    fix: Callable[[Any], str]
-    names_file: Callable[[Any], bool] = lambda value: False
+    holds: Callable[[Value], bool]
+    fix: Callable[[Value], str]
+    names_file: Callable[[Value], bool] = lambda value: False
 
-    def apply(self, key: str, raw: Any) -> tuple[Any, Problem | None]:
+    def apply(self, key: str, raw: object) -> tuple[Value, Problem | None]:
         """The value to keep (None if there is a problem), and the problem if there is one."""
         try:
             value = self.read(raw)
@@ -60,7 +60,7 @@ class Rule:
         return None, Problem(key, shown(raw), self.allowed, self.fix(value))
 
 
-def advice(fix: str) -> Callable[[Any], str]:
+def advice(fix: str) -> Callable[[Value], str]:
     """The same remedy whatever the value."""
     return lambda value: fix
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
-from typing import Any
 
 from semiwear.scene.bodies import BODIES, BodyCoefficients
 from semiwear.scene.closest import closest
@@ -48,7 +47,7 @@ def increasing_depths() -> Rule:
     return Rule(numbers, "one or more depths in um, above 0 and strictly increasing", holds, fix)
 
 
-def _bodies(raw: Any) -> tuple[str, ...]:
+def _bodies(raw: object) -> tuple[str, ...]:
     """A list of texts, the pinion first where it holds nothing but bodies."""
     bodies = texts(raw)
     return tuple(sorted(bodies, key=BODIES.index)) if set(bodies) <= set(BODIES) else bodies
@@ -73,7 +72,7 @@ def _listed(words: Iterable[str]) -> str:
     return "[" + ", ".join(f'"{word}"' for word in words) + "]"
 
 
-def _coefficient(raw: Any) -> float | BodyCoefficients:
+def _coefficient(raw: object) -> float | BodyCoefficients:
     if isinstance(raw, BodyCoefficients):
         raw = {body: value for body in BODIES if (value := getattr(raw, body)) is not None}
     if not isinstance(raw, Mapping):

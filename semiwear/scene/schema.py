@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, fields
 from functools import cached_property
 from itertools import islice
-from typing import Any
 
 from semiwear.scene.closest import closest
 from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
@@ -28,6 +27,7 @@ from semiwear.scene.model import (
     WearUntil,
 )
 from semiwear.scene.rule import Rule
+from semiwear.untyped import Table, Value
 
 __all__ = [
     "DEFAULTS",
@@ -121,7 +121,7 @@ class Schema:
         return derived_of(self.own_tables["gear_pair"])
 
     @cached_property
-    def declared(self) -> dict[str, Any]:
+    def declared(self) -> Table:
         """Defaults as the dataclasses declare them, MISSING where there is none."""
         by_name = {
             (table, entry.name): entry.default for table, owner in self.tables.items() for entry in fields(owner)
@@ -139,7 +139,7 @@ class Schema:
         return frozenset(key for key, default in self.declared.items() if default is MISSING)
 
     @cached_property
-    def defaults(self) -> dict[str, Any]:
+    def defaults(self) -> Table:
         """Plain defaults."""
         without = self.required | self.derived_keys
         return {key: default for key, default in self.declared.items() if key not in without}
@@ -173,7 +173,7 @@ RULES, TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
 fields_of = _FACE_GEAR.fields_of
 
 
-def schema_of_data(data: Mapping[str, Any]) -> Schema:
+def schema_of_data(data: Mapping[str, Value]) -> Schema:
     """The schema that nested mappings mean, right or wrong: by the type, else by the names that fit best."""
     pair = data.get("gear_pair")
     if not isinstance(pair, Mapping):
@@ -196,7 +196,7 @@ def schema_of_scene(scene: Scene) -> Schema:
     return owners[type(scene.gear_pair)]
 
 
-def build(schema: Schema, values: Mapping[str, Any], tables: Collection[str], check: Check | None = None) -> Scene:
+def build(schema: Schema, values: Mapping[str, Value], tables: Collection[str], check: Check | None = None) -> Scene:
     """A scene.
 
     Parameters
@@ -210,10 +210,10 @@ def build(schema: Schema, values: Mapping[str, Any], tables: Collection[str], ch
         Kept with the scene, for `Scene.replace`.
     """
 
-    def arguments(table: str) -> dict[str, Any]:
+    def arguments(table: str) -> Table:
         return {key.rpartition(".")[2]: values[key] for key in schema.fields_of(table) if key in values}
 
-    def present(container: str) -> dict[str, Any]:
+    def present(container: str) -> Table:
         keys = [key for key in schema.children(container) if key in tables and key in OPTIONAL_TABLES]
         return {key.rpartition(".")[2]: schema.tables[key](**arguments(key)) for key in keys}
 
@@ -243,12 +243,12 @@ def build(schema: Schema, values: Mapping[str, Any], tables: Collection[str], ch
     )
 
 
-def _numerics(given: dict[str, Any]) -> Numerics:
+def _numerics(given: Table) -> Numerics:
     """The table, which remembers what was given: an asked accuracy decides the rest."""
     return Numerics(**given, _given=frozenset(name for name, value in given.items() if value != "auto"))
 
 
-def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
+def to_dict(scene: Scene, *, without_derived: bool = False) -> Table:
     """The scene as nested dicts of plain values; None and absent tables are left out.
 
     Parameters
@@ -258,7 +258,7 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
     without_derived : bool
         Leave out what was left to its derived default.
     """
-    nested: dict[str, Any] = {}
+    nested: Table = {}
     hidden = {f"gear_pair.{name}" for name in scene.gear_pair._derived} if without_derived else set()
     if without_derived or scene.numerics.accuracy is not None:
         hidden |= {f"numerics.{name}" for name in scene.numerics.left_out}
@@ -277,7 +277,7 @@ def to_dict(scene: Scene, *, without_derived: bool = False) -> dict[str, Any]:
     return nested
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Value) -> Value:
     if isinstance(value, tuple):
         return list(value)
     if isinstance(value, BodyCoefficients):
@@ -285,9 +285,9 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _flat(scene: Scene, rules: Mapping[str, Rule]) -> Iterator[tuple[str, Any]]:
+def _flat(scene: Scene, rules: Mapping[str, Rule]) -> Iterator[tuple[str, Value]]:
     for key in rules:
-        value: Any = scene
+        value: Value = scene
         for step in key.split("."):
             value = None if value is None else getattr(value, step)
         yield key, value

@@ -5,17 +5,17 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Collection, Mapping
-from typing import Any
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.values import shown
+from semiwear.untyped import Table, Value
 
 __all__ = ["read_toml", "write_toml"]
 
 _SHORT_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 
-def read_toml(text: str, name: str) -> dict[str, Any]:
+def read_toml(text: str, name: str) -> Table:
     """The tables of a TOML text.
 
     Raises
@@ -65,7 +65,7 @@ def _likely_fix(line: str, message: str) -> str:
     return "; write text in quotes, true and false in small letters" if value[:1].isalpha() else ""
 
 
-def write_toml(data: Mapping[str, Any], *, inline: Collection[str] = ()) -> str:
+def write_toml(data: Mapping[str, Value], *, inline: Collection[str] = ()) -> str:
     """TOML text of nested mappings of text, numbers and flat lists; numbers come back exactly.
 
     Parameters
@@ -78,7 +78,7 @@ def write_toml(data: Mapping[str, Any], *, inline: Collection[str] = ()) -> str:
     return "\n".join(_table_lines(data, "", inline)).lstrip("\n") + "\n"
 
 
-def _table_lines(table: Mapping[str, Any], path: str, inline: Collection[str]) -> list[str]:
+def _table_lines(table: Mapping[str, Value], path: str, inline: Collection[str]) -> list[str]:
     prefix = f"{path}." if path else ""
     inner = {key for key, value in table.items() if isinstance(value, Mapping) and f"{prefix}{key}" not in inline}
     lines = [f"{key} = {_value(value)}" for key, value in table.items() if key not in inner]
@@ -90,7 +90,7 @@ def _table_lines(table: Mapping[str, Any], path: str, inline: Collection[str]) -
     return lines
 
 
-def _value(value: Any) -> str:
+def _value(value: Value) -> str:
     if isinstance(value, str):
         return '"' + "".join(_escaped(character) for character in value) + '"'
     if isinstance(value, Mapping):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable
@@ -37,7 +37,7 @@ class Friction(EffectTable):
 
     title: ClassVar[str] = "friction"
     acts_in: ClassVar[str] = "contact"
-    needs_if: ClassVar[Mapping[tuple[str, Any], tuple[str, ...]]] = MappingProxyType(
+    needs_if: ClassVar[Mapping[tuple[str, object], tuple[str, ...]]] = MappingProxyType(
         {("law", "iso_14179"): (_SPEED,)}
     )
     validity: ClassVar[str] = "iso_14179: mineral oil, 1 to 50 m/s at the pitch line, line loads above 150 N/mm"

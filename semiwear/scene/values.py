@@ -6,11 +6,12 @@ import math
 import re
 from collections.abc import Callable
 from numbers import Real
-from typing import Any
+
+from semiwear.untyped import Value
 
 __all__ = ["Reader", "Unreadable", "number", "numbers", "shown", "text", "texts", "whole", "whole_or_auto"]
 
-Reader = Callable[[Any], Any]
+Reader = Callable[[object], Value]
 """Converts a raw value or raises `Unreadable`."""
 
 _LONGEST_SHOWN = 200
@@ -29,7 +30,7 @@ def shown(raw: object) -> object:
     return raw if len(printed) <= _LONGEST_SHOWN else printed[: _LONGEST_SHOWN - 3] + "..."
 
 
-def number(raw: Any) -> float:
+def number(raw: object) -> float:
     """A finite real number."""
     if isinstance(raw, bool):
         raise Unreadable("give a number, not true or false")
@@ -62,15 +63,15 @@ def _number_in_text(raw: str) -> str:
     return f"give {digits}, without quotes"
 
 
-def whole(raw: Any) -> int:
+def whole(raw: object) -> int:
     """A whole number; 25.0 counts as 25."""
     value = number(raw)
     if not value.is_integer():
         raise Unreadable(f"give a whole number, e.g. {round(value)}")
-    return int(raw)
+    return int(value)
 
 
-def whole_or_auto(raw: Any) -> int | str:
+def whole_or_auto(raw: object) -> int | str:
     """A whole number, or the word ``auto``."""
     if isinstance(raw, str):
         if raw != "auto":
@@ -79,7 +80,7 @@ def whole_or_auto(raw: Any) -> int | str:
     return whole(raw)
 
 
-def text(raw: Any) -> str:
+def text(raw: object) -> str:
     """Text that a UTF-8 file can hold."""
     if not isinstance(raw, str):
         raise Unreadable(f"give text in quotes, not {_kind(raw)}")
@@ -90,17 +91,17 @@ def text(raw: Any) -> str:
     return str(raw)
 
 
-def numbers(raw: Any) -> tuple[float, ...]:
+def numbers(raw: object) -> tuple[float, ...]:
     """A list of finite numbers."""
     return tuple(number(item) for item in _items(raw, "numbers, e.g. [5, 10, 15]"))
 
 
-def texts(raw: Any) -> tuple[str, ...]:
+def texts(raw: object) -> tuple[str, ...]:
     """A list of texts."""
     return tuple(text(item) for item in _items(raw, 'texts, e.g. ["gear"]'))
 
 
-def _items(raw: Any, example: str) -> list[Any] | tuple[Any, ...]:
+def _items(raw: object, example: str) -> list[object] | tuple[object, ...]:
     if hasattr(raw, "tolist"):  # an array: sweeps hand them to `Scene.replace`
         raw = raw.tolist()
     if not isinstance(raw, list | tuple):
@@ -108,7 +109,7 @@ def _items(raw: Any, example: str) -> list[Any] | tuple[Any, ...]:
     return raw
 
 
-def _kind(raw: Any) -> str:
+def _kind(raw: object) -> str:
     if isinstance(raw, dict):
         return "a table"
     if isinstance(raw, list | tuple):

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
+from semiwear.untyped import Options
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.volume import WearVolume
 
@@ -66,6 +66,6 @@ def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> Lo
     wear, partner = arrays["wear"], arrays.get("partner_wear")
     fine, coarse = teeth.touch(teeth.removed(wear, partner))
     loads = TeethLoads(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(TeethLoads)})
-    pressed: dict[str, Any] = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
+    pressed: Options = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
     residual = float(arrays[f"{k}.edge_residual"])
     return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner, residual)

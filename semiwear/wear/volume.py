@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +85,7 @@ def sliding_work(weighted_loads: Sequence[WeightedLoads], motion: Sweep, teeth: 
     place, weight = np.cos(angle), 2.0 / (_POINTS + 1) * np.sin(angle) ** 2
     total = 0.0
     for one in weighted_loads:
-        loads: Any = one.loads
+        loads = one.loads
         force = teeth.on_fine_rolls(loads.force * one.weight)
         half = teeth.on_fine_rolls(loads.half_width)
         away = (half / one.teeth.fine.spacing)[..., None] * place

@@ -1,0 +1,24 @@
+"""Names for what has no type that a checker could know, each with the reason."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+from numpy.typing import NDArray
+
+__all__ = ["CompilerPart", "Options", "Reals", "Table", "Value"]
+
+Value: TypeAlias = Any
+"""A value of a scene or of another TOML file: of which type it is, the rule of its field says when it is read."""
+
+Table: TypeAlias = dict[str, Value]
+"""A table of a TOML file, with values and tables by name."""
+
+Options: TypeAlias = dict[str, Any]
+"""Keyword arguments for another library's function, or for a constructor; each value has that argument's type."""
+
+CompilerPart: TypeAlias = Any
+"""A part of numba or llvmlite, or a value of the code that they write: neither of them has types."""
+
+Reals: TypeAlias = NDArray[Any]
+"""Numbers in single or in double precision: which, an argument says when the program runs."""
