@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from semiwear.geometry.involute import involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
-__all__ = ["FaceGearTooth"]
+__all__ = ["FaceGearTooth", "face_gear_flank"]
 
 FloatArray = NDArray[np.float64]
 
@@ -296,3 +296,39 @@ class FaceGearTooth:
         back = -self.shaper_addendum - self.rim_thickness
         pitch = 2.0 * pi * radius / self.gear_teeth
         return ToothSection(outline[0], profile, outline[1], RackRim(pitch, back))
+
+
+def face_gear_flank(
+    radius: FloatArray,
+    profile: FloatArray,
+    *,
+    shaper_teeth: int,
+    gear_teeth: int,
+    module: float,
+    pressure_angle: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Flank of a face gear that an involute shaper generates, its axis at 90 degrees to the gear's.
+
+    The equation of meshing fixes the generation angle in closed form for each roll angle of the shaper (Litvin and
+    Fuentes 2004, *Gear Geometry and Applied Theory*, eqs. 18.3.1 to 18.4.7); Newton steps find the one at a radius.
+
+    Parameters
+    ----------
+    radius : array
+        Distance from the gear's axis [mm], between `FaceGearTooth.undercut_radius` and `pointing_radius`.
+    profile : array
+        Arc length of the shaper's involute from its pitch circle, positive towards the gear's tip [mm]; it broadcasts
+        with `radius`. At most the shaper's base radius times tan(pressure_angle)^2 / 2.
+    shaper_teeth, gear_teeth : int
+    module : float [mm]
+    pressure_angle : float [rad]
+
+    Returns
+    -------
+    points, normals : (..., 3) arrays [mm], [1]
+        In the gear's frame (docs/frame.svg): the axis is y, the tooth space lies about +z. Normals point out of the
+        tooth.
+    """
+    # heights end a tooth, they do not shape its flank
+    tooth = FaceGearTooth(shaper_teeth, gear_teeth, module, pressure_angle, module, 1.25 * module, 0.0, module)
+    return tooth.points(radius, profile)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = ["InvoluteTooth", "involute_function"]
+__all__ = ["InvoluteTooth", "involute", "involute_function"]
 
 FloatArray = NDArray[np.float64]
 
@@ -22,6 +22,27 @@ FloatArray = NDArray[np.float64]
 def involute_function(angle: float) -> float:
     """Involute function inv(angle) = tan(angle) - angle [rad] (ISO 21771, 4.2.3)."""
     return tan(angle) - angle
+
+
+def involute(base_radius: float, roll_angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points of an involute of a circle, in polar coordinates about its centre (ISO 21771, 4.2).
+
+    With xi = tan(alpha), the roll angle: r = r_b sqrt(1 + xi^2), inv(alpha) = xi - atan(xi). The arc from its origin
+    on the base circle is r_b xi^2 / 2 long.
+
+    Parameters
+    ----------
+    base_radius : float
+        Radius r_b of the base circle [mm].
+    roll_angle : array
+        Roll angle xi, 0 at the base circle [rad].
+
+    Returns
+    -------
+    radius, polar_angle : arrays [mm], [rad]
+        The angle counts from the radius to the involute's origin.
+    """
+    return base_radius * np.sqrt(1.0 + np.square(roll_angle)), roll_angle - np.arctan(roll_angle)
 
 
 @dataclass(frozen=True)
@@ -120,7 +141,7 @@ class InvoluteTooth:
 
     def polar_angle(self, roll_angle: FloatArray) -> FloatArray:
         """Polar angle of the flank point with a given roll angle, tooth centred on -y [rad]."""
-        return roll_angle - np.arctan(roll_angle) + self.flank_phase
+        return involute(self.base_radius, roll_angle)[1] + self.flank_phase
 
     def fillet(self, points: int = 41) -> FloatArray:
         """Trochoidal fillet in the frame of `ToothSection`: tooth centre line on +y, ring centre at 0.
@@ -162,8 +183,7 @@ class InvoluteTooth:
             flank_points,
         )
         roll = self.roll_from_profile(profile)
-        radius = self.base_radius * np.sqrt(1.0 + roll**2)
-        angle = -self.polar_angle(roll)
+        radius, angle = involute(self.base_radius, roll)[0], -self.polar_angle(roll)
         flank = np.column_stack([radius * np.sin(angle), radius * np.cos(angle)])
         fillet = self.fillet()
         fillet[0] = flank[-1]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.geometry.involute import involute
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.point_flank_body import frame_about
 
@@ -105,8 +106,9 @@ def driving_involute(
     """
     face, roll = np.broadcast_arrays(np.asarray(face, float), roll)
     centre = axis_of(pair, DRIVING).point
-    tangent = roll + phase + lead / base * face  # angle of the base circle's tangent
-    polar, radius = tangent - np.arctan(roll), base * np.sqrt(1.0 + roll**2)
+    radius, polar = involute(base, roll)
+    turn = phase + lead / base * face
+    polar, tangent = polar + turn, roll + turn  # the latter is the angle of the base circle's tangent
     points = np.stack([radius * np.sin(polar), -radius * np.cos(polar), face], axis=-1) + centre
     normals = np.stack([-np.cos(tangent), -np.sin(tangent), np.full(face.shape, lead)], axis=-1)
     return _in_own_frame(pair, DRIVING, points, normals / np.sqrt(1.0 + lead**2))

@@ -3,13 +3,11 @@
 A problem in a scene is never raised alone: `SceneError.problems` lists all of them.
 """
 
-from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.effects import EFFECTS, Effects, EffectTable
 from semiwear.scene.external import scene_files
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
 from semiwear.scene.model import (
     BodyCoefficients,
-    Check,
     ControlPoint,
     CylindricalControlPoint,
     CylindricalPair,
@@ -20,11 +18,11 @@ from semiwear.scene.model import (
     Materials,
     Numerics,
     Operation,
-    Scene,
     Wear,
     WearUntil,
 )
 from semiwear.scene.placement import Placement
+from semiwear.scene.scene import Check, Scene, scene_from_dict
 
 __all__ = [
     "EFFECTS",

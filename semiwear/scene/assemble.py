@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.across import find_conflicts
@@ -11,32 +12,36 @@ from semiwear.scene.cross_rules import CROSS_RULES
 from semiwear.scene.cylindrical_rules import CYLINDRICAL_CROSS_RULES
 from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_needs
 from semiwear.scene.flank_points_rules import FLANK_POINTS_CROSS_RULES
-from semiwear.scene.model import Check, Scene
+from semiwear.scene.model import SceneTables
 from semiwear.scene.reading import Reading, read_fields
-from semiwear.scene.schema import Schema, build, schema_of_data
+from semiwear.scene.schema import Schema, built_tables, schema_of_data
 from semiwear.scene.tables import default_worn_bodies
 from semiwear.untyped import Table, Value
 
-__all__ = ["scene_from_dict"]
+__all__ = ["assembled"]
+
+SceneT = TypeVar("SceneT", bound=SceneTables)
 
 
-def scene_from_dict(
+def assembled(
+    make: Callable[[Table], SceneT],
     data: Mapping[str, Value],
-    *,
-    name: str = "scene",
-    check: Check | None = None,
-    problems: Sequence[Problem] = (),
-) -> Scene:
+    name: str,
+    check: Callable[[SceneT], Sequence[Problem]] | None,
+    problems: Sequence[Problem],
+) -> SceneT:
     """A scene from nested mappings laid out like a scene file.
 
     Parameters
     ----------
+    make : callable
+        From the tables of a scene, as arguments, to the scene.
     data : mapping
         Tables and fields; None stands for a field left out.
     name : str
         What to call the scene in errors.
-    check : callable, optional
-        Further limits; applied when every field is in its own range, and kept for `Scene.replace`.
+    check : callable or None
+        Further limits; applied when every field is in its own range.
     problems : sequence of Problem
         Problems already known, to be reported with the others.
 
@@ -53,7 +58,7 @@ def scene_from_dict(
     found = [*problems, *reading.problems, *find_missing_needs(reading), *conflicts]
     if reading.refused or any(reading.lacks(key) for key in schema.required):
         raise SceneError(_with_origin(found, reading), name)
-    scene = build(schema, reading.given, reading.tables, check)
+    scene = make(built_tables(schema, reading.given, reading.tables))
     if check is not None:
         found += _further_problems(scene, check, found)
     if found:
@@ -83,7 +88,9 @@ def _with_defaults(reading: Reading, schema: Schema) -> Table:
     return values
 
 
-def _further_problems(scene: Scene, check: Check, found: Sequence[Problem]) -> list[Problem]:
+def _further_problems(
+    scene: SceneT, check: Callable[[SceneT], Sequence[Problem]], found: Sequence[Problem]
+) -> list[Problem]:
     """Problems that the caller's checker adds; a field already reported is not reported twice."""
     try:
         further = list(check(scene))

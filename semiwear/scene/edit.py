@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from semiwear.errors import Problem
-from semiwear.scene.assemble import scene_from_dict
-from semiwear.scene.model import Scene
+from semiwear.scene.model import SceneTables
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
 
-__all__ = ["replace_fields"]
+__all__ = ["edited"]
 
 # Setting one of these removes the other: a run has one end.
 _RIVALS = {
@@ -20,8 +19,8 @@ _RIVALS = {
 }
 
 
-def replace_fields(scene: Scene, changes: Mapping[str, Value]) -> Scene:
-    """The scene with dotted keys set to new values, or removed by None; see `Scene.replace`."""
+def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
+    """Nested mappings of a scene with dotted keys set to new values, or removed by None, and unknown keys."""
     data = to_dict(scene, without_derived=True)
     kind = changes.get("gear_pair.type")
     schema = SCHEMAS.get(kind, schema_of_scene(scene)) if isinstance(kind, str) else schema_of_scene(scene)
@@ -39,8 +38,7 @@ def replace_fields(scene: Scene, changes: Mapping[str, Value]) -> Scene:
             _set(data, rival, None)
     if len(unknown) > MOST_UNKNOWN:
         problems.append(more_unknown(str(unknown[MOST_UNKNOWN]), len(unknown) - MOST_UNKNOWN))
-    name = scene.title or "scene"
-    return scene_from_dict(data, name=name, check=scene._check, problems=problems)
+    return data, problems
 
 
 def _set(data: Table, key: str, value: Value) -> None:

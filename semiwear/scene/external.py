@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from semiwear.scene.model import Scene
+from semiwear.scene.scene import Scene
 from semiwear.scene.schema import schema_of_data
 from semiwear.untyped import Value
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from semiwear.errors import Problem, SceneError
-from semiwear.scene.assemble import scene_from_dict
 from semiwear.scene.closest import closest
-from semiwear.scene.model import Check, Scene
+from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
 
 __all__ = ["load_scene", "parse_scene", "shipped_scenes"]

@@ -16,18 +16,17 @@ from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.model import (
     BodyCoefficients,
-    Check,
     ControlPoint,
     Material,
     Materials,
     Numerics,
     Operation,
-    Scene,
+    SceneTables,
     Wear,
     WearUntil,
 )
 from semiwear.scene.rule import Rule
-from semiwear.untyped import Table, Value
+from semiwear.untyped import Options, Table, Value
 
 __all__ = [
     "DEFAULTS",
@@ -40,7 +39,7 @@ __all__ = [
     "SCHEMAS",
     "TABLES",
     "Schema",
-    "build",
+    "built_tables",
     "fields_of",
     "parent",
     "schema_of_data",
@@ -55,7 +54,7 @@ NEVER_EMPTY = ("effects.modification", "effects.wear_law")
 INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
 
 _COMMON_TABLES: dict[str, type] = {
-    "": Scene,
+    "": SceneTables,
     "material": Materials,
     "material.pinion": Material,
     "material.gear": Material,
@@ -190,14 +189,14 @@ def schema_of_data(data: Mapping[str, Value]) -> Schema:
     return max(SCHEMAS.values(), key=fitting)
 
 
-def schema_of_scene(scene: Scene) -> Schema:
+def schema_of_scene(scene: SceneTables) -> Schema:
     """The schema of a scene."""
     owners = {schema.own_tables["gear_pair"]: schema for schema in SCHEMAS.values()}
     return owners[type(scene.gear_pair)]
 
 
-def build(schema: Schema, values: Mapping[str, Value], tables: Collection[str], check: Check | None = None) -> Scene:
-    """A scene.
+def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection[str]) -> Options:
+    """The tables of a scene, as arguments of `SceneTables`.
 
     Parameters
     ----------
@@ -206,8 +205,6 @@ def build(schema: Schema, values: Mapping[str, Value], tables: Collection[str], 
         Values under their dotted keys; what is left out takes its default.
     tables : collection of str
         The tables that are there: an empty one is an effect too.
-    check : callable, optional
-        Kept with the scene, for `Scene.replace`.
     """
 
     def arguments(table: str) -> Table:
@@ -225,7 +222,7 @@ def build(schema: Schema, values: Mapping[str, Value], tables: Collection[str], 
             control_point=schema.tables["wear.control_point"](**watched) if watched else None,
             **arguments("wear"),
         )
-    return Scene(
+    return dict(
         gear_pair=schema.tables["gear_pair"](**arguments("gear_pair")),
         material=Materials(
             pinion=Material(**arguments("material.pinion")), gear=Material(**arguments("material.gear"))
@@ -238,7 +235,6 @@ def build(schema: Schema, values: Mapping[str, Value], tables: Collection[str], 
             wear_law=WearLaws(**present("effects.wear_law")),
             **present("effects"),
         ),
-        _check=check,
         **arguments(""),
     )
 
@@ -248,12 +244,12 @@ def _numerics(given: Table) -> Numerics:
     return Numerics(**given, _given=frozenset(name for name, value in given.items() if value != "auto"))
 
 
-def to_dict(scene: Scene, *, without_derived: bool = False) -> Table:
+def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
     """The scene as nested dicts of plain values; None and absent tables are left out.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneTables
         The scene.
     without_derived : bool
         Leave out what was left to its derived default.
@@ -285,7 +281,7 @@ def _plain(value: Value) -> Value:
     return value
 
 
-def _flat(scene: Scene, rules: Mapping[str, Rule]) -> Iterator[tuple[str, Value]]:
+def _flat(scene: SceneTables, rules: Mapping[str, Rule]) -> Iterator[tuple[str, Value]]:
     for key in rules:
         value: Value = scene
         for step in key.split("."):

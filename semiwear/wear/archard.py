@@ -11,7 +11,9 @@ FloatArray = NDArray[np.float64]
 
 
 def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
-    """Wear depth h = k * integral of p |v_s| dt [mm].
+    """Wear depth h = k * integral of p |v_s| dt [mm] (Archard 1953, eq. 4, for each point of a surface).
+
+    Valid while the coefficient does not depend on what is worn: neither on depth nor on pressure.
 
     Parameters
     ----------
@@ -27,7 +29,8 @@ def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coef
     """Wear depth that one mesh leaves where a line passes [mm]: whatever the shape of the pressure across it.
 
     A pressure p = q w(x) that moves on over the flank with speed v_n leaves k q |v_s| / v_n (Andersson and Eriksson
-    1990), since w has an area of one.
+    1990), since w has an area of one. Valid where the contact is narrow: load and sliding do not change while it
+    passes over a point.
 
     Parameters
     ----------

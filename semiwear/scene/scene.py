@@ -1,0 +1,105 @@
+"""The scene: what is to be simulated, as one immutable value that reads and writes TOML."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from semiwear.errors import Problem
+from semiwear.scene.assemble import assembled
+from semiwear.scene.edit import edited
+from semiwear.scene.model import SceneTables
+from semiwear.scene.schema import INLINE_TABLES, to_dict
+from semiwear.scene.toml_io import write_toml
+from semiwear.untyped import Table, Value
+
+__all__ = ["Check", "Scene", "scene_from_dict"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene(SceneTables):
+    """Everything a simulation needs to know; immutable and hashable.
+
+    Attributes
+    ----------
+    title : str
+        Free text. Default empty.
+    reference : str or None
+        Published figures to compare with: ``"seed_paper"``. Default None.
+    gear_pair, material, operation, wear, numerics
+        The tables; ``wear`` is None when only loaded contact is asked for.
+    effects : Effects
+        Optional physics: an effect runs if and only if its table is there. Default none.
+    """
+
+    # Kept so that `replace` applies the limits under which the scene was loaded.
+    _check: Check | None = field(default=None, repr=False, compare=False)
+
+    def replace(self, changes: Mapping[str, Value]) -> Scene:
+        """A copy with some fields changed, checked like a loaded scene.
+
+        Parameters
+        ----------
+        changes : mapping
+            From dotted key, e.g. ``"operation.pinion_torque_Nm"``, to the new value. None removes a field
+            (back to its default) or a table. An empty mapping adds an effect with its defaults:
+            ``{"effects.friction": {}}``. Setting one of ``wear.until.meshes`` and
+            ``wear.until.control_depths_um`` removes the other. Derived defaults follow.
+
+        Raises
+        ------
+        SceneError
+            With every problem of the new scene, unknown keys included.
+        """
+        data, problems = edited(self, changes)
+        return scene_from_dict(data, name=self.title or "scene", check=self._check, problems=problems)
+
+    def to_dict(self) -> Table:
+        """The scene as nested dicts of plain values, every default written out."""
+        return to_dict(self)
+
+    def to_toml(self) -> str:
+        """The scene as a TOML file with every number written out; `parse_scene` gives an equal scene back."""
+        return write_toml(self.to_dict(), inline=INLINE_TABLES)
+
+    @property
+    def sha256(self) -> str:
+        """Hexadecimal SHA-256 of `to_toml`: equal for equal scenes."""
+        return hashlib.sha256(self.to_toml().encode()).hexdigest()
+
+
+Check = Callable[[Scene], Sequence[Problem]]
+"""Further limits of a scene, e.g. geometric ones; returns what is wrong."""
+
+
+def scene_from_dict(
+    data: Mapping[str, Value],
+    *,
+    name: str = "scene",
+    check: Check | None = None,
+    problems: Sequence[Problem] = (),
+) -> Scene:
+    """A scene from nested mappings laid out like a scene file.
+
+    Parameters
+    ----------
+    data : mapping
+        Tables and fields; None stands for a field left out.
+    name : str
+        What to call the scene in errors.
+    check : callable, optional
+        Further limits; applied when every field is in its own range, and kept for `Scene.replace`.
+    problems : sequence of Problem
+        Problems already known, to be reported with the others.
+
+    Raises
+    ------
+    SceneError
+        With every problem found.
+    """
+
+    def make(arguments: Table) -> Scene:
+        return Scene(**arguments, _check=check)
+
+    return assembled(make, data, name, check, problems)
