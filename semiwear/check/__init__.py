@@ -6,13 +6,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from semiwear.check.cylindrical import cylindrical_problems
 from semiwear.check.face_gear import face_gear_problems
 from semiwear.check.flank_points import flank_points_problems
 from semiwear.errors import Problem
-from semiwear.scene import CylindricalPair, FlankPointsPair, Scene
+from semiwear.scene import Scene
 
 __all__ = ["geometric_problems"]
+
+# by kind of gear pair; one that is not listed has no limits but those of its fields
+_LIMITS: dict[str, Callable[[Scene], list[Problem]]] = {
+    "face_gear": face_gear_problems,
+    "cylindrical": cylindrical_problems,
+    "flank_points": flank_points_problems,
+}
 
 
 def geometric_problems(scene: Scene) -> list[Problem]:
@@ -29,8 +38,5 @@ def geometric_problems(scene: Scene) -> list[Problem]:
         Empty when the teeth can be cut and mesh without interference. A field is named once at most. The
         numbers in a message are rounded to the safe side: such a limit, typed in, is accepted.
     """
-    if isinstance(scene.gear_pair, CylindricalPair):
-        return cylindrical_problems(scene)
-    if isinstance(scene.gear_pair, FlankPointsPair):
-        return flank_points_problems(scene)
-    return face_gear_problems(scene)
+    limits = _LIMITS.get(scene.gear_pair.type)
+    return limits(scene) if limits is not None else []

@@ -15,8 +15,7 @@ from semiwear.measured.files import Measurement, read_measured
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled
 from semiwear.measured.registration import Registration, grid_places, registered
-from semiwear.meshing.flank_pair import BODIES
-from semiwear.plan.effects import modification_of
+from semiwear.meshing.flank_deviations import deviations_of
 from semiwear.scene import Scene
 
 __all__ = ["Measured", "MeasuredWear", "as_wear", "measured_wear"]
@@ -130,7 +129,7 @@ def as_wear(
         return _from_dataset(flank, after, "wear_depth", field)
     worn = _deviations(flank, after, body, datum, fit, field)
     if before is None:
-        new = -_modified(scene, flank, body, worn)
+        new = -_modified(scene, flank, worn)
         counts = worn.inside
     else:
         first = _deviations(flank, before, body, datum, "all", "before")
@@ -168,13 +167,13 @@ def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) 
     return MeasuredWear(flank, face, profile, np.where(inside, values / _UM, 0.0), inside)
 
 
-def _modified(scene: Scene, flank: NominalFlank, body: str, at: MeasuredWear) -> FloatArray:
-    """Depth of the scene's modification of the body's flank at some places [mm]."""
-    if getattr(scene.effects.modification, body) is None:
-        return np.zeros(at.face.shape)
-    low, high = flank.face_ends
+def _modified(scene: Scene, flank: NominalFlank, at: MeasuredWear) -> FloatArray:
+    """Depth of the deviations that the scene gives to the flank, at some places [mm]."""
     root, tip = flank.limits(at.face)
-    return modification_of(scene, BODIES[flank.body]).depth(at.profile, at.face, root, tip, (low, high))
+    depth = np.zeros(at.face.shape)
+    for deviation in deviations_of(scene.effects.present(), flank.body):
+        depth = depth + deviation.depth(at.profile, at.face, root, tip, flank.face_ends)
+    return depth
 
 
 def _at_places_of(first: MeasuredWear, second: MeasuredWear) -> tuple[FloatArray, BoolArray]:

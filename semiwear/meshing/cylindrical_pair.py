@@ -217,6 +217,11 @@ class CylindricalMesh:
         return self.pinion.teeth / self.gear.teeth
 
     @property
+    def normal_per_arc(self) -> float:
+        """Normal distance between flanks per arc of the pinion's reference circle."""
+        return self.table.normal_per_arc
+
+    @property
     def driving_meshes(self) -> float:
         """A pinion tooth meshes more often than a gear tooth."""
         return self.gear.teeth / self.pinion.teeth

@@ -85,6 +85,11 @@ class DeviationGrid:
         ]
         return float(self._spline(*fine).max())
 
+    @property
+    def span(self) -> float:
+        """Highest less lowest deviation given [mm]."""
+        return float(np.ptp(self.deviation))
+
     def removed(
         self, from_root: ArrayLike, profile_length: ArrayLike, from_lower: ArrayLike, face_length: ArrayLike
     ) -> FloatArray:

@@ -99,6 +99,11 @@ class FaceGearMesh:
         return self.table.pinion_teeth / self.table.gear_teeth
 
     @property
+    def normal_per_arc(self) -> float:
+        """Normal distance between flanks per arc of the pinion's reference circle."""
+        return self.table.normal_per_arc
+
+    @property
     def driving_meshes(self) -> float:
         """N2/N1: a pinion tooth meshes more often than a gear tooth."""
         return self.table.gear_teeth / self.table.pinion_teeth

@@ -37,6 +37,10 @@ _PART_OF_PROFILE = 1.0 / 3.0  # of the profile's length: a relief whose length i
 class Deviations(Protocol):
     """A grid of deviations of a flank, such as `DeviationGrid`."""
 
+    @property
+    def span(self) -> float:
+        """Highest less lowest material [mm]."""
+
     def removed(
         self, from_root: FloatArray, profile_length: FloatArray, from_lower: FloatArray, face_length: float
     ) -> FloatArray:
@@ -116,6 +120,12 @@ class FlankModification:
         for name in ("lead_slope", "bias"):
             if not isfinite(getattr(self, name)):
                 raise ValueError(f"{name}: a finite number [mm], not {getattr(self, name)!r}")
+
+    @property
+    def tallest(self) -> float:
+        """The most that one place of the flank can lack against another [mm]."""
+        parts = (self.tip_relief.amount, self.root_relief.amount, self.crowning, self.lead_slope, self.bias)
+        return sum(map(abs, parts)) + (0.0 if self.deviations is None else self.deviations.span)
 
     def depth(
         self, profile: ArrayLike, face: ArrayLike, root: ArrayLike, tip: ArrayLike, ends: tuple[float, float]

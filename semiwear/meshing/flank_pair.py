@@ -166,6 +166,10 @@ class FlankPair(Protocol):
         """Driven-side transmission error per approach along the line of action [arcsec/mm], positive."""
 
     @property
+    def normal_per_arc(self) -> float:
+        """Normal distance between flanks per arc of the pinion's reference circle."""
+
+    @property
     def driving_meshes(self) -> float:
         """Meshes of a driving tooth in one mesh of a driven tooth: the ratio of tooth numbers."""
 

@@ -167,6 +167,11 @@ class PointFlankMesh:
         return self.flanks.ratio / self.flanks.lever * _ARCSEC
 
     @property
+    def normal_per_arc(self) -> float:
+        """Normal distance between flanks per arc of the pinion's pitch circle."""
+        return self.flanks.lever / self.flanks.pitch_surfaces[DRIVING].radius
+
+    @property
     def driving_meshes(self) -> float:
         """N2/N1: a pinion tooth meshes more often than a gear tooth."""
         return 1.0 / self.flanks.ratio

@@ -8,6 +8,7 @@ across.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import degrees, pi
@@ -31,7 +32,7 @@ from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 from semiwear.scene import FlankPointsPair, Placement
 from semiwear.untyped import Options
 
-__all__ = ["point_flanks", "point_flanks_or_problems", "surfaces_told"]
+__all__ = ["flanks_in_mesh", "point_flanks", "point_flanks_or_problems", "surfaces_told"]
 
 FloatArray = NDArray[np.float64]
 
@@ -62,12 +63,19 @@ def point_flanks_or_problems(table: FlankPointsPair) -> PointFlanks | tuple[Prob
 
 @lru_cache(maxsize=8)
 def _kept(table: FlankPointsPair) -> PointFlanks | tuple[Problem, ...]:
+    paths = {f"gear_pair.{name}_file": str(getattr(table, f"{name}_file")) for name in BODIES}
+    return _flanks_or_problems(table, [read_point_grid(path, key) for key, path in paths.items()])
+
+
+def _flanks_or_problems(
+    table: FlankPointsPair, read: Sequence[PointGrid | Problem]
+) -> PointFlanks | tuple[Problem, ...]:
+    """Flanks in mesh from what was read for the pinion and for the gear."""
     problems: list[Problem] = []
     bodies: list[FlankBody] = []
     grids: list[PointGrid] = []
-    for index, name in enumerate(BODIES):
+    for index, (name, grid) in enumerate(zip(BODIES, read, strict=True)):
         key, path = f"gear_pair.{name}_file", str(getattr(table, f"{name}_file"))
-        grid = read_point_grid(path, key)
         if isinstance(grid, Problem):
             problems.append(grid)
             continue
@@ -102,6 +110,20 @@ def point_flanks(table: FlankPointsPair) -> PointFlanks:
         With every problem of the files and of how they fit.
     """
     found = point_flanks_or_problems(table)
+    if isinstance(found, tuple):
+        raise SceneError(found, "gear_pair")
+    return found
+
+
+def flanks_in_mesh(table: FlankPointsPair, pinion: PointGrid, gear: PointGrid) -> PointFlanks:
+    """Both flanks in mesh, from points that are known already, whatever files the table names.
+
+    Raises
+    ------
+    SceneError
+        With every problem of the points and of how they fit.
+    """
+    found = _flanks_or_problems(table, (pinion, gear))
     if isinstance(found, tuple):
         raise SceneError(found, "gear_pair")
     return found

@@ -133,7 +133,7 @@ class Plan:
         across = float(middle.curvature[0, 1])
         usual = torque / lever / (0.5 * (high - low))
         reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME * pair.base_pitch
-        reach += effects.tallest_modification(scene)
+        reach += effects.most_set_back(scene)
         rolls = _roll_grid(scene, pair, reach, roll_positions)
         if face is None:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
@@ -246,13 +246,13 @@ class Plan:
         scene = self.scene
         fine = trace_contact_lines(pair, rolls.fine_roll, face)
         grid = flank_grid(pair, face, scene.numerics.profile_points)
-        sequences = effects.pitch_sequences(scene, rolls.pairs)
+        sequences = effects.pitch_sequences(scene, pair, rolls.pairs)
         if sequences:
             fine = _pushed_back(fine, sequences[0].gap)
         modification = None
-        if any(name.startswith("modification") for name, _ in scene.effects.present()):
+        if effects.deviates(scene):
             with self.clock.measure("modification"):
-                modification = effects.modification_depth(scene, pair, fine, grid)
+                modification = effects.deviation_depth(scene, pair, fine, grid)
         return _Shape(fine, grid, modification)
 
     def _partner(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> PartnerFlank | None:
@@ -278,7 +278,7 @@ class Plan:
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
         """Load cases of the wear: every torque of a spectrum with every sequence of pitch errors."""
         spectrum = self.scene.effects.load_spectrum
-        sequences = effects.pitch_sequences(self.scene, teeth.rolls.pairs)
+        sequences = effects.pitch_sequences(self.scene, teeth.pair, teeth.rolls.pairs)
         if spectrum is None and not sequences:
             return ()
         torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm

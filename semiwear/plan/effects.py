@@ -6,7 +6,7 @@ Each module is imported only when its table is there: what is absent is neither 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,7 +21,6 @@ from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
-from semiwear.meshing.pairs import normal_per_arc
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 from semiwear.scene import Scene
 
@@ -29,25 +28,24 @@ if TYPE_CHECKING:
     from semiwear.contact.film_thickness import FilmThickness
     from semiwear.contact.flash_temperature import FlashTemperature
     from semiwear.contact.friction import Friction
-    from semiwear.meshing.flank_modification import FlankModification
     from semiwear.scene.effects import ShaftCompliance
     from semiwear.wear.laws import ContactLaw, HardnessLaw
 
 __all__ = [
     "angular_velocity",
     "contact_laws",
+    "deviates",
+    "deviation_depth",
     "film_thickness",
     "flash_temperature",
     "friction",
     "friction_of_heat",
     "further_compliance",
     "hardness_laws",
-    "modification_depth",
-    "modification_of",
+    "most_set_back",
     "pitch_sequences",
     "rubbing",
     "speeds_of",
-    "tallest_modification",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -58,67 +56,28 @@ _UM = 1e-3  # mm
 # ---------------------------------------------------------------- shape of the flanks
 
 
-def modification_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
-    """Depth of modifications where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
-    tables = scene.effects.modification
-    depth: FloatArray | None = None
-    if tables.gear is not None:
-        borders = pair.borders(grid.face)
-        own = modification_of(scene, "gear")
-        ends = (borders.root[:, None], borders.tip[:, None])
-        depth = own.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
-    if tables.pinion is not None:
-        borders = pair.borders(grid.face)
-        other = modification_of(scene, "pinion")
-        near = lines.separation[0] < np.inf
-        away = grid.profile - lines.profile[..., None]
-        profile = lines.partner_profile[..., None] + lines.partner_slope[..., None] * away
-        face = np.broadcast_to(lines.partner_face[..., None], profile.shape)
-        met = other.depth(profile, face, borders.partner_root, borders.partner_tip, borders.partner_face)
-        met = np.where(near[..., None], met, 0.0)
-        depth = met if depth is None else met + depth
-    return depth
+def deviates(scene: Scene) -> bool:
+    """Whether an effect changes the fresh flanks."""
+    return any(table.acts_in == "geometry" for _, table in scene.effects.present())
 
 
-def modification_of(scene: Scene, body: str) -> FlankModification:
-    """Modification that a scene asks for on the flank of a body, `"pinion"` or `"gear"`."""
-    from semiwear.meshing.flank_modification import FlankModification, Relief
+def deviation_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
+    """Depth of deviations where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
+    if not deviates(scene):
+        return None
+    from semiwear.meshing.flank_deviations import depth_between
 
-    table = getattr(scene.effects.modification, body)
-    deviations = None
-    if table.file is not None:
-        from semiwear.meshing.deviation_grid import read_deviation_grid
-
-        deviations = read_deviation_grid(table.file, f"effects.modification.{body}.file")
-    return FlankModification(
-        tip_relief=Relief(_UM * table.tip_relief_um, table.tip_relief_length_mm, table.relief_shape),
-        root_relief=Relief(_UM * table.root_relief_um, table.root_relief_length_mm, table.relief_shape),
-        crowning=_UM * table.crowning_um,
-        lead_slope=_UM * table.lead_slope_um,
-        bias=_UM * table.bias_um,
-        deviations=deviations,
-    )
+    return depth_between(scene.effects.present(), pair, lines, grid)
 
 
-def tallest_modification(scene: Scene) -> float:
-    """Most that a slice can be set back by a modification or a pitch error, against another [mm]."""
-    total = 0.0
-    for name in ("pinion", "gear"):
-        table = getattr(scene.effects.modification, name)
-        if table is not None:
-            amounts = (
-                table.tip_relief_um,
-                table.root_relief_um,
-                table.crowning_um,
-                table.lead_slope_um,
-                table.bias_um,
-            )
-            total += _UM * sum(abs(amount) for amount in amounts)
-            if table.file is not None:
-                deviations = modification_of(scene, name).deviations
-                total += float(np.ptp(deviations.deviation))  # type: ignore[union-attr]
-    if scene.effects.pitch_error is not None:
-        total += _UM * float(np.ptp(scene.effects.pitch_error.pinion_um))
+def most_set_back(scene: Scene) -> float:
+    """Most that a slice can be set back by deviations of its flanks and pitch errors, against another [mm]."""
+    error = scene.effects.pitch_error
+    total = 0.0 if error is None else _UM * float(np.ptp(error.pinion_um))
+    if deviates(scene):
+        from semiwear.meshing.flank_deviations import tallest
+
+        total += tallest(scene.effects.present())
     return total
 
 
@@ -129,7 +88,7 @@ class PitchSequence(NamedTuple):
     share: float
 
 
-def pitch_sequences(scene: Scene, pairs: int) -> list[PitchSequence]:
+def pitch_sequences(scene: Scene, pair: FlankPair, pairs: int) -> list[PitchSequence]:
     """All sequences of pitch errors that come into mesh; none without them.
 
     The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
@@ -138,7 +97,7 @@ def pitch_sequences(scene: Scene, pairs: int) -> list[PitchSequence]:
     table = scene.effects.pitch_error
     if table is None:
         return []
-    out = _UM * np.asarray(table.pinion_um) * normal_per_arc(scene.gear_pair)
+    out = _UM * np.asarray(table.pinion_um) * pair.normal_per_arc
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2
@@ -299,30 +258,36 @@ def film_thickness(scene: Scene, modulus: float) -> FilmThickness | None:
 # ---------------------------------------------------------------- the wear coefficient
 
 
+@dataclass(frozen=True)
+class _ContactPhysics:
+    """Models of the contact that a scene's effects bring (a `ContactPhysics`)."""
+
+    scene: Scene
+    modulus: float
+
+    def film(self) -> FilmThickness:
+        found = film_thickness(self.scene, self.modulus)
+        assert found is not None  # a rule of the scene
+        return found
+
+    def flash(self) -> FlashTemperature:
+        found = flash_temperature(self.scene)
+        assert found is not None  # a rule of the scene
+        return found
+
+    def friction(self) -> Friction:
+        return friction_of_heat(self.scene)
+
+
 def contact_laws(scene: Scene, modulus: float) -> dict[str, ContactLaw]:
     """Factors of the wear coefficient that depend on the contact, by the names of their effects."""
-    tables = scene.effects.wear_law
-    laws: dict[str, ContactLaw] = {}
-    if tables.lubrication is not None:
-        from semiwear.wear.laws import LubricationLaw
+    present = {name: table for name, table in scene.effects.present() if name.startswith("wear_law.")}
+    if not present:
+        return {}
+    from semiwear.wear.laws import CONTACT_LAWS
 
-        film, table = film_thickness(scene, modulus), tables.lubrication
-        assert film is not None  # a rule of the scene
-        law = LubricationLaw(film, table.boundary_lambda, table.full_film_lambda, table.strength)
-        laws["wear_law.lubrication"] = law
-    if tables.temperature is not None:
-        from semiwear.wear.laws import TemperatureLaw
-
-        flash, heat = flash_temperature(scene), tables.temperature
-        assert flash is not None  # a rule of the scene
-        laws["wear_law.temperature"] = TemperatureLaw(
-            flash, friction_of_heat(scene), heat.activation_energy_kJ_per_mol, heat.reference_temperature_C
-        )
-    if tables.load is not None:
-        from semiwear.wear.laws import LoadLaw
-
-        laws["wear_law.load"] = LoadLaw(tables.load.exponent, tables.load.reference_pressure_MPa)
-    return laws
+    physics = _ContactPhysics(scene, modulus)
+    return {name: CONTACT_LAWS[name](table, physics) for name, table in present.items() if name in CONTACT_LAWS}
 
 
 def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, HardnessLaw] | None:

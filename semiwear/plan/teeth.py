@@ -16,8 +16,8 @@ from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
-from semiwear.meshing.pairs import GearPair, flank_pair, on_loaded_flank
-from semiwear.scene import Material, Placement, Scene
+from semiwear.meshing.pairs import flank_pair, on_loaded_flank
+from semiwear.scene import GearPair, Material, Placement, Scene
 
 __all__ = ["elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
 

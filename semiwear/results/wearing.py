@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.scene.kinds import KINDS
 from semiwear.untyped import Table, Value
 
 __all__ = ["ControlPlace", "control_place", "main_body", "pitch_name", "pitch_surface", "scene_tables", "worn_bodies"]
-
-_PITCH = {"face_gear": "pitch cone", "cylindrical": "pitch cylinder"}
 
 
 class ControlPlace(NamedTuple):
@@ -73,12 +73,15 @@ def control_place(tree: xr.DataTree) -> ControlPlace | None:
 
 def pitch_name(tree: xr.DataTree) -> str:
     """Name of a pair's pitch surfaces: cones of a face gear pair, cylinders of a cylindrical one."""
-    return _PITCH.get(str(_table(scene_tables(tree), "gear_pair").get("type")), "pitch surface")
+    return _pitch_surfaces(tree)[0]
 
 
 def pitch_surface(tree: xr.DataTree, body: str) -> str:
     """From what heights on a body's flank are measured; the plane, for a face gear."""
-    kind = _table(scene_tables(tree), "gear_pair").get("type")
-    if kind == "face_gear":
-        return "pitch plane" if body == "gear" else "pitch cylinder"
-    return pitch_name(tree)
+    return _pitch_surfaces(tree)[1 + BODIES.index(body)]
+
+
+def _pitch_surfaces(tree: xr.DataTree) -> tuple[str, str, str]:
+    """Names of the pitch surfaces of a pair, of its pinion and of its gear."""
+    kind = str(_table(scene_tables(tree), "gear_pair").get("type"))
+    return KINDS[kind][0].pitch_surfaces if kind in KINDS else ("pitch surface",) * 3

@@ -5,6 +5,7 @@ A problem in a scene is never raised alone: `SceneError.problems` lists all of t
 
 from semiwear.scene.effects import EFFECTS, Effects, EffectTable
 from semiwear.scene.external import scene_files
+from semiwear.scene.kinds import GearPair
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
 from semiwear.scene.model import (
     BodyCoefficients,
@@ -36,6 +37,7 @@ __all__ = [
     "FaceGearPair",
     "FlankPointsControlPoint",
     "FlankPointsPair",
+    "GearPair",
     "Material",
     "Materials",
     "Numerics",

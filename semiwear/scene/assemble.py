@@ -82,7 +82,7 @@ def _with_defaults(reading: Reading, schema: Schema) -> Table:
     if reading.lacks("wear.worn_bodies"):
         # where no coefficient is known, that is the problem
         coefficient, mapping = values.get("wear.coefficient_mm2_per_N"), values.get("numerics.wear_mapping")
-        values["wear.worn_bodies"] = default_worn_bodies(schema.kind, coefficient, mapping)
+        values["wear.worn_bodies"] = default_worn_bodies(schema.pair.both_wear, coefficient, mapping)
     if reading.lacks("wear.control_point"):
         values |= dict.fromkeys(schema.fields_of("wear.control_point"))
     return values

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
 from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius
-from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, kind_of_pair, positive
+from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, positive
 from semiwear.scene.values import number, whole
 
 __all__ = ["CylindricalControlPoint", "CylindricalPair", "edge_radius"]
@@ -150,9 +150,11 @@ class CylindricalPair:
     makes a tooth thicker, inside as outside. Lengths are positive. Fields without a default are required.
     """
 
+    pitch_surfaces: ClassVar[tuple[str, str, str]] = ("pitch cylinder", "pitch cylinder", "pitch cylinder")
+    both_wear: ClassVar[bool] = True
     references: ClassVar[tuple[str, ...]] = ("ISO 21771:2007, Cylindrical involute gears: concepts and geometry",)
 
-    type: str = declared(kind_of_pair(), "Kind of gear pair: `cylindrical`.")
+    type: str = declared(choice("cylindrical"), "Kind of gear pair.")
     pinion_teeth: int = declared(
         between(whole, *_TEETH, "count the teeth of the whole pinion"), "Number of teeth of the pinion."
     )
@@ -297,6 +299,10 @@ class CylindricalPair:
     def normal_per_arc(self) -> float:
         """Normal distance between flanks per arc of the reference circle, cos(alpha_n) cos(beta)."""
         return cos(radians(self.pressure_angle_deg)) * cos(radians(self.helix_angle_deg))
+
+    def mirrored(self) -> CylindricalPair:
+        """The pair in a mirror at x = 0, whose drive flank is the coast flank of this one."""
+        return replace(self, hand="left" if self.hand == "right" else "right")
 
     @property
     def description(self) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
+from typing import get_args, get_type_hints
 
 from semiwear.scene.effect_table import EffectTable
 from semiwear.scene.mechanical_effects import (
@@ -16,15 +17,8 @@ from semiwear.scene.mechanical_effects import (
     RunLife,
     ShaftCompliance,
 )
-from semiwear.scene.tribological_effects import (
-    FlashTemperature,
-    Friction,
-    HardnessLaw,
-    LoadLaw,
-    Lubrication,
-    LubricationLaw,
-    TemperatureLaw,
-)
+from semiwear.scene.tribological_effects import FlashTemperature, Friction, Lubrication
+from semiwear.scene.wear_laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
 
 __all__ = [
     "EFFECTS",
@@ -58,26 +52,16 @@ class Modifications:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WearLaws:
-    """Laws of the wear coefficient: tables under ``[effects.wear_law]``; each present one is a factor."""
-
-    hardness: HardnessLaw | None = None
-    lubrication: LubricationLaw | None = None
-    temperature: TemperatureLaw | None = None
-    load: LoadLaw | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Effects:
     """Table ``[effects]``: every effect of a scene; None stands for an effect that is absent."""
 
     misalignment: Misalignment | None = None
-    modification: Modifications = Modifications()
+    modification: Modifications = field(default_factory=Modifications)
     free_edges: FreeEdges | None = None
     friction: Friction | None = None
     flash_temperature: FlashTemperature | None = None
     lubrication: Lubrication | None = None
-    wear_law: WearLaws = WearLaws()
+    wear_law: WearLaws = field(default_factory=WearLaws)
     load_spectrum: LoadSpectrum | None = None
     pitch_error: PitchError | None = None
     shaft_compliance: ShaftCompliance | None = None
@@ -104,21 +88,15 @@ class Effects:
                 yield name, table
 
 
-# The dotted name is the one below [effects] in a scene file.
-EFFECTS: dict[str, type[EffectTable]] = {
-    "misalignment": Misalignment,
-    "modification.pinion": FlankModification,
-    "modification.gear": FlankModification,
-    "free_edges": FreeEdges,
-    "friction": Friction,
-    "flash_temperature": FlashTemperature,
-    "lubrication": Lubrication,
-    "wear_law.hardness": HardnessLaw,
-    "wear_law.lubrication": LubricationLaw,
-    "wear_law.temperature": TemperatureLaw,
-    "wear_law.load": LoadLaw,
-    "load_spectrum": LoadSpectrum,
-    "pitch_error": PitchError,
-    "shaft_compliance": ShaftCompliance,
-    "run_life": RunLife,
-}
+def _effects_of(container: type, prefix: str = "") -> Iterator[tuple[str, type[EffectTable]]]:
+    """Dotted names below ``[effects]`` and tables of the effects that a container has fields for."""
+    for name, hint in get_type_hints(container).items():
+        kind = next((one for one in get_args(hint) if one is not type(None)), hint)
+        if issubclass(kind, EffectTable):
+            yield f"{prefix}{name}", kind
+        else:
+            yield from _effects_of(kind, f"{prefix}{name}.")
+
+
+EFFECTS: dict[str, type[EffectTable]] = dict(_effects_of(Effects))
+"""Tables of all effects, by the dotted name below ``[effects]`` in a scene file."""

@@ -8,8 +8,9 @@ from math import hypot
 from pathlib import Path
 from typing import ClassVar
 
+from semiwear.errors import SceneError
 from semiwear.scene.declare import declared, table
-from semiwear.scene.rule import Rule, advice, any_number, between, choice, kind_of_pair
+from semiwear.scene.rule import Rule, advice, any_number, between, choice
 from semiwear.scene.values import Unreadable, number, numbers, text, whole
 from semiwear.untyped import Value
 
@@ -92,12 +93,14 @@ class FlankPointsPair:
     pair with a constant ratio. Two such tables are equal only if their files hold the same.
     """
 
+    pitch_surfaces: ClassVar[tuple[str, str, str]] = ("pitch surface", "pitch surface", "pitch surface")
+    both_wear: ClassVar[bool] = False
     references: ClassVar[tuple[str, ...]] = (
         "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 2, 3 and 9",
         "de Boor 2001, A Practical Guide to Splines, ch. 17",
     )
 
-    type: str = declared(kind_of_pair(), "Kind of gear pair: `flank_points`.")
+    type: str = declared(choice("flank_points"), "Kind of gear pair.")
     pinion_file: str = declared(_file(), "File of the pinion's points.")
     gear_file: str = declared(_file(), "File of the gear's points.")
     pinion_teeth: int = declared(
@@ -217,6 +220,16 @@ class FlankPointsPair:
             for name in (f"{body}_axis_point_mm", f"{body}_axis_direction"):
                 object.__setattr__(self, name, _tupled(getattr(self, name)))
         object.__setattr__(self, "_contents", (_content(self.pinion_file), _content(self.gear_file)))
+
+    def mirrored(self) -> FlankPointsPair:
+        """The pair in a mirror; not known, since one flank of each body is given.
+
+        Raises
+        ------
+        SceneError
+        """
+        fix = "give the points of the coast flanks, and turn both rotations"
+        raise SceneError.of("operation.loaded_flank", "coast", '"drive": only that flank is given', fix)
 
     @property
     def description(self) -> str:

@@ -17,7 +17,7 @@ from semiwear.scene.defaults import (
     rack_tip_radius,
     shaper_tip_radius,
 )
-from semiwear.scene.rule import Rule, advice, at_least_zero, between, kind_of_pair, positive
+from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice, positive
 from semiwear.scene.values import number, whole
 
 __all__ = ["FaceGearPair"]
@@ -39,9 +39,11 @@ class FaceGearPair:
     so that a pair always holds numbers; `Scene.replace` derives it anew when those fields change.
     """
 
+    pitch_surfaces: ClassVar[tuple[str, str, str]] = ("pitch cone", "pitch cylinder", "pitch plane")
+    both_wear: ClassVar[bool] = False
     references: ClassVar[tuple[str, ...]] = ("Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18",)
 
-    type: str = declared(kind_of_pair(), "Kind of gear pair: `face_gear`.")
+    type: str = declared(choice("face_gear"), "Kind of gear pair.")
     pinion_teeth: int = declared(between(whole, 12, 1000, _TEETH), "Number of teeth of the pinion.")
     shaper_teeth: int = declared(
         between(whole, 12, 1000, _TEETH), "Number of teeth of the shaper, one to three more than the pinion's."
@@ -153,6 +155,10 @@ class FaceGearPair:
     def normal_per_arc(self) -> float:
         """Normal distance between flanks per arc of the pinion's pitch circle, cos(alpha)."""
         return cos(radians(self.pressure_angle_deg))
+
+    def mirrored(self) -> FaceGearPair:
+        """The pair in a mirror at x = 0, whose drive flank is the coast flank of this one."""
+        return self
 
     @property
     def description(self) -> str:

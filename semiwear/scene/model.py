@@ -14,6 +14,7 @@ from semiwear.scene.declare import declared
 from semiwear.scene.effects import Effects
 from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
 from semiwear.scene.gear_pair import FaceGearPair
+from semiwear.scene.kinds import GearPair
 from semiwear.scene.rule import anything, choice
 from semiwear.scene.tables import (
     ControlPoint,
@@ -67,7 +68,7 @@ class SceneTables:
         "Published figures to compare with.",
         default=None,
     )
-    gear_pair: FaceGearPair | CylindricalPair | FlankPointsPair
+    gear_pair: GearPair
     material: Materials = field(default_factory=Materials)
     operation: Operation
     wear: Wear | None = None
@@ -77,6 +78,6 @@ class SceneTables:
     def __post_init__(self) -> None:
         wear = self.wear
         if wear is not None and not wear.worn_bodies:
-            pair, mapping = self.gear_pair.type, self.numerics.wear_mapping
-            bodies = default_worn_bodies(pair, wear.coefficient_mm2_per_N, mapping)
+            pair, mapping = type(self.gear_pair), self.numerics.wear_mapping
+            bodies = default_worn_bodies(pair.both_wear, wear.coefficient_mm2_per_N, mapping)
             object.__setattr__(self, "wear", replace(wear, worn_bodies=bodies, _derived=True))

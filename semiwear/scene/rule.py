@@ -20,7 +20,6 @@ __all__ = [
     "auto_or",
     "between",
     "choice",
-    "kind_of_pair",
     "positive",
 ]
 
@@ -117,8 +116,3 @@ def choice(*options: str, otherwise: str = "") -> Rule:
 def anything() -> Rule:
     """Any text."""
     return Rule(text, "text", lambda value: True, advice(""))
-
-
-def kind_of_pair() -> Rule:
-    """The word that tells which kind of gear pair a table describes."""
-    return choice("face_gear", "cylindrical", "flank_points")

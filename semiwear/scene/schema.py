@@ -8,15 +8,12 @@ from functools import cached_property
 from itertools import islice
 
 from semiwear.scene.closest import closest
-from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
 from semiwear.scene.declare import derived_of, rules_of
 from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
-from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
-from semiwear.scene.gear_pair import FaceGearPair
+from semiwear.scene.kinds import KINDS, GearPair
 from semiwear.scene.model import (
     BodyCoefficients,
-    ControlPoint,
     Material,
     Materials,
     Numerics,
@@ -25,7 +22,7 @@ from semiwear.scene.model import (
     Wear,
     WearUntil,
 )
-from semiwear.scene.rule import Rule
+from semiwear.scene.rule import Rule, choice
 from semiwear.untyped import Options, Table, Value
 
 __all__ = [
@@ -94,17 +91,20 @@ class Schema:
     ----------
     kind : str
         The value of ``gear_pair.type``.
-    own_tables : mapping
-        From the tables that depend on the kind of gear pair to their dataclasses.
     """
 
     kind: str
-    own_tables: Mapping[str, type]
+
+    @property
+    def pair(self) -> type[GearPair]:
+        """The dataclass of the table ``[gear_pair]``."""
+        return KINDS[self.kind][0]
 
     @cached_property
     def tables(self) -> dict[str, type]:
         """From dotted names to dataclasses."""
-        return {**_COMMON_TABLES, **self.own_tables}
+        pair, control_point = KINDS[self.kind]
+        return {**_COMMON_TABLES, "gear_pair": pair, "wear.control_point": control_point}
 
     @cached_property
     def rules(self) -> dict[str, Rule]:
@@ -112,12 +112,12 @@ class Schema:
         rules: dict[str, Rule] = {}
         for name in _WRITTEN:
             rules |= rules_of(self.tables[name], name)
-        return rules
+        return rules | {"gear_pair.type": choice(*KINDS)}
 
     @property
     def derived(self) -> Mapping[str, DerivedDefault]:
         """Defaults of fields of the gear pair that follow from others, each after those that it needs."""
-        return derived_of(self.own_tables["gear_pair"])
+        return derived_of(self.pair)
 
     @cached_property
     def declared(self) -> Table:
@@ -152,16 +152,10 @@ class Schema:
         return self.fields_of(table) + [name for name in self.tables if name and parent(name) == table]
 
 
-def _tables_in_order(pair: type, control_point: type) -> dict[str, type]:
-    return {"gear_pair": pair, "wear.control_point": control_point}
-
-
-_FACE_GEAR = Schema("face_gear", _tables_in_order(FaceGearPair, ControlPoint))
-_CYLINDRICAL = Schema("cylindrical", _tables_in_order(CylindricalPair, CylindricalControlPoint))
-_FLANK_POINTS = Schema("flank_points", _tables_in_order(FlankPointsPair, FlankPointsControlPoint))
-SCHEMAS: dict[str, Schema] = {schema.kind: schema for schema in (_FACE_GEAR, _CYLINDRICAL, _FLANK_POINTS)}
+SCHEMAS: dict[str, Schema] = {kind: Schema(kind) for kind in KINDS}
 """Schemas by kind of gear pair."""
 
+_FACE_GEAR = SCHEMAS["face_gear"]
 RULES, TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
     _FACE_GEAR.rules,
     _FACE_GEAR.tables,
@@ -191,8 +185,7 @@ def schema_of_data(data: Mapping[str, Value]) -> Schema:
 
 def schema_of_scene(scene: SceneTables) -> Schema:
     """The schema of a scene."""
-    owners = {schema.own_tables["gear_pair"]: schema for schema in SCHEMAS.values()}
-    return owners[type(scene.gear_pair)]
+    return next(schema for schema in SCHEMAS.values() if schema.pair is type(scene.gear_pair))
 
 
 def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection[str]) -> Options:

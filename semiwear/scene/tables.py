@@ -155,21 +155,21 @@ class Wear:
         return value
 
 
-def default_worn_bodies(kind: str, coefficient: object, wear_mapping: object) -> tuple[str, ...]:
-    """Bodies that wear where a scene does not say: both of a cylindrical pair, else the gear.
+def default_worn_bodies(both: bool, coefficient: object, wear_mapping: object) -> tuple[str, ...]:
+    """Bodies that wear where a scene does not say: both of some kinds of pairs, else the gear.
 
     Of those, the ones that have a wear coefficient; and the gear alone where the mapping ``"marched"`` asks for it.
 
     Parameters
     ----------
-    kind : str
-        ``gear_pair.type``.
+    both : bool
+        Whether both bodies of this kind of gear pair wear by default.
     coefficient : float or BodyCoefficients
         ``wear.coefficient_mm2_per_N``.
     wear_mapping : str
         ``numerics.wear_mapping``.
     """
-    usual = BODIES if kind == "cylindrical" and wear_mapping != "marched" else ("gear",)
+    usual = BODIES if both and wear_mapping != "marched" else ("gear",)
     if not isinstance(coefficient, BodyCoefficients):
         return usual
     given = tuple(body for body in BODIES if getattr(coefficient, body) is not None)

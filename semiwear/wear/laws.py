@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,8 +13,19 @@ from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import FilmThickness
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
+from semiwear.scene import wear_laws as tables
+from semiwear.untyped import Value
 
-__all__ = ["ContactLaw", "HardnessLaw", "LoadLaw", "LubricationLaw", "TemperatureLaw", "WearLaws"]
+__all__ = [
+    "CONTACT_LAWS",
+    "ContactLaw",
+    "ContactPhysics",
+    "HardnessLaw",
+    "LoadLaw",
+    "LubricationLaw",
+    "TemperatureLaw",
+    "WearLaws",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +39,19 @@ class ContactLaw(Protocol):
 
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """Factor of the wear coefficient, (roll, face); 0 where there is no load."""
+
+
+class ContactPhysics(Protocol):
+    """Models of the contact that a scene's other effects bring; asked only for what a law needs."""
+
+    def film(self) -> FilmThickness:
+        """The oil film of ``[effects.lubrication]``."""
+
+    def flash(self) -> FlashTemperature:
+        """The temperature of ``[effects.flash_temperature]``."""
+
+    def friction(self) -> Friction:
+        """The friction that heats the flanks."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +71,11 @@ class LoadLaw:
 
     exponent: float
     reference_pressure_MPa: float
+
+    @classmethod
+    def of(cls, table: tables.LoadLaw, physics: ContactPhysics) -> LoadLaw:
+        """The law that a scene's table asks for."""
+        return cls(table.exponent, table.reference_pressure_MPa)
 
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """(p/p_ref)^exponent, (roll, face); 0 where there is no load."""
@@ -76,6 +106,11 @@ class LubricationLaw:
     full_film_lambda: float = 4.0
     strength: float = 1.0
 
+    @classmethod
+    def of(cls, table: tables.LubricationLaw, physics: ContactPhysics) -> LubricationLaw:
+        """The law that a scene's table asks for."""
+        return cls(physics.film(), table.boundary_lambda, table.full_film_lambda, table.strength)
+
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """1 - strength times the share that the film has ended, (roll, face); 0 where there is no load."""
         beyond = self.film.lambda_ratio(conditions) - self.boundary_lambda
@@ -104,12 +139,26 @@ class TemperatureLaw:
     activation_energy_kJ_per_mol: float
     reference_temperature_C: float
 
+    @classmethod
+    def of(cls, table: tables.TemperatureLaw, physics: ContactPhysics) -> TemperatureLaw:
+        """The law that a scene's table asks for."""
+        energy, reference = table.activation_energy_kJ_per_mol, table.reference_temperature_C
+        return cls(physics.flash(), physics.friction(), energy, reference)
+
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """Arrhenius's factor, (roll, face); 0 where there is no load."""
         mu = self.friction.coefficient_of(conditions)
         absolute = self.flash.contact_temperature(conditions, mu) + _ZERO_CELSIUS
         inverse = 1.0 / absolute - 1.0 / (self.reference_temperature_C + _ZERO_CELSIUS)
         return np.where(conditions.loaded, np.exp(-self.activation_energy_kJ_per_mol / _GAS_CONSTANT * inverse), 0.0)
+
+
+CONTACT_LAWS: dict[str, Callable[[Value, ContactPhysics], ContactLaw]] = {
+    "wear_law.lubrication": LubricationLaw.of,
+    "wear_law.temperature": TemperatureLaw.of,
+    "wear_law.load": LoadLaw.of,
+}
+"""Laws that depend on the contact, by the names of their effects: from the scene's table to the law."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ OBSERVED = RUBBING | {
     "semiwear.contact.flash_temperature",
 }
 LAWS = OBSERVED - {"semiwear.observers"} | {"semiwear.wear.laws", "semiwear.wear.contact_factor"}
-MODIFICATION = {"semiwear.meshing.flank_modification"}
+MODIFICATION = {"semiwear.meshing.flank_deviations", "semiwear.meshing.flank_modification"}
 
 # Modules that a table loads, those of what it needs included.
 MODULES = {

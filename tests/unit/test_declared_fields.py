@@ -43,7 +43,7 @@ def test_fields_are_declared_or_tables(kind, name, owner):
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_derived_defaults_come_after_what_they_need(schema):
-    owner = schema.own_tables["gear_pair"]
+    owner = schema.pair
     declared = {entry.name: entry for entry in fields(owner)}
     known = {name for name, entry in declared.items() if entry.default is not None}
     for name, default in derived_of(owner).items():

@@ -1,0 +1,106 @@
+"""Deviations of flanks that a scene's effects bring: material that is missing before any wear.
+
+`DEVIATIONS` lists the effects that bring one; each is a function of the place on the flank of one body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.deviation_grid import read_deviation_grid
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_modification import FlankModification, Relief
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.scene import EffectTable
+from semiwear.untyped import Value
+
+__all__ = ["DEVIATIONS", "FlankDeviation", "depth_between", "deviations_of", "tallest"]
+
+FloatArray = NDArray[np.float64]
+
+_UM = 1e-3  # mm
+
+
+class FlankDeviation(Protocol):
+    """Material missing from a flank, along its normal."""
+
+    @property
+    def tallest(self) -> float:
+        """The most that one place of the flank can lack against another [mm]."""
+
+    def depth(
+        self, profile: ArrayLike, face: ArrayLike, root: ArrayLike, tip: ArrayLike, ends: tuple[float, float]
+    ) -> FloatArray:
+        """Material missing at flank points [mm], as `FlankModification.depth`: never below 0."""
+
+
+def _modification(table: Value, name: str) -> FlankModification:
+    return FlankModification(
+        tip_relief=Relief(_UM * table.tip_relief_um, table.tip_relief_length_mm, table.relief_shape),
+        root_relief=Relief(_UM * table.root_relief_um, table.root_relief_length_mm, table.relief_shape),
+        crowning=_UM * table.crowning_um,
+        lead_slope=_UM * table.lead_slope_um,
+        bias=_UM * table.bias_um,
+        deviations=None if table.file is None else read_deviation_grid(table.file, f"effects.{name}.file"),
+    )
+
+
+DEVIATIONS: Mapping[str, tuple[int, Callable[[Value, str], FlankDeviation]]] = {
+    "modification.pinion": (DRIVING, _modification),
+    "modification.gear": (DRIVEN, _modification),
+}
+"""By the name of an effect, the body whose flank deviates, and how the effect's table and name become a deviation."""
+
+
+def deviations_of(present: Iterable[tuple[str, EffectTable]], body: int) -> tuple[FlankDeviation, ...]:
+    """Deviations that effects bring to the flank of a body.
+
+    Parameters
+    ----------
+    present : (name, table) of effects
+        As `Effects.present` gives them.
+    body : int
+    """
+    known = ((name, table, *DEVIATIONS[name]) for name, table in present if name in DEVIATIONS)
+    return tuple(make(table, name) for name, table, whose, make in known if whose == body)
+
+
+def tallest(present: Iterable[tuple[str, EffectTable]]) -> float:
+    """The most that deviations of both flanks can set a slice back against another [mm]."""
+    listed = list(present)
+    return sum((one.tallest for body in (DRIVING, DRIVEN) for one in deviations_of(listed, body)), 0.0)
+
+
+def depth_between(
+    present: Iterable[tuple[str, EffectTable]], pair: FlankPair, lines: ContactLines, grid: FlankGrid
+) -> FloatArray | None:
+    """Material that deviations take off both flanks where the driven flank's nodes meet.
+
+    Returns
+    -------
+    (1 or roll, face, profile) array [mm], or None without deviations
+    """
+    listed = list(present)
+    driven, driving = (deviations_of(listed, body) for body in (DRIVEN, DRIVING))
+    depth: FloatArray | None = None
+    if driven or driving:
+        borders = pair.borders(grid.face)
+    for one in driven:
+        ends = (borders.root[:, None], borders.tip[:, None])
+        own = one.depth(grid.profile, grid.face[:, None], *ends, borders.face)[None]
+        depth = own if depth is None else own + depth
+    if driving:
+        away = grid.profile - lines.profile[..., None]
+        profile = lines.partner_profile[..., None] + lines.partner_slope[..., None] * away
+        face = np.broadcast_to(lines.partner_face[..., None], profile.shape)
+        near = (lines.separation[0] < np.inf)[..., None]
+    for one in driving:
+        met = one.depth(profile, face, borders.partner_root, borders.partner_tip, borders.partner_face)
+        met = np.where(near, met, 0.0)
+        depth = met if depth is None else met + depth
+    return depth
