@@ -114,7 +114,7 @@ class _Zones:
             order = on[np.argsort(lines.profile[on, i])]
             # the higher on one flank, the lower on the other
             at = (own.high[i], own.low[i])
-            borders[:, i] = np.interp(at, lines.profile[order, i], lines.partner_profile[order, i])
+            borders[:, i] = np.interp(at, lines.profile[order, i], lines.driving_profile[order, i])
         known = np.isfinite(borders[0])
         if not known.all():
             slices = np.arange(known.size)
@@ -192,7 +192,7 @@ def engagement(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures,
     # a line that stands at an edge has no speed over the flank: only contacts that no edge cuts off are told
     width = np.where(pressure.inner[rows, greatest] > 0.0, 2.0 * loads.half_width[rows, greatest], 0.0)
     sliding = np.stack(
-        [specific[rows, greatest] * width for specific in (fresh.partner_specific_sliding, fresh.specific_sliding)],
+        [specific[rows, greatest] * width for specific in (fresh.driving_specific_sliding, fresh.specific_sliding)],
         axis=-1,
     )
     inner, edge = pressure.inner.max(axis=1), pressure.border.max(axis=1)
@@ -246,11 +246,11 @@ def history(teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures, pa
         "tip_relief_to_free": _UM * relief_to_free(teeth, state),
     }
     greatest = {DRIVING: 0.0, DRIVEN: _UM * float(state.wear.max())}
-    if state.partner_wear is not None and teeth.partner is not None:
-        greatest[DRIVING] = arrays["wear_depth_max_pinion"] = _UM * float(state.partner_wear.max())
-        nodes = teeth.partner.grid.profile.T
+    if state.driving_wear is not None and teeth.driving is not None:
+        greatest[DRIVING] = arrays["wear_depth_max_pinion"] = _UM * float(state.driving_wear.max())
+        nodes = teeth.driving.grid.profile.T
         counts = np.ones(nodes.shape, dtype=bool)
-        worn = _Zones.of_driving(teeth).greatest(_UM * state.partner_wear.T, nodes, counts)
+        worn = _Zones.of_driving(teeth).greatest(_UM * state.driving_wear.T, nodes, counts)
         arrays |= {f"wear_depth_max_pinion_{zone.name.lower()}": worn[zone] for zone in Zone}
     arrays["wear_depth_max"] = np.array([greatest[body] for body in range(len(BODIES))])
     if "root_stress" in parts["engagement"]:
@@ -337,7 +337,7 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
     parts = {
-        DRIVING: (driving, lines.partner_profile, -sign * fresh.partner_specific_sliding),
+        DRIVING: (driving, lines.driving_profile, -sign * fresh.driving_specific_sliding),
         DRIVEN: (grid.profile, lines.profile, sign * fresh.specific_sliding),
     }
     arrays: dict[str, list[np.ndarray]] = {
@@ -365,19 +365,19 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
 
 def _driving_profile(teeth: LoadedTeeth) -> FloatArray:
     """Nodes of the driving flank, (face, profile): those of its wear, or even from its root to its tip end."""
-    if teeth.partner is not None:
-        return teeth.partner.grid.profile
+    if teeth.driving is not None:
+        return teeth.driving.grid.profile
     borders = teeth.pair.borders(teeth.grid.face)
-    nodes = np.linspace(borders.partner_root, borders.partner_tip, teeth.grid.profile.shape[1])
+    nodes = np.linspace(borders.driving_root, borders.driving_tip, teeth.grid.profile.shape[1])
     return np.broadcast_to(nodes, teeth.grid.profile.shape)
 
 
 def wear_maps(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> np.ndarray:
     """Wear depth of both bodies [um], (wear_step, body, profile, face)."""
     driven = _UM * np.stack([state.wear.T for state in states])
-    if teeth.partner is None:
+    if teeth.driving is None:
         return np.stack([np.zeros_like(driven), driven], axis=1)
-    driving = _UM * np.stack([state.partner_wear.T for state in states if state.partner_wear is not None])
+    driving = _UM * np.stack([state.driving_wear.T for state in states if state.driving_wear is not None])
     return np.stack([driving, driven], axis=1)
 
 

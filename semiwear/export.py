@@ -12,11 +12,11 @@ from semiwear.errors import SceneError
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
+from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
 from semiwear.meshing.pairs import flank_pair
-from semiwear.meshing.partner_flank import partner_grid
 from semiwear.scene import Placement, Scene
 
 __all__ = ["export_flank"]
@@ -67,7 +67,7 @@ def export_flank(
     pair = flank_pair(scene.gear_pair, Placement())
     rows, columns = points
     borders = pair.borders(np.array([np.mean(pair.face_limits)]))
-    low, high = borders.partner_face if index == DRIVING else borders.face
+    low, high = borders.driving_face if index == DRIVING else borders.face
     face = np.linspace(low, high, columns)
     root, tip = flank_ends(pair, index, face)
     share = np.linspace(0.0, 1.0, rows)[:, None]
@@ -78,8 +78,8 @@ def export_flank(
         flank, normals = _worn_off(flank, normals, depth)
     axis, prism = axis_of(pair, index), pair.prism_body(index)
     edges = {
-        "tip_edge_radius_mm": (borders.partner_tip_edge_radius, borders.tip_edge_radius)[index],
-        "end_edge_radius_mm": (borders.partner_end_edge_radius, borders.end_edge_radius)[index],
+        "tip_edge_radius_mm": (borders.driving_tip_edge_radius, borders.tip_edge_radius)[index],
+        "end_edge_radius_mm": (borders.driving_end_edge_radius, borders.end_edge_radius)[index],
     }
     write_point_grid(
         path,
@@ -141,7 +141,7 @@ def _depth(
     if not depth.any():  # a body that does not wear has other nodes
         return np.zeros(profile.shape)
     stations = flank["face"].values
-    make = flank_grid if body == DRIVEN else partner_grid
+    make = flank_grid if body == DRIVEN else driving_grid
     nodes = make(pair, stations, depth.shape[1]).profile
     height = pair.flank_place(body, stations[:, None], nodes)[0]
     told = flank["flank_height"].isel(body=body).transpose("face", "profile").values

@@ -305,13 +305,15 @@ def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
 
 def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
     """Changes that remove an effect and what needs it, and what is to be said of them."""
-    gone = [name]
-    for one in gone:
+    without = [name]
+    for one in without:
         for other, own in scene.effects.present():
             needs = _needs(other, {field.name: getattr(own, field.name) for field in fields(own)})  # type: ignore[arg-type]
-            if f"effects.{one}" in needs and other not in gone:
-                gone.append(other)
-    return {f"effects.{one}": None for one in gone}, [f"together with {one}, which needs it" for one in gone[1:]]
+            if f"effects.{one}" in needs and other not in without:
+                without.append(other)
+    return {f"effects.{one}": None for one in without}, [
+        f"together with {one}, which needs it" for one in without[1:]
+    ]
 
 
 def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:

@@ -236,7 +236,7 @@ def _result(
         part["engagement"] |= engagement
         part["history"] |= once
         if point is not None:
-            watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.partner_wear)))
+            watched = stepper.depth_at(point, point.wear(Worn(contact.wear, contact.driving_wear)))
             part["history"]["wear_depth_control_point"] = np.asarray(1e3 * watched)
         part["diagnostics"] = collect.residuals(contact)
         if stepper.factor is not None:

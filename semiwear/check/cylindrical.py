@@ -245,9 +245,9 @@ def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem
         (
             "pinion",
             mesh.pinion,
-            sharp.partner_tip_edge_radius,
-            sharp.partner_tip - rounded.partner_tip,
-            sharp.partner_tip - sharp.partner_root,
+            sharp.driving_tip_edge_radius,
+            sharp.driving_tip - rounded.driving_tip,
+            sharp.driving_tip - sharp.driving_root,
         ),
         (
             "gear",

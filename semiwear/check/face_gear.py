@@ -229,11 +229,11 @@ def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
     inset, flank = sharp.tip - rounded.tip, sharp.tip - sharp.root
     land = np.array([tooth.half_thickness(float(end), tooth.gear_addendum) for end in ends])
-    pinion_inset = sharp.partner_tip - rounded.partner_tip
-    pinion_room = min(pinion.tip_half_thickness, sharp.partner_tip - sharp.partner_root)
+    pinion_inset = sharp.driving_tip - rounded.driving_tip
+    pinion_room = min(pinion.tip_half_thickness, sharp.driving_tip - sharp.driving_root)
     for field, radius, fit in (
         ("gear_tip_edge_radius_mm", sharp.tip_edge_radius, np.min(np.minimum(flank, land) / inset)),
-        ("pinion_tip_edge_radius_mm", sharp.partner_tip_edge_radius, pinion_room / np.float64(pinion_inset)),
+        ("pinion_tip_edge_radius_mm", sharp.driving_tip_edge_radius, pinion_room / np.float64(pinion_inset)),
     ):
         # a tooth without a land is pointed, which is another limit
         if 0.0 < fit < 1.0:
@@ -284,13 +284,13 @@ def _reach(mesh: FaceGearMesh, radius: float, body: int) -> tuple[float, float]:
         roll = closest + np.linspace(-window, window, 101)[:, None]
         meeting = mesh.meeting(np.array(radius), profile, roll)
         best = np.argmin(meeting.separation, axis=0), np.arange(profile.size)
-        closest, met = roll[best], meeting.partner_profile[best]
+        closest, met = roll[best], meeting.driving_profile[best]
     if body == DRIVING:
-        on_flank = np.clip(np.sort(met)[[0, -1]], borders.partner_root, borders.partner_tip)
+        on_flank = np.clip(np.sort(met)[[0, -1]], borders.driving_root, borders.driving_tip)
         low, high = mesh.flank_place(DRIVING, np.full(2, radius), on_flank)[0]
         return float(low), float(high)
     # the higher on the gear, the deeper on the pinion
-    ends = np.interp([borders.partner_root, borders.partner_tip], met[::-1], profile[::-1])
+    ends = np.interp([borders.driving_root, borders.driving_tip], met[::-1], profile[::-1])
     high, low = tooth.height(np.full(2, radius), ends)
     return float(low), float(high)
 

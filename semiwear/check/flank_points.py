@@ -39,11 +39,11 @@ def _edges_fit(flanks: PointFlanks, mesh: PointFlankMesh) -> Iterator[Problem]:
     for body, flank, inset, radius, width, end_radius in (
         (
             "pinion",
-            sharp.partner_tip,
-            sharp.partner_tip - rounded.partner_tip,
-            sharp.partner_tip_edge_radius,
-            sharp.partner_face[1] - sharp.partner_face[0],
-            sharp.partner_end_edge_radius,
+            sharp.driving_tip,
+            sharp.driving_tip - rounded.driving_tip,
+            sharp.driving_tip_edge_radius,
+            sharp.driving_face[1] - sharp.driving_face[0],
+            sharp.driving_end_edge_radius,
         ),
         (
             "gear",
@@ -107,7 +107,7 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterat
     body = BODIES.index(scene.wear.watched_body)
     ends = np.array([float(borders.root[0]), float(borders.tip[0])])
     if body == DRIVING:
-        ends = np.array([borders.partner_root, borders.partner_tip])
+        ends = np.array([borders.driving_root, borders.driving_tip])
     heights = mesh.flank_place(body, np.full(2, point.face_mm), ends)[0]
     if not heights[0] <= point.height_mm <= heights[1]:
         allowed = f"{up(float(heights[0]))} to {down(float(heights[1]))} mm, root end to tip edge there"

@@ -181,9 +181,9 @@ class FreeEdges:
         """
         shape = lines.profile.shape
         face = np.broadcast_to(lines.face, shape)
-        places = {DRIVING: (lines.partner_face, borders.partner_face), DRIVEN: (face, borders.face)}
+        places = {DRIVING: (lines.driving_face, borders.driving_face), DRIVEN: (face, borders.face)}
         to_tip = {
-            DRIVING: borders.partner_tip - lines.partner_profile,
+            DRIVING: borders.driving_tip - lines.driving_profile,
             DRIVEN: (borders.tip - lines.profile) * lines.spacing,
         }
         bodies = []

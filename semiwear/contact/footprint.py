@@ -59,7 +59,7 @@ class Footprints:
     Attributes
     ----------
     removed : Removed
-        What is gone from the flanks.
+        Material removed from the flanks.
     profile : array [mm]
         Profile coordinate of the footprint's centre.
     gap : array [mm]
@@ -139,7 +139,7 @@ def _bend_beside(values, cell):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]  # noqa: C901
+def _refine(gap, u, g, count, depth, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]  # noqa: C901
     """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
 
     `slopes` keeps what is found of `slope_at` for these depths: NaN where it is not known.
@@ -159,7 +159,7 @@ def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: i
             elif cell + 2 < nodes.shape[0] and u[c] >= nodes[cell + 1]:
                 cell += 1
             # by so much, and what wear bends, the gap between two places may be less than at both
-            above = min(g[c], g[c + 1]) - least - room - 0.125 * gap.derivatives[2] * width * width
+            above = min(g[c], g[c + 1]) - least - depth - 0.125 * gap.derivatives[2] * width * width
             if above < 0.0 or above < 0.125 * _bend_beside(removed, cell):
                 parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
                 if parts > 1:
@@ -173,8 +173,8 @@ def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: i
                     for part in range(1, parts):
                         x += step
                         fine_u[n] = u[c] + part * width / parts
-                        gone = removed[cell] + x * (before + x * (second + x * third))  # `cubic`
-                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.derivatives) + gone
+                        lost = removed[cell] + x * (before + x * (second + x * third))  # `cubic`
+                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.derivatives) + lost
                         n += 1
         fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
         n += 1
@@ -185,24 +185,24 @@ def _refine(gap, u, g, count, room, longest, slopes, fine_u, fine_g):  # type: i
 
 @njit(cache=True, error_model="numpy")
 def reached(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
-    """Outline of what a footprint may reach, in work[2] and work[3]: room, number of places and least gap.
+    """Outline of what a footprint may reach, in work[2] and work[3]: depth, number of places and least gap.
 
     `slopes` keeps `slope_at` of the nodes, NaN where it is not known; `work` is (4, `most_places`).
     """
     width = half_width / gap.per_mm
-    room = depth_of(gap.derivatives[2], width)
+    depth = depth_of(gap.derivatives[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + rises_within(gap.removed.max() - gap.removed.min() + room, gap.derivatives[2])
-    count = outline(gap, gap.at - reach, gap.at + reach, room, work[0], work[1])
-    count, least = _refine(gap, work[0], work[1], count, room, _FINE * width, slopes, work[2], work[3])
-    return room, count, least
+    reach = width + rises_within(gap.removed.max() - gap.removed.min() + depth, gap.derivatives[2])
+    count = outline(gap, gap.at - reach, gap.at + reach, depth, work[0], work[1])
+    count, least = _refine(gap, work[0], work[1], count, depth, _FINE * width, slopes, work[2], work[3])
+    return depth, count, least
 
 
 @njit(cache=True, error_model="numpy")
-def segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
-    """Integrals of t = sqrt(room - g) and of (room - g) t over a stretch on which g is linear."""
+def segment(depth, width, t_a, t_b):  # type: ignore[no-untyped-def]
+    """Integrals of t = sqrt(depth - g) and of (depth - g) t over a stretch on which g is linear."""
     a, b = t_a * t_a, t_b * t_b
-    if abs(a - b) <= 1e-6 * room:
+    if abs(a - b) <= 1e-6 * depth:
         t = 0.5 * (t_a + t_b)
         return width * t, width * t * t * t
     per = width / abs(b - a)
@@ -213,9 +213,9 @@ def segment(room, width, t_a, t_b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
-    """Part of a stretch with g - least < room: its ends and the roots t there; empty if width is zero."""
-    a, b = room - (g_a - least), room - (g_b - least)
+def clipped(depth, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
+    """Part of a stretch with g - least < depth: its ends and the roots t there; empty if width is zero."""
+    a, b = depth - (g_a - least), depth - (g_b - least)
     if a <= 0.0 and b <= 0.0:
         return u_a, u_a, 0.0, 0.0
     if a < 0.0:
@@ -228,24 +228,24 @@ def clipped(room, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _shape(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
     """Room and least gap of a footprint, its area, moments of gap and place, and whether an end cuts it off."""
-    room, count, least = reached(gap, half_width, slopes, work)
+    depth, count, least = reached(gap, half_width, slopes, work)
     u, g = work[2], work[3]
     area, below, moment = 0.0, 0.0, 0.0
     for c in range(count - 1):
-        if min(g[c], g[c + 1]) - least >= room:
+        if min(g[c], g[c + 1]) - least >= depth:
             continue
-        u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
         if u_b > u_a:
-            a, b = segment(room, u_b - u_a, t_a, t_b)
+            a, b = segment(depth, u_b - u_a, t_a, t_b)
             area += a
             below += b
             moment += a * 0.5 * (u_a + u_b)
     # cut off where the gap is still open to the footprint at an end of the slice
     cut = False
     for c in range(count):
-        if (u[c] <= gap.low or u[c] >= gap.high) and g[c] - least < room:
+        if (u[c] <= gap.low or u[c] >= gap.high) and g[c] - least < depth:
             cut = True
-    return room, least, area, below, moment, cut
+    return depth, least, area, below, moment, cut
 
 
 @njit(cache=True, error_model="numpy")
@@ -268,16 +268,16 @@ def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
                 continue
             if gap.removed.max() == gap.removed.min() and not found.edge[k, i]:
                 continue
-            room, least, area, below, moment, cut = _shape(gap, half_width, slopes, work)
+            depth, least, area, below, moment, cut = _shape(gap, half_width, slopes, work)
             found.least[k, i] = least
             if area <= 0.0:
                 # a single point is left of the slice: it touches as the fresh flank would
                 found.edge[k, i] = True
                 continue
-            # Hertz: the mean of (room - g) is 3/4 of room, the greatest density sqrt(room)/area = 2/(pi b)
-            found.gap[k, i] = least + (room - below / area) - 0.25 * room
-            found.half_width[k, i] = 2.0 * area / (pi * sqrt(room)) * gap.per_mm
-            found.curvature[k, i] = 2.0 * room / found.half_width[k, i] ** 2
+            # Hertz: the mean of (depth - g) is 3/4 of depth, the greatest density sqrt(depth)/area = 2/(pi b)
+            found.gap[k, i] = least + (depth - below / area) - 0.25 * depth
+            found.half_width[k, i] = 2.0 * area / (pi * sqrt(depth)) * gap.per_mm
+            found.curvature[k, i] = 2.0 * depth / found.half_width[k, i] ** 2
             found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
             found.edge[k, i] = cut
 

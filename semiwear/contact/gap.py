@@ -207,11 +207,11 @@ def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _arc(gap, direction, room, u, g, count):  # type: ignore[no-untyped-def]
+def _arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline.
 
-    Where the edge is the partner's, the flank goes on beyond it: the rounding presses on the wall of the groove that
-    the edge has worn.
+    Where the edge is the other body's, the flank goes on beyond it: the rounding presses on the wall of the groove
+    that the edge has worn.
     """
     border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
     nodes, per_mm = gap.nodes, gap.per_mm
@@ -223,7 +223,7 @@ def _arc(gap, direction, room, u, g, count):  # type: ignore[no-untyped-def]
     while 0 <= p < nodes.shape[0] and abs(nodes[p] - border) * per_mm < radius:
         rises = max(rises, here - gap.removed[p])
         p += 1 if direction > 0.0 else -1
-    reach = _reach_on_edge(room + rises, slope, radius)
+    reach = _reach_on_edge(depth + rises, slope, radius)
     for c in range(1, _ARC_NODES + 1):
         x = reach * c / _ARC_NODES
         u[count] = border + direction * x / per_mm
@@ -245,13 +245,13 @@ def most_places(nodes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def outline(gap, start, stop, room, u, g):  # type: ignore[no-untyped-def]
+def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
     low, high, nodes = gap.low, gap.high, gap.nodes
     start, stop = max(low, min(start, high)), min(high, max(stop, low))
     count = 0
     if start <= low and gap.low_radius > 0.0:
-        count = _arc(gap, -1.0, room, u, g, count)
+        count = _arc(gap, -1.0, depth, u, g, count)
         u[:count] = u[:count][::-1].copy()
         g[:count] = g[:count][::-1].copy()
     p = np.searchsorted(nodes, start)
@@ -278,5 +278,5 @@ def outline(gap, start, stop, room, u, g):  # type: ignore[no-untyped-def]
         g[count] = gap_at(gap, stop)
         count += 1
     if stop >= high and gap.high_radius > 0.0:
-        count = _arc(gap, 1.0, room, u, g, count)
+        count = _arc(gap, 1.0, depth, u, g, count)
     return count

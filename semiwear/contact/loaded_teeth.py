@@ -12,9 +12,9 @@ from semiwear.contact.footprint import Footprints, footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.driving_flank import DrivingFlank
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import FlankPair
-from semiwear.meshing.partner_flank import PartnerFlank
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
@@ -42,7 +42,7 @@ class LoadedState:
     fine, coarse : Footprints
         On the fine roll grid, and at the positions that are solved.
     loads : TeethLoads
-    partner_wear : (face, profile) array [mm] or None
+    driving_wear : (face, profile) array [mm] or None
         Of the driving flank, on its own grid; None where it does not wear.
     edge_residual : float
         Greatest change of a slice's force in the last pass over pressed edges, over the greatest force.
@@ -52,7 +52,7 @@ class LoadedState:
     fine: Footprints
     coarse: Footprints
     loads: TeethLoads
-    partner_wear: FloatArray | None = None
+    driving_wear: FloatArray | None = None
     edge_residual: float = 0.0
 
 
@@ -77,7 +77,7 @@ class LoadedTeeth:
         Mean unloaded, unworn separation over a mesh cycle of this placement: where transmission error is zero.
     modification : (rows, face, profile) array [mm] or None
         What unworn flanks lack, as the driven flank's nodes meet it: one row, or one a roll position of `fine`.
-    partner : PartnerFlank or None
+    driving : DrivingFlank or None
         Where the driving flank's wear is kept; None where it does not wear.
     """
 
@@ -91,17 +91,17 @@ class LoadedTeeth:
     half_width: float
     zero: float
     modification: FloatArray | None = None
-    partner: PartnerFlank | None = None
+    driving: DrivingFlank | None = None
 
     def removed(
-        self, wear: FloatArray, partner_wear: FloatArray | None = None, slices: IntArray | None = None
+        self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:
         """Material removed from both flanks on the fine roll grid; with `slices` it need be right in these only."""
         removed = fresh_flanks(self.fine, self.grid, self.modification, wear)
-        if partner_wear is None or self.partner is None:
+        if driving_wear is None or self.driving is None:
             return removed
-        grid = self.partner.driven
-        depth = self.partner.met(partner_wear, slices)
+        grid = self.driving.driven
+        depth = self.driving.met(driving_wear, slices)
         depth += grid.from_grid(removed.depth)
         return Removed.met(grid, depth, self.fine.roll.size)
 
@@ -117,10 +117,10 @@ class LoadedTeeth:
         return footprints(self.lines, removed.every(step), self.half_width, near)
 
     def load(
-        self, wear: FloatArray, start: TeethLoads | None = None, partner_wear: FloatArray | None = None
+        self, wear: FloatArray, start: TeethLoads | None = None, driving_wear: FloatArray | None = None
     ) -> LoadedState:
         """Elastic contact on worn flanks [mm], started from other loads when given."""
-        fine, coarse = self.touch(self.removed(wear, partner_wear))
+        fine, coarse = self.touch(self.removed(wear, driving_wear))
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
         edged, residual = coarse, 0.0
@@ -138,7 +138,7 @@ class LoadedTeeth:
             residual = float(np.abs(loads.force - force).max() / loads.force.max())
             if residual <= _EDGE_TOLERANCE:
                 break
-        return LoadedState(wear, fine, edged, loads, partner_wear, residual)
+        return LoadedState(wear, fine, edged, loads, driving_wear, residual)
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""
@@ -179,11 +179,11 @@ class LoadedTeeth:
     def _at_ends(self, margin: float) -> BoolArray:
         """Slices nearer than `margin` to an end of either body's face, (roll, face)."""
         borders = self.pair.borders(self.lines.face)
-        face, partner = self.lines.face, self.lines.partner_face
+        face, driving = self.lines.face, self.lines.driving_face
         own = np.minimum(face - borders.face[0], borders.face[1] - face) - borders.end_edge_radius
         theirs = (
-            np.minimum(partner - borders.partner_face[0], borders.partner_face[1] - partner)
-            - borders.partner_end_edge_radius
+            np.minimum(driving - borders.driving_face[0], borders.driving_face[1] - driving)
+            - borders.driving_end_edge_radius
         )
         return np.minimum(own, theirs) < margin
 

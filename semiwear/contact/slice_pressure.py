@@ -154,16 +154,16 @@ def _plane_contact(gap, load, influence, active, force, a, x, y, points):  # typ
 
 
 @njit(cache=True, error_model="numpy")
-def _bands(u, g, count, least, room, first, last):  # type: ignore[no-untyped-def]
-    """First and last points of the stretches whose gap is within `room` of the least; returns their number."""
+def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-def]
+    """First and last points of the stretches whose gap is within `depth` of the least; returns their number."""
     bands = 0
     c = 0
     while c < count:
-        if not g[c] - least <= room:  # no number belongs to no band
+        if not g[c] - least <= depth:  # no number belongs to no band
             c += 1
             continue
         start = max(c - 1, 0)
-        while c < count and g[c] - least <= room:
+        while c < count and g[c] - least <= depth:
             c += 1
         stop = min(c, count - 1)
         if bands > 0 and start <= last[bands - 1]:
@@ -281,12 +281,12 @@ def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
     """Forces on cells of a slice: how many, least gap, span, approach and its derivative (NaN if unsettled)."""
     spread, closes = gap.removed.max() - gap.removed.min(), unit * load
     # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
-    room, n, least, span, approach, rate = _ROOM * closes, 0, 0.0, 0.0, np.nan, np.nan
+    depth, n, least, span, approach, rate = _ROOM * closes, 0, 0.0, 0.0, np.nan, np.nan
     for _ in range(_ATTEMPTS):
-        reach = rises_within(spread + room, gap.derivatives[2])
-        count = outline(gap, gap.at - reach, gap.at + reach, room, work.u, work.g)
+        reach = rises_within(spread + depth, gap.derivatives[2])
+        count = outline(gap, gap.at - reach, gap.at + reach, depth, work.u, work.g)
         least = work.g[:count].min()
-        bands = _bands(work.u, work.g, count, least, room, work.first, work.last)
+        bands = _bands(work.u, work.g, count, least, depth, work.first, work.last)
         n = _cells(gap, work.u, bands, work.first, work.last, work.place, work.width, work.gap)
         for c in range(n):
             work.gap[c] -= least
@@ -302,12 +302,12 @@ def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
             work.gap[:n], load, work.influence, work.active, work.force, work.factor, work.x, work.y, work.on
         )
         if np.isnan(approach) or _cut_off(work.u, bands, work.first, work.last, work.force, gap.low, gap.high):
-            room *= _WIDER
+            depth *= _WIDER
             continue
         beyond = _pressed_beyond(work, count, least, bands, n, gap.per_mm, span, approach, load, unit)
         if beyond == 0.0:
             break
-        room = max(room, _BEYOND * beyond)
+        depth = max(depth, _BEYOND * beyond)
     return n, least, span, approach, rate
 
 

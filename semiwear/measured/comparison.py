@@ -14,10 +14,10 @@ from semiwear.measured.predicted import FlankReading
 from semiwear.measured.quantities import labelled
 from semiwear.measured.rigid import DATUM
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
+from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
-from semiwear.meshing.partner_flank import partner_grid
 from semiwear.scene import Placement, Scene, parse_scene
 
 __all__ = ["compare_wear", "comparison_of_fit"]
@@ -97,7 +97,7 @@ def _grid_of(scene: Scene, flank: xr.Dataset, body: str) -> FlankGrid:
         table, placement = on_loaded_flank(scene.gear_pair, misaligned.placement, scene.operation.loaded_flank)
     pair = flank_pair(table, placement)
     face, points = np.asarray(flank["face"].values, float), flank.sizes["profile"]
-    make = flank_grid if BODIES.index(body) == DRIVEN else partner_grid
+    make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
     grid = make(pair, face, points)
     height, _ = pair.flank_place(BODIES.index(body), face[:, None], grid.profile)
     held = flank["flank_height"].sel(body=body).transpose("face", "profile").values

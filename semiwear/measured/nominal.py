@@ -72,13 +72,13 @@ class NominalFlank:
             borders = self.pair.borders(inside.ravel())
             return borders.root.reshape(face.shape), borders.tip.reshape(face.shape)
         borders = self.pair.borders(np.atleast_1d(self.pair.face_limits[0]))
-        return np.full(face.shape, borders.partner_root), np.full(face.shape, borders.partner_tip)
+        return np.full(face.shape, borders.driving_root), np.full(face.shape, borders.driving_tip)
 
     @cached_property
     def face_ends(self) -> tuple[float, float]:
         """Face coordinates of the lower and the upper end [mm]."""
         borders = self.pair.borders(np.atleast_1d(self.pair.face_limits[0]))
-        return borders.face if self.body == DRIVEN else borders.partner_face
+        return borders.face if self.body == DRIVEN else borders.driving_face
 
     def places(self, face_fraction: ArrayLike, profile_fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Face and profile coordinates [mm] of fractions of the flank, from the lower end and from the root."""

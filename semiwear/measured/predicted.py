@@ -124,8 +124,8 @@ class WearFamily:
         teeth = self.stepper.teeth
         if self.body == DRIVEN:
             return teeth.grid
-        assert teeth.partner is not None
-        return teeth.partner.grid
+        assert teeth.driving is not None
+        return teeth.driving.grid
 
     @property
     def greatest(self) -> float:

@@ -41,7 +41,7 @@ class MeasuredWear:
     face, profile : array [mm]
         Flank coordinates of the points.
     depth : array [mm]
-        Positive for material that is gone; 0 where not inside.
+        Positive for material removed; 0 where not inside.
     inside : bool array
         Points that count.
     """
@@ -99,7 +99,7 @@ def measured_wear(
     Returns
     -------
     Dataset
-        `wear_depth` [um] over (profile, face), positive for material that is gone, and where the points lie. Negative
+        `wear_depth` [um] over (profile, face), positive for material removed, and where the points lie. Negative
         values are noise, build-up or an error of the datum.
 
     Raises

@@ -58,11 +58,11 @@ class ContactLines:
         Its derivative by the profile coordinate.
     lever_arm : array [mm]
         Approach per unit rotation of the driving body.
-    partner_profile : array [mm]
+    driving_profile : array [mm]
         Profile coordinate of the driving flank that is met.
-    partner_slope : array
+    driving_slope : array
         Its derivative by the profile coordinate of the driven flank.
-    partner_face : array [mm]
+    driving_face : array [mm]
         Face coordinate of the driving flank that is met.
     low_edge_radius, high_edge_radius : array [mm]
         Radius of the edge at either end; zero where the end is no edge (the start of a fillet).
@@ -80,9 +80,9 @@ class ContactLines:
     sliding: FloatArray
     sliding_slope: FloatArray
     lever_arm: FloatArray
-    partner_profile: FloatArray
-    partner_slope: FloatArray
-    partner_face: FloatArray
+    driving_profile: FloatArray
+    driving_slope: FloatArray
+    driving_face: FloatArray
     low_edge_radius: FloatArray
     high_edge_radius: FloatArray
 
@@ -109,8 +109,8 @@ def face_stations(pair: FlankPair, slices: int) -> FloatArray:
     ends = np.array(pair.face_limits)
     borders, inwards = pair.borders(ends), np.array([1.0, -1.0])
     # the driving flank has face coordinates of its own
-    met = pair.meeting(ends, pair.pitch_profile(ends), np.zeros(1)).partner_face
-    theirs = np.array(borders.partner_face) + borders.partner_end_edge_radius * inwards
+    met = pair.meeting(ends, pair.pitch_profile(ends), np.zeros(1)).driving_face
+    theirs = np.array(borders.driving_face) + borders.driving_end_edge_radius * inwards
     theirs = ends[0] + (theirs - met[0]) * (ends[1] - ends[0]) / (met[1] - met[0])
     own = ends + borders.end_edge_radius * inwards
     whole = max(own[0], theirs.min()), min(own[1], theirs.max())
@@ -160,29 +160,29 @@ def change_along_line(
 
 
 def _start_of_line(
-    pair: FlankPair, roll: FloatArray, face: FloatArray, root: FloatArray, tip: FloatArray, partner_tip: float
+    pair: FlankPair, roll: FloatArray, face: FloatArray, root: FloatArray, tip: FloatArray, driving_tip: float
 ) -> tuple[FloatArray, FloatArray]:
     """Lower end of each slice, and a first guess of where the separation is least."""
     fraction = np.linspace(0.0, 1.0, _SAMPLES)
     samples = root[:, None] + (tip - root)[:, None] * fraction
     met = pair.meeting(face[None, :, None], samples[None], roll[:, None, None])
-    beyond = met.partner_profile > partner_tip
+    beyond = met.driving_profile > driving_tip
     # the driving body's tip cuts the slice between the last sample beyond it and the next (profile grows to the tip)
     last = np.where(beyond.any(axis=-1), _SAMPLES - 1 - np.argmax(beyond[..., ::-1], axis=-1), 0)
     last = np.minimum(last, _SAMPLES - 2)
     take = np.take_along_axis
-    value_0 = take(met.partner_profile, last[..., None], -1)[..., 0]
-    value_1 = take(met.partner_profile, last[..., None] + 1, -1)[..., 0]
-    wide = np.broadcast_to(samples[None], met.partner_profile.shape)
+    value_0 = take(met.driving_profile, last[..., None], -1)[..., 0]
+    value_1 = take(met.driving_profile, last[..., None] + 1, -1)[..., 0]
+    wide = np.broadcast_to(samples[None], met.driving_profile.shape)
     place_0 = take(wide, last[..., None], -1)[..., 0]
     place_1 = take(wide, last[..., None] + 1, -1)[..., 0]
     # inside the driving body's base circle, where its flank ends, nothing changes along a slice
     slope = (value_1 - value_0) / (place_1 - place_0)
     slope = np.where(slope == 0.0, np.inf, slope)
-    cut = place_0 + (partner_tip - value_0) / slope
+    cut = place_0 + (driving_tip - value_0) / slope
     # once more, by the secant, to some nanometres
-    value = pair.meeting(face[None, :], cut, roll[:, None]).partner_profile
-    cut = cut - (value - partner_tip) / slope
+    value = pair.meeting(face[None, :], cut, roll[:, None]).driving_profile
+    cut = cut - (value - driving_tip) / slope
     low = np.where(beyond.any(axis=-1), np.clip(cut, root, tip), root)
     separation = np.where(beyond, np.inf, met.separation)
     best = np.clip(np.argmin(separation, axis=-1), 1, _SAMPLES - 2)
@@ -196,7 +196,7 @@ def _start_of_line(
 def _beyond_the_tip(pair: FlankPair, roll: FloatArray, face: FloatArray) -> BoolArray:
     """Slices that the driving flank does not reach even with its nominal tip, (roll, face)."""
     borders = pair.borders(face, sharp=True)
-    return pair.meeting(face[None], borders.tip[None], roll[:, None]).partner_profile > borders.partner_tip
+    return pair.meeting(face[None], borders.tip[None], roll[:, None]).driving_profile > borders.driving_tip
 
 
 def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, sharp: bool = False) -> ContactLines:
@@ -205,7 +205,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     With `sharp` the flanks end at their nominal edges, otherwise where the rounding of the edges begins.
     """
     borders = pair.borders(face, sharp=sharp)
-    low, profile = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.partner_tip)
+    low, profile = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.driving_tip)
     high = np.broadcast_to(borders.tip, low.shape)
     step = _STEP * float(np.mean(borders.tip - borders.root))
     stencil = step * np.arange(-2.0, 3.0)[:, None, None]
@@ -249,15 +249,15 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     sliding_slope = (components[1] - components[0]) / (2.0 * step)
     sliding = 0.5 * (components[0] + components[1]) + sliding_slope * moved[..., None]
 
-    partner_slope = (met.partner_profile[3] - met.partner_profile[1]) / (2.0 * step)
-    partner_face = met.partner_face[2]
+    driving_slope = (met.driving_profile[3] - met.driving_profile[1]) / (2.0 * step)
+    driving_face = met.driving_face[2]
     keep = 0.0 if sharp else 1.0
     ends = end_rounding(np.minimum(face - borders.face[0], borders.face[1] - face), keep * borders.end_edge_radius)
-    partner_ends = end_rounding(
-        np.minimum(partner_face - borders.partner_face[0], borders.partner_face[1] - partner_face),
-        keep * borders.partner_end_edge_radius,
+    driving_ends = end_rounding(
+        np.minimum(driving_face - borders.driving_face[0], borders.driving_face[1] - driving_face),
+        keep * borders.driving_end_edge_radius,
     )
-    separation[0] += ends + partner_ends
+    separation[0] += ends + driving_ends
     separation[0][_beyond_the_tip(pair, roll, face)] = np.inf
     return ContactLines(
         roll=roll,
@@ -272,9 +272,9 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         sliding=sliding,
         sliding_slope=sliding_slope,
         lever_arm=pair.lever_arm(position),
-        partner_profile=met.partner_profile[2] + partner_slope * moved,
-        partner_slope=partner_slope,
-        partner_face=partner_face,
-        low_edge_radius=np.where(low > borders.root, _rounded(borders.partner_tip_edge_radius, pair.base_pitch), 0.0),
+        driving_profile=met.driving_profile[2] + driving_slope * moved,
+        driving_slope=driving_slope,
+        driving_face=driving_face,
+        low_edge_radius=np.where(low > borders.root, _rounded(borders.driving_tip_edge_radius, pair.base_pitch), 0.0),
         high_edge_radius=np.full(low.shape, _rounded(borders.tip_edge_radius, pair.base_pitch)),
     )

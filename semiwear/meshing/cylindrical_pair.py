@@ -182,7 +182,7 @@ class CylindricalMesh:
     def overlap_ratio(self) -> float:
         """Base helix over the common face width, over the transverse base pitch (ISO 21771, 5.5)."""
         low, high = self.face_limits
-        other_low, other_high = self._partner_face
+        other_low, other_high = self._driving_face
         return abs(self._helix) * (min(high, other_high) - max(low, other_low)) / self.base_pitch
 
     @property
@@ -197,7 +197,7 @@ class CylindricalMesh:
         return -half, half
 
     @property
-    def _partner_face(self) -> tuple[float, float]:
+    def _driving_face(self) -> tuple[float, float]:
         half, middle = 0.5 * self.table.pinion_face_width_mm, self.table.face_offset_mm
         return middle - half, middle + half
 
@@ -266,16 +266,16 @@ class CylindricalMesh:
         return Borders(
             root=np.full(face.shape, gear_root),
             tip=np.full(face.shape, gear_tip - gear_inset),
-            partner_root=pinion_root,
-            partner_tip=pinion_tip - pinion_inset,
+            driving_root=pinion_root,
+            driving_tip=pinion_tip - pinion_inset,
             face=self.face_limits,
-            partner_face=self._partner_face,
+            driving_face=self._driving_face,
             tip_turn=np.full(face.shape, gear.tip_turn),
-            partner_tip_turn=pinion.tip_turn,
+            driving_tip_turn=pinion.tip_turn,
             tip_edge_radius=t.gear_tip_edge_radius_mm,
             end_edge_radius=t.gear_end_edge_radius_mm,
-            partner_tip_edge_radius=t.pinion_tip_edge_radius_mm,
-            partner_end_edge_radius=t.pinion_end_edge_radius_mm,
+            driving_tip_edge_radius=t.pinion_tip_edge_radius_mm,
+            driving_end_edge_radius=t.pinion_end_edge_radius_mm,
         )
 
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
@@ -306,11 +306,11 @@ class CylindricalMesh:
             separation=self._lever * (nominal - touching),
             position=position,
             normal=normal,
-            partner_profile=pinion.profile_from_roll(own),
-            partner_face=height,
+            driving_profile=pinion.profile_from_roll(own),
+            driving_face=height,
         )
 
-    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and unit normals of the pinion's involute helicoid in its own frame."""
         pinion, _ = self._flanks
         phase = -involute_function(self.table.working_pressure_angle)
@@ -353,7 +353,7 @@ class CylindricalMesh:
 
     def prism_body(self, body: int) -> PrismBody:
         """One section, normal to the teeth, over the whole width."""
-        low, high = self._partner_face if body == DRIVING else self.face_limits
+        low, high = self._driving_face if body == DRIVING else self.face_limits
         # a right-hand pinion's teeth go with z towards +x, where the gear pushes them back to; the gear's the same
         # way, but the pinion pushes them towards -x
         sense = 1 if (self.table.hand == "right") == (body == DRIVING) else -1

@@ -149,22 +149,22 @@ class FaceGearMesh:
         tip_turn = self._tip_turn_driven(face)
         tip_inset = keep * _edge_inset(t.gear_tip_edge_radius_mm, tip_turn)
         # the pinion's flank leaves its tip circle under 90 degrees less the pressure angle there
-        partner_turn = 0.5 * pi - np.arctan(pinion.tip_roll_angle)
-        partner_inset = keep * float(_edge_inset(t.pinion_tip_edge_radius_mm, partner_turn))
+        driving_turn = 0.5 * pi - np.arctan(pinion.tip_roll_angle)
+        driving_inset = keep * float(_edge_inset(t.pinion_tip_edge_radius_mm, driving_turn))
         half_width = 0.5 * t.pinion_face_width_mm
         return Borders(
             root=np.full(face.shape, self.gear.root_profile),
             tip=self.gear.tip_profile(face) - tip_inset,
-            partner_root=float(pinion.profile_from_roll(np.array(max(pinion.form_roll_angle, 0.0)))),
-            partner_tip=float(pinion.profile_from_roll(np.array(pinion.tip_roll_angle))) - partner_inset,
+            driving_root=float(pinion.profile_from_roll(np.array(max(pinion.form_roll_angle, 0.0)))),
+            driving_tip=float(pinion.profile_from_roll(np.array(pinion.tip_roll_angle))) - driving_inset,
             face=self.face_limits,
-            partner_face=(t.pinion_centre_mm - half_width, t.pinion_centre_mm + half_width),
+            driving_face=(t.pinion_centre_mm - half_width, t.pinion_centre_mm + half_width),
             tip_turn=tip_turn,
-            partner_tip_turn=float(partner_turn),
+            driving_tip_turn=float(driving_turn),
             tip_edge_radius=t.gear_tip_edge_radius_mm,
             end_edge_radius=t.gear_end_edge_radius_mm,
-            partner_tip_edge_radius=t.pinion_tip_edge_radius_mm,
-            partner_end_edge_radius=t.pinion_end_edge_radius_mm,
+            driving_tip_edge_radius=t.pinion_tip_edge_radius_mm,
+            driving_end_edge_radius=t.pinion_end_edge_radius_mm,
         )
 
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
@@ -188,8 +188,8 @@ class FaceGearMesh:
             separation=self.pinion.base_radius * (nominal - touching),
             position=position,
             normal=rotate(normals),
-            partner_profile=self.pinion.profile_from_roll(roll_angle),
-            partner_face=local[..., 2],
+            driving_profile=self.pinion.profile_from_roll(roll_angle),
+            driving_face=local[..., 2],
         )
 
     def sliding(self, position: FloatArray) -> FloatArray:
@@ -227,7 +227,7 @@ class FaceGearMesh:
         height = self.pinion.pitch_radius * (1.0 - np.asarray(face) / self.gear.pitch_radius)
         return self.gear.profile_from_height(face, height)
 
-    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and unit normals of the pinion's involute in its own frame."""
         pinion = self.pinion
         return driving_involute(self, face, pinion.roll_from_profile(profile), pinion.base_radius, pinion.flank_phase)
@@ -235,7 +235,7 @@ class FaceGearMesh:
     def prism_body(self, body: int) -> PrismBody:
         """One section of the pinion; seven of the gear, whose section changes with radius."""
         if body == DRIVING:
-            low, high = self.borders(np.array([self.gear.pitch_radius])).partner_face
+            low, high = self.borders(np.array([self.gear.pitch_radius])).driving_face
             return PrismBody(high - low, low, (0.5 * (low + high),), (self.pinion.section(),))
         low, high = self.face_limits
         faces = tuple(float(face) for face in np.linspace(low, high, _GEAR_SECTIONS))

@@ -96,11 +96,11 @@ def depth_between(
         depth = own if depth is None else own + depth
     if driving:
         away = grid.profile - lines.profile[..., None]
-        profile = lines.partner_profile[..., None] + lines.partner_slope[..., None] * away
-        face = np.broadcast_to(lines.partner_face[..., None], profile.shape)
+        profile = lines.driving_profile[..., None] + lines.driving_slope[..., None] * away
+        face = np.broadcast_to(lines.driving_face[..., None], profile.shape)
         near = (lines.separation[0] < np.inf)[..., None]
     for one in driving:
-        met = one.depth(profile, face, borders.partner_root, borders.partner_tip, borders.partner_face)
+        met = one.depth(profile, face, borders.driving_root, borders.driving_tip, borders.driving_face)
         met = np.where(near, met, 0.0)
         depth = met if depth is None else met + depth
     return depth

@@ -151,7 +151,7 @@ def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def smooth_value(values, nodes, split, cell, x):  # type: ignore[no-untyped-def]
-    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: what is gone between nodes.
+    """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: what is removed between nodes.
 
     Footprints, pressures and patches all read it so. Pressure answers to the slope of a gap: between straight pieces
     it would have a peak at every node. With the mean slope everywhere (Catmull and Rom 1974) a crest would rise

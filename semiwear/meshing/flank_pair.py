@@ -58,15 +58,15 @@ class Meeting:
     position : (..., 3) array [mm]
     normal : (..., 3) array
         Unit normal out of the driven body.
-    partner_profile, partner_face : arrays [mm]
+    driving_profile, driving_face : arrays [mm]
         Where the driving flank is met.
     """
 
     separation: FloatArray
     position: FloatArray
     normal: FloatArray
-    partner_profile: FloatArray
-    partner_face: FloatArray
+    driving_profile: FloatArray
+    driving_face: FloatArray
 
 
 @dataclass(frozen=True)
@@ -79,30 +79,30 @@ class Borders:
     ----------
     root, tip : (S,) arrays [mm]
         Profile coordinate of the driven flank's ends at each face station.
-    partner_root, partner_tip : float [mm]
+    driving_root, driving_tip : float [mm]
         Profile coordinate of the driving flank's ends.
     face : (float, float) [mm]
         Ends of the driven flank.
-    partner_face : (float, float) [mm]
+    driving_face : (float, float) [mm]
         Ends of the driving flank.
     tip_turn : (S,) array [rad]
-    partner_tip_turn : float [rad]
+    driving_tip_turn : float [rad]
         By which the outlines of both bodies turn at their tip edges.
-    tip_edge_radius, end_edge_radius, partner_tip_edge_radius, partner_end_edge_radius : float [mm]
+    tip_edge_radius, end_edge_radius, driving_tip_edge_radius, driving_end_edge_radius : float [mm]
     """
 
     root: FloatArray
     tip: FloatArray
-    partner_root: float
-    partner_tip: float
+    driving_root: float
+    driving_tip: float
     face: tuple[float, float]
-    partner_face: tuple[float, float]
+    driving_face: tuple[float, float]
     tip_turn: FloatArray
-    partner_tip_turn: float
+    driving_tip_turn: float
     tip_edge_radius: float
     end_edge_radius: float
-    partner_tip_edge_radius: float
-    partner_end_edge_radius: float
+    driving_tip_edge_radius: float
+    driving_end_edge_radius: float
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ class FlankPair(Protocol):
     def meeting(self, face: FloatArray, profile: FloatArray, roll: FloatArray) -> Meeting:
         """Point of the driving flank that a driven point (face, profile) meets at a roll; arguments broadcast."""
 
-    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and unit normals of the driving flank in that body's own frame, from its own coordinates [mm]."""
 
     def sliding(self, position: FloatArray) -> FloatArray:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.geometry.involute import involute
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.point_flank_body import frame_about
 
@@ -59,7 +58,7 @@ def flank_ends(pair: FlankPair, body: int, face: FloatArray) -> tuple[FloatArray
     borders = pair.borders(face, sharp=True)
     if body == DRIVEN:
         return borders.root, borders.tip
-    return np.full(face.shape, borders.partner_root), np.full(face.shape, borders.partner_tip)
+    return np.full(face.shape, borders.driving_root), np.full(face.shape, borders.driving_tip)
 
 
 def own_flank(pair: FlankPair, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -77,7 +76,7 @@ def own_flank(pair: FlankPair, body: int, face: FloatArray, profile: FloatArray)
     points, normals : (..., 3) arrays [mm], [1]
     """
     if body == DRIVING:
-        return pair.driving_flank(face, profile)
+        return pair.driving_points(face, profile)
     met = pair.meeting(face, profile, np.zeros(1))
     return _in_own_frame(pair, body, met.position, met.normal)
 
@@ -106,9 +105,8 @@ def driving_involute(
     """
     face, roll = np.broadcast_arrays(np.asarray(face, float), roll)
     centre = axis_of(pair, DRIVING).point
-    radius, polar = involute(base, roll)
-    turn = phase + lead / base * face
-    polar, tangent = polar + turn, roll + turn  # the latter is the angle of the base circle's tangent
+    tangent = roll + phase + lead / base * face  # angle of the base circle's tangent
+    polar, radius = tangent - np.arctan(roll), base * np.sqrt(1.0 + roll**2)
     points = np.stack([radius * np.sin(polar), -radius * np.cos(polar), face], axis=-1) + centre
     normals = np.stack([-np.cos(tangent), -np.sin(tangent), np.full(face.shape, lead)], axis=-1)
     return _in_own_frame(pair, DRIVING, points, normals / np.sqrt(1.0 + lead**2))

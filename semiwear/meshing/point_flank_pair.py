@@ -226,8 +226,8 @@ class PointFlankMesh:
             separation=(driving.sense * ahead * touched.lever).reshape(shape),
             position=position.reshape(spread),
             normal=normal.reshape(spread),
-            partner_profile=driving.profile_at(touched.u, driving.mean_length).reshape(shape),
-            partner_face=driving.face_at(touched.v).reshape(shape),
+            driving_profile=driving.profile_at(touched.u, driving.mean_length).reshape(shape),
+            driving_face=driving.face_at(touched.v).reshape(shape),
         )
 
     def sliding(self, position: FloatArray) -> FloatArray:
@@ -254,29 +254,29 @@ class PointFlankMesh:
     def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
         """Limits of both flanks: the outermost rows and columns of their points."""
         driving, driven = self.flanks.bodies
-        (partner_tip_radius, partner_end_radius), (tip_radius, end_radius) = self.flanks.edge_radii
+        (driving_tip_radius, driving_end_radius), (tip_radius, end_radius) = self.flanks.edge_radii
         face = np.asarray(face, float)
         keep = 0.0 if sharp else 1.0
         v = driven.v_at(face)
         tip_turn = driven.tip_turn(np.clip(v, 0.0, 1.0))
-        partner_turn = self._partner_tip_turn
+        driving_turn = self._driving_tip_turn
         return Borders(
             root=np.zeros(face.shape),
             tip=driven.profile_length(v) - keep * tip_radius * np.tan(0.5 * tip_turn),
-            partner_root=0.0,
-            partner_tip=driving.mean_length - keep * partner_tip_radius * float(np.tan(0.5 * partner_turn)),
+            driving_root=0.0,
+            driving_tip=driving.mean_length - keep * driving_tip_radius * float(np.tan(0.5 * driving_turn)),
             face=driven.face_limits,
-            partner_face=driving.face_limits,
+            driving_face=driving.face_limits,
             tip_turn=tip_turn,
-            partner_tip_turn=partner_turn,
+            driving_tip_turn=driving_turn,
             tip_edge_radius=tip_radius,
             end_edge_radius=end_radius,
-            partner_tip_edge_radius=partner_tip_radius,
-            partner_end_edge_radius=partner_end_radius,
+            driving_tip_edge_radius=driving_tip_radius,
+            driving_end_edge_radius=driving_end_radius,
         )
 
     @cached_property
-    def _partner_tip_turn(self) -> float:
+    def _driving_tip_turn(self) -> float:
         return float(np.mean(self.flanks.driving.tip_turn(np.linspace(0.0, 1.0, 21))))
 
     def flank_place(self, body: int, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -306,7 +306,7 @@ class PointFlankMesh:
         """Where the gear's flank crosses its pitch surface [mm]."""
         return self.profile_at(face, np.zeros(np.shape(face)))
 
-    def driving_flank(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def driving_points(self, face: FloatArray, profile: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and unit normals of the pinion's surface in its own frame."""
         own = self.flanks.driving
         return own.points(own.u_at(profile, own.mean_length), own.v_at(face))

@@ -404,6 +404,6 @@ def _with_shared_face(flanks: PointFlanks) -> PointFlanks:
     low, high = flanks.driven.face_limits
     face = np.linspace(low, high, _FACES)
     met = mesh.meeting(face, mesh.pitch_profile(face), np.zeros(1))
-    slope, offset = np.polyfit(face, driving.v_at(met.partner_face), 1)
+    slope, offset = np.polyfit(face, driving.v_at(met.driving_face), 1)
     ends = (float(-offset / slope), float((1.0 - offset) / slope))
     return replace(flanks, bodies=(replace(driving, face_ends=ends), flanks.driven))

@@ -1,6 +1,6 @@
-"""Material that is gone from two flanks, as the slices of a roll position meet it.
+"""Material removed from two flanks, as the slices of a roll position meet it.
 
-Wear of the driven flank is the same at every roll position. What is gone from the driving flank is met elsewhere at
+Wear of the driven flank is the same at every roll position. What the driving flank lacks is met elsewhere at
 each of them, so that it has a row of its own for every roll position; and that flank goes on beyond the tip of the
 driven one.
 """

@@ -98,9 +98,9 @@ def _margin(pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatA
         borders.tip - profile,
         face - borders.face[0],
         borders.face[1] - face,
-        met.partner_face - borders.partner_face[0],
-        borders.partner_face[1] - met.partner_face,
-        borders.partner_tip - met.partner_profile,
+        met.driving_face - borders.driving_face[0],
+        borders.driving_face[1] - met.driving_face,
+        borders.driving_tip - met.driving_profile,
     )
     return np.asarray(np.min(np.stack(np.broadcast_arrays(*distances)), axis=0))
 
@@ -393,7 +393,7 @@ def separation_of_neighbours(
             aligned="check the tips of both bodies, the distance of the axes and where the faces lie",
         )
     leading = by_position.argmin(axis=0) * steps + np.arange(steps)
-    if np.any(lines.partner_slope[rows, nearest][leading] == 0.0):
+    if np.any(lines.driving_slope[rows, nearest][leading] == 0.0):
         raise misplaced(
             pair,
             "a gear that reaches inside the pinion's base circle",

@@ -23,10 +23,10 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
+from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
-from semiwear.meshing.partner_flank import PartnerFlank, partner_flank
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
@@ -168,7 +168,7 @@ class Plan:
             half_width=whole,
             zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
-            partner=self._partner(pair, shape, problem.is_near(shape.fine)),
+            driving=self._driving(pair, shape, problem.is_near(shape.fine)),
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -213,8 +213,8 @@ class Plan:
         if body == DRIVEN:
             profile = teeth.pair.profile_at(face, np.full(face.size, point.height_mm))
             return ControlPoint(point.station_mm, profile)
-        assert teeth.partner is not None
-        nodes = teeth.partner.grid.profile
+        assert teeth.driving is not None
+        nodes = teeth.driving.grid.profile
         heights, _ = teeth.pair.flank_place(DRIVING, face[:, None], nodes)
         read = [np.interp(point.height_mm, height, own) for height, own in zip(heights, nodes, strict=True)]
         return ControlPoint(point.station_mm, np.array(read), DRIVING)
@@ -255,11 +255,11 @@ class Plan:
                 modification = effects.deviation_depth(scene, pair, fine, grid)
         return _Shape(fine, grid, modification)
 
-    def _partner(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> PartnerFlank | None:
+    def _driving(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> DrivingFlank | None:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None
-        return partner_flank(pair, shape.fine, shape.grid, near)
+        return driving_flank(pair, shape.fine, shape.grid, near)
 
     def _unworn_zero(
         self, pair: FlankPair, rolls: RollGrid, shape: _Shape, problem: ContactProblem, half_width: float

@@ -144,7 +144,7 @@ def _free_edges(
         (_Elastic.of(scene, "pinion"), _Elastic.of(scene, "gear")),
         (bodies[DRIVING].depth, bodies[DRIVEN].depth) if bodies else None,
         half_width,
-        tip_turns=(borders.partner_tip_turn, borders.tip_turn),
+        tip_turns=(borders.driving_tip_turn, borders.tip_turn),
         strength=strength,
     )
 
@@ -309,8 +309,8 @@ def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, Hardne
     grid = teeth.grid
     away = np.abs(grid.profile - teeth.pair.pitch_profile(grid.face)[:, None])
     driven = replace(law, surface=np.where(away <= table.pitch_band_mm, ratio, 1.0))
-    if teeth.partner is None:
+    if teeth.driving is None:
         return law, driven
-    own = teeth.partner.grid
+    own = teeth.driving.grid
     height, _ = teeth.pair.flank_place(DRIVING, own.face[:, None], own.profile)
     return replace(law, surface=np.where(np.abs(height) <= table.pitch_band_mm, ratio, 1.0)), driven

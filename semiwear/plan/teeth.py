@@ -68,7 +68,7 @@ def _beyond(scene: Scene, pair: FlankPair, index: int, material: Material, place
 def _influence(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
     data = read_influence(scene.numerics.tooth_compliance)
     borders = pair.borders(lines.face, sharp=True)
-    ends = ((borders.partner_root, borders.partner_tip), (borders.root, borders.tip))
+    ends = ((borders.driving_root, borders.driving_tip), (borders.root, borders.tip))
     bodies = []
     for index, material in enumerate((scene.material.pinion, scene.material.gear)):
         shape = pair.prism_body(index)
@@ -82,7 +82,7 @@ def _influence(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[Comp
 
 def _places(lines: ContactLines, body: int) -> LinePlaces:
     if body == DRIVING:
-        return LinePlaces(lines.partner_profile, lines.partner_slope, lines.partner_face)
+        return LinePlaces(lines.driving_profile, lines.driving_slope, lines.driving_face)
     shape = lines.profile.shape
     return LinePlaces(lines.profile, np.ones(shape), np.broadcast_to(lines.face, shape))
 

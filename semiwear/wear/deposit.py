@@ -90,18 +90,18 @@ def factor_at(what, k, i, place):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _add_pieces(u, g, start, stop, least, room, share, edge, mass, middle, at_edge, pieces):  # type: ignore[no-untyped-def]
+def _add_pieces(u, g, start, stop, least, depth, share, edge, mass, middle, at_edge, pieces):  # type: ignore[no-untyped-def]
     """Append the stretches of a footprint between two points of the outline, whose shares sum up to `share`."""
     area, begin = 0.0, pieces
     for c in range(start, stop):
-        if min(g[c], g[c + 1]) - least >= room:
+        if min(g[c], g[c + 1]) - least >= depth:
             continue
-        u_a, u_b, t_a, t_b = clipped(room, least, u[c], g[c], u[c + 1], g[c + 1])
+        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
         if u_b > u_a:
-            mass[pieces], below = segment(room, u_b - u_a, t_a, t_b)
+            mass[pieces], below = segment(depth, u_b - u_a, t_a, t_b)
             # its centroid: a depth that alternates from node to node would not be felt in the middle
             a, b = t_a * t_a, t_b * t_b
-            inside = (below / mass[pieces] - a) / (b - a) if abs(a - b) > _EVEN * room else 0.5
+            inside = (below / mass[pieces] - a) / (b - a) if abs(a - b) > _EVEN * depth else 0.5
             middle[pieces] = u_a + min(max(inside, 0.0), 1.0) * (u_b - u_a)
             at_edge[pieces] = edge
             area += mass[pieces]
@@ -120,12 +120,12 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
     mass, middle, at_edge = space.mass, space.middle, space.at_edge
-    room, count, least = reached(gap, half_width, space.slopes, space.work)
+    depth, count, least = reached(gap, half_width, space.slopes, space.work)
     u, g = space.work[2], space.work[3]
     edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
     pieces = 0
     if apart < 1.0:
-        pieces = _add_pieces(u, g, 0, count - 1, least, room, 1.0 - apart, 0, mass, middle, at_edge, pieces)
+        pieces = _add_pieces(u, g, 0, count - 1, least, depth, 1.0 - apart, 0, mass, middle, at_edge, pieces)
     if apart > 0.0:
         for side in (-1, 1):
             start, stop = (0, ridge) if side < 0 else (ridge, count - 1)
@@ -134,7 +134,7 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
                 bottom = g[start : stop + 1].min()
                 mark = edge if side == edge else VALLEY
                 pieces = _add_pieces(
-                    u, g, start, stop, bottom, room, apart * own, mark, mass, middle, at_edge, pieces
+                    u, g, start, stop, bottom, depth, apart * own, mark, mass, middle, at_edge, pieces
                 )
     return pieces
 

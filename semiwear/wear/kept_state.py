@@ -40,8 +40,8 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
     arrays["stride"] = np.array(state.stride, dtype=float)
     arrays |= {f"volume.{entry.name}": getattr(state.volume, entry.name) for entry in fields(WearVolume)}
-    if state.contact.partner_wear is not None:
-        arrays["partner_wear"] = state.contact.partner_wear
+    if state.contact.driving_wear is not None:
+        arrays["driving_wear"] = state.contact.driving_wear
     for k, contact in enumerate((state.contact, *state.cases)):
         arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in _PRESSED}
         arrays[f"{k}.edge_residual"] = np.array(contact.edge_residual)
@@ -63,9 +63,9 @@ def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
 
 
 def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> LoadedState:
-    wear, partner = arrays["wear"], arrays.get("partner_wear")
-    fine, coarse = teeth.touch(teeth.removed(wear, partner))
+    wear, driving = arrays["wear"], arrays.get("driving_wear")
+    fine, coarse = teeth.touch(teeth.removed(wear, driving))
     loads = TeethLoads(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(TeethLoads)})
     pressed: Options = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
     residual = float(arrays[f"{k}.edge_residual"])
-    return LoadedState(wear, fine, replace(coarse, **pressed), loads, partner, residual)
+    return LoadedState(wear, fine, replace(coarse, **pressed), loads, driving, residual)

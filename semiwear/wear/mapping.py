@@ -25,7 +25,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.swept_line import Sweep, partner_wear_of_mesh, wear_of_mesh
+from semiwear.wear.swept_line import Sweep, driving_wear_of_mesh, wear_of_mesh
 
 __all__ = [
     "Growth",
@@ -35,7 +35,7 @@ __all__ = [
     "WearMultipliers",
     "WeightedLoads",
     "Worn",
-    "driving_wear_of_mesh",
+    "driving_wear_at",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -141,12 +141,12 @@ class InterpolatedWear:
 
     Attributes
     ----------
-    grow, grow_partner : callable
+    grow, grow_driving : callable
         How depths of the driven and the driving flank add up.
     """
 
     grow: Growth = np.add
-    grow_partner: Growth = np.add
+    grow_driving: Growth = np.add
 
     def of_mesh(
         self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
@@ -174,9 +174,9 @@ class InterpolatedWear:
             removed = teeth.removed(driven, driving, slices)
             what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
             mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
-            if driving is not None and teeth.partner is not None:
-                partner_mesh = partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what, taken[DRIVING])
-                driving = self.grow_partner(driving, wear_depth(multipliers.driving / cycles, partner_mesh))
+            if driving is not None and teeth.driving is not None:
+                driving_mesh = driving_wear_of_mesh(teeth.fine, teeth.driving, removed, *what, taken[DRIVING])
+                driving = self.grow_driving(driving, wear_depth(multipliers.driving / cycles, driving_mesh))
             driven = self.grow(driven, wear_depth(multipliers.driven / cycles, mesh))
         on_edges[DRIVEN] = multipliers.driven / cycles * taken[DRIVEN, 1]
         on_edges[DRIVING] = multipliers.driving / cycles * taken[DRIVING, 1]
@@ -231,14 +231,14 @@ class MarchedWear:
         return Worn(np.maximum(depth, worn.driven)), on_edges
 
 
-def driving_wear_of_mesh(
+def driving_wear_at(
     teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
-    assert teeth.partner is not None
+    assert teeth.driving is not None
     slices = _with_neighbours(slices, worn.driven.shape[0])
     what = (motion, _line_load(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
-    return partner_wear_of_mesh(teeth.fine, teeth.partner, teeth.removed(*worn, slices), *what)
+    return driving_wear_of_mesh(teeth.fine, teeth.driving, teeth.removed(*worn, slices), *what)
 
 
 def _cells(passage: WeightedLoads) -> PatchCells:

@@ -78,7 +78,7 @@ class WearState:
     @property
     def worn(self) -> Worn:
         """Wear depths of both flanks [mm]."""
-        return Worn(self.contact.wear, self.contact.partner_wear)
+        return Worn(self.contact.wear, self.contact.driving_wear)
 
     @property
     def deepest(self) -> dict[str, float]:

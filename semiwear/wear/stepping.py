@@ -26,7 +26,7 @@ from semiwear.wear.mapping import (
     WearMultipliers,
     WeightedLoads,
     Worn,
-    driving_wear_of_mesh,
+    driving_wear_at,
 )
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.swept_line import Sweep, own_wear, sweep
@@ -100,10 +100,10 @@ class WearStepper:
     def start(self) -> WearState:
         """The unworn flanks."""
         teeth = self.teeth
-        partner = None if teeth.partner is None else np.zeros(teeth.partner.grid.profile.shape)
+        driving = None if teeth.driving is None else np.zeros(teeth.driving.grid.profile.shape)
         wear = np.zeros(teeth.grid.profile.shape)
-        cases = tuple(case.teeth.load(wear, None, partner) for case in self.cases)
-        return WearState(0.0, teeth.load(wear, None, partner), cases=cases)
+        cases = tuple(case.teeth.load(wear, None, driving) for case in self.cases)
+        return WearState(0.0, teeth.load(wear, None, driving), cases=cases)
 
     def step(self, state: WearState, meshes: float) -> WearState:
         """The state `meshes` engagements later."""
@@ -148,8 +148,8 @@ class WearStepper:
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm], from the wear of its flank."""
-        partner = self.teeth.partner
-        grid = self.teeth.grid if point.body == DRIVEN or partner is None else partner.grid
+        driving = self.teeth.driving
+        grid = self.teeth.grid if point.body == DRIVEN or driving is None else driving.grid
         return grid.interpolate(wear, point.face, point.profile)
 
     def multipliers(self, meshes: float) -> WearMultipliers:
@@ -225,8 +225,8 @@ class _CaseStep:
             if stepper.depth_factor is not None:
                 total = total * _at_lines(teeth, stepper.depth_factor(self.state.wear), coarse.profile)
         if stepper.coefficients.driving:
-            partner = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
-            total = total + partner if total.size else partner
+            driving = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
+            total = total + driving if total.size else driving
         return self.case.others * total
 
     def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
@@ -382,7 +382,7 @@ class _Step:
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:
-            rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_of_mesh(*start))
+            rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_at(*start))
         if rate <= 0.0:
             raise ConvergenceError(
                 f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
@@ -417,9 +417,9 @@ class _Step:
         place, spacing = self.state.contact.coarse.profile[:, slices], teeth.lines.spacing[:, slices]
         if point.body == DRIVING:
             lines = teeth.lines
-            moved = (place - lines.profile[:, slices]) * lines.partner_slope[:, slices]
-            place = lines.partner_profile[:, slices] + moved
-            spacing = spacing / np.maximum(np.abs(lines.partner_slope[:, slices]), _LEAST_SLOPE)
+            moved = (place - lines.profile[:, slices]) * lines.driving_slope[:, slices]
+            place = lines.driving_profile[:, slices] + moved
+            spacing = spacing / np.maximum(np.abs(lines.driving_slope[:, slices]), _LEAST_SLOPE)
         loaded = np.any([one.loads.force[:, slices] > 0.0 for one in self.state.loaded], axis=0)
         reach = 3.0 * teeth.half_width / float(spacing.min())
         near = loaded & (np.abs(place - point.profile[slices]) <= reach)

@@ -26,15 +26,15 @@ from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.driving_flank import DrivingFlank
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
-from semiwear.meshing.partner_flank import PartnerFlank
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.surface_speed import line_speed
 from semiwear.wear.deposit import Spread, spread_over_flank
-from semiwear.wear.partner_deposit import spread_over_partner
+from semiwear.wear.driving_deposit import spread_over_driving_flank
 
-__all__ = ["Sweep", "fresh_sweep", "own_wear", "partner_wear_of_mesh", "sweep", "wear_of_mesh"]
+__all__ = ["Sweep", "driving_wear_of_mesh", "fresh_sweep", "own_wear", "sweep", "wear_of_mesh"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -77,7 +77,7 @@ class Sweep:
         return np.hypot(self.sliding[..., 0], self.sliding[..., 1]) / self.speed
 
     @property
-    def partner_specific_sliding(self) -> FloatArray:
+    def driving_specific_sliding(self) -> FloatArray:
         """|v_s| / v_n of the driving body: its line moves like the driven body's less the sliding."""
         own = np.abs(self.direction * self.speed - self.sliding[..., 0])
         return np.hypot(self.sliding[..., 0], self.sliding[..., 1]) / np.maximum(own, 1e-3 * self.speed)
@@ -167,9 +167,9 @@ def wear_of_mesh(
     return spread_over_flank(lines, grid, removed, half_width, what, slices, taken)
 
 
-def partner_wear_of_mesh(
+def driving_wear_of_mesh(
     lines: ContactLines,
-    partner: PartnerFlank,
+    driving: DrivingFlank,
     removed: Removed,
     motion: Sweep,
     line_load: FloatArray,
@@ -180,7 +180,7 @@ def partner_wear_of_mesh(
 ) -> FloatArray:
     """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
     what = _what(motion, line_load, modulus)
-    return spread_over_partner(lines, partner, removed, half_width, what, slices, taken)
+    return spread_over_driving_flank(lines, driving, removed, half_width, what, slices, taken)
 
 
 @njit(cache=True, error_model="numpy")
@@ -235,8 +235,8 @@ def own_wear(
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])
     place, spacing = motion.place, lines.spacing
     if body == DRIVING:
-        place = lines.partner_profile + lines.partner_slope * (place - lines.profile)
-        spacing = spacing / np.abs(lines.partner_slope)
+        place = lines.driving_profile + lines.driving_slope * (place - lines.profile)
+        spacing = spacing / np.abs(lines.driving_slope)
     _own_wear(
         place, distance, growth, _FARTHEST * _flank_height(lines), 1.0 / (spacing * lines.length), sliding,
         motion.time, worn.half_width / spacing, out,

@@ -98,6 +98,6 @@ def map_volume(teeth: LoadedTeeth, driven: FloatArray, driving: FloatArray | Non
     """Volume of the wear depths on the maps of both flanks, (face, profile) [mm]: (body,) array [mm^3]."""
     volume = np.zeros(len(BODIES))
     volume[DRIVEN] = np.sum(driven * flank_area(teeth.pair, DRIVEN, teeth.grid))
-    if driving is not None and teeth.partner is not None:
-        volume[DRIVING] = np.sum(driving * flank_area(teeth.pair, DRIVING, teeth.partner.grid))
+    if driving is not None and teeth.driving is not None:
+        volume[DRIVING] = np.sum(driving * flank_area(teeth.pair, DRIVING, teeth.driving.grid))
     return volume

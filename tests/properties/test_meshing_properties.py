@@ -61,8 +61,8 @@ def test_no_flank_point_is_nearer_than_the_contact_point(placement, roll):
     borders = pair.borders(face[:, 0], sharp=True)
     profile = borders.root[:, None] + (borders.tip - borders.root)[:, None] * np.linspace(0.0, 1.0, 61)
     met = pair.meeting(face, profile, np.array(roll))
-    reached = met.partner_profile <= borders.partner_tip
-    reached &= (met.partner_face >= borders.partner_face[0]) & (met.partner_face <= borders.partner_face[1])
+    reached = met.driving_profile <= borders.driving_tip
+    reached &= (met.driving_face >= borders.driving_face[0]) & (met.driving_face <= borders.driving_face[1])
     if reached.any():
         # on a border the search is as fine as its slices
         slack = 1e-7 if points.inside[0] else 0.05

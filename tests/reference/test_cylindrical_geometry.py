@@ -314,8 +314,8 @@ def test_sections_are_smooth_and_carry_the_profile_coordinate(kind, body):
     steps = np.diff(section.flank_profile)
     assert np.all(steps < 0.0)
     borders = kind.borders(np.zeros(1), sharp=True)
-    root = float(borders.root[0]) if body == DRIVEN else borders.partner_root
-    tip = float(borders.tip[0]) if body == DRIVEN else borders.partner_tip
+    root = float(borders.root[0]) if body == DRIVEN else borders.driving_root
+    tip = float(borders.tip[0]) if body == DRIVEN else borders.driving_tip
     assert section.flank_profile[0] == pytest.approx(tip, abs=1e-6)
     assert section.flank_profile[-1] == pytest.approx(root, abs=0.12)
     # as high as the tooth is, and as thick at its tip

@@ -143,8 +143,8 @@ def contact_places(scene, tree):
         left, right = high - ratio * (high - low), low + ratio * (high - low)
         one, two = (pair.meeting(face, place, roll) for place in (left, right))
         # beyond the pinion's tip there is no flank
-        less = np.where(one.partner_profile > borders.partner_tip, np.inf, one.separation) < np.where(
-            two.partner_profile > borders.partner_tip, 1e9, two.separation
+        less = np.where(one.driving_profile > borders.driving_tip, np.inf, one.separation) < np.where(
+            two.driving_profile > borders.driving_tip, 1e9, two.separation
         )
         low, high = np.where(less, low, left), np.where(less, right, high)
     return pair.meeting(face, 0.5 * (low + high), roll)

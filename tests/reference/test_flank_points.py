@@ -86,8 +86,8 @@ def test_separation_of_the_face_gear(face_gear, placement):
     face, roll = face_stations(exact, 15), np.linspace(-0.9, 0.9, 13)
     lines = [trace_contact_lines(pair, roll, face) for pair in (exact, mesh)]
     ends = exact.borders(face)
-    depth = lines[0].partner_profile - ends.partner_root
-    inside = (lines[0].separation[0] < 0.1) & (depth > 0.0) & (depth < ends.partner_tip - ends.partner_root)
+    depth = lines[0].driving_profile - ends.driving_root
+    inside = (lines[0].separation[0] < 0.1) & (depth > 0.0) & (depth < ends.driving_tip - ends.driving_root)
     assert inside.sum() > 30
     gaps = [line.separation[0] for line in lines]
     # a displaced pair is turned on until it touches: what is left is common to all
@@ -97,7 +97,7 @@ def test_separation_of_the_face_gear(face_gear, placement):
     assert (gaps[0] - shift)[inside] == pytest.approx(gaps[1][inside], abs=3e-6)
     assert lines[0].sliding[inside] == pytest.approx(lines[1].sliding[inside], abs=2e-2)
     # curvatures where the difference quotients stay on both flanks
-    inside &= (depth > 1.0) & (depth < ends.partner_tip - ends.partner_root - 1.0)
+    inside &= (depth > 1.0) & (depth < ends.driving_tip - ends.driving_root - 1.0)
     assert lines[0].separation[2][inside] == pytest.approx(lines[1].separation[2][inside], rel=2e-3)
 
 

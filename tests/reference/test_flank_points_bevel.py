@@ -64,7 +64,7 @@ def test_without_ease_off_the_pair_is_conjugate(tmp_path):
     roll = np.linspace(-0.6, 0.6, 241)[:, None, None]
     met = mesh.meeting(face, profile, roll)
     ends = mesh.borders(face)
-    inside = (met.partner_profile > 0.0) & (met.partner_profile < ends.partner_tip)
+    inside = (met.driving_profile > 0.0) & (met.driving_profile < ends.driving_tip)
     least = np.where(inside, met.separation, np.inf).min(axis=0)
     touched = np.isfinite(least) & (np.argmin(np.where(inside, met.separation, np.inf), axis=0) > 0)
     touched &= np.argmin(np.where(inside, met.separation, np.inf), axis=0) < roll.size - 1
@@ -96,10 +96,10 @@ def test_beyond_both_flanks_everything_is_finite(scene, mesh):
     roll = np.linspace(-5.0, 5.0, 31)[:, None, None]
     for placement in (Placement(), Placement(offset_mm=0.5, axial_pinion_mm=-1.0, shaft_angle_error_mrad=5.0)):
         met = flank_pair(scene.gear_pair, placement).meeting(face, profile, roll)
-        for values in (met.separation, met.position, met.normal, met.partner_profile, met.partner_face):
+        for values in (met.separation, met.position, met.normal, met.driving_profile, met.driving_face):
             assert np.isfinite(values).all()
         # far above the tip the driving flank ends where it should
-        assert met.partner_profile.max() > mesh.borders(face).partner_tip
+        assert met.driving_profile.max() > mesh.borders(face).driving_tip
 
 
 @pytest.mark.parametrize("name", list(MOVES))

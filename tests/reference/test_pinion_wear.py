@@ -12,7 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.mapping import Worn
-from semiwear.wear.swept_line import fresh_sweep, partner_wear_of_mesh, sweep
+from semiwear.wear.swept_line import driving_wear_of_mesh, fresh_sweep, sweep
 from tests.strategies.effect_scenes import PLAIN
 
 PINION_TEETH, GEAR_TEETH = 25, 160
@@ -54,7 +54,7 @@ def sliding_speed(position, normal):
 
 def speed_over_pinion(lines):
     """v_n1 [mm per radian]: of the line over the involute, which unrolls into a plane (arc length, axis)."""
-    arc, axis, roll, face = lines.partner_profile, lines.partner_face, lines.roll, lines.face
+    arc, axis, roll, face = lines.driving_profile, lines.driving_face, lines.roll, lines.face
     along = np.stack([np.gradient(arc, face, axis=1), np.gradient(axis, face, axis=1)], axis=-1)
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     move = np.stack([np.gradient(arc, roll, axis=0), np.gradient(axis, roll, axis=0)], axis=-1)
@@ -64,7 +64,7 @@ def speed_over_pinion(lines):
 @pytest.fixture(scope="module")
 def fresh():
     teeth = plan(FINE).loaded_teeth()
-    state = teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
+    state = teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.driving.grid.profile.shape))
     return teeth, state
 
 
@@ -80,12 +80,12 @@ def free_of_borders(teeth, distance=2.0):
 
 
 def test_sliding_over_the_pinions_own_line_speed(fresh):
-    """`partner_specific_sliding` of fresh lines is |v_s|/v_n1 from the motions and the unrolled involute."""
+    """`driving_specific_sliding` of fresh lines is |v_s|/v_n1 from the motions and the unrolled involute."""
     teeth = fresh[0]
     lines, pair = teeth.fine, teeth.pair
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     expected = sliding_speed(met.position, met.normal) / speed_over_pinion(lines)
-    found = fresh_sweep(pair, lines).partner_specific_sliding
+    found = fresh_sweep(pair, lines).driving_specific_sliding
     free = free_of_borders(teeth)
     assert free.sum() > 3000
     assert np.abs(found - expected)[free].max() < 0.01 * expected[free].max()
@@ -93,13 +93,13 @@ def test_sliding_over_the_pinions_own_line_speed(fresh):
 
 def expected_on_pinion(teeth, amount):
     """A quantity known on the lines, at the pinion's nodes; NaN where no free line passes."""
-    lines, own, free = teeth.fine, teeth.partner.grid, free_of_borders(teeth)
-    places = np.column_stack([lines.partner_profile[free], lines.partner_face[free]])
+    lines, own, free = teeth.fine, teeth.driving.grid, free_of_borders(teeth)
+    places = np.column_stack([lines.driving_profile[free], lines.driving_face[free]])
     values = LinearNDInterpolator(places, amount[free])(
         own.profile, np.broadcast_to(own.face[:, None], own.profile.shape)
     )
-    low = np.min(lines.partner_profile, axis=0, where=free, initial=np.inf)
-    high = np.max(lines.partner_profile, axis=0, where=free, initial=-np.inf)
+    low = np.min(lines.driving_profile, axis=0, where=free, initial=np.inf)
+    high = np.max(lines.driving_profile, axis=0, where=free, initial=-np.inf)
     # triangles span what lies beyond the free stretches of their three slices: it is not known
     for beside in (-1, 0, 1):
         reached = (own.profile > np.roll(low, beside)[:, None]) & (own.profile < np.roll(high, beside)[:, None])
@@ -117,9 +117,9 @@ def swept_depth_on_pinion(teeth, line_load):
 
 def off_the_cusp(teeth, values):
     """Known nodes more than a contact width from where the line slides least, and off the ends of the face."""
-    lines, own = teeth.fine, teeth.partner.grid
+    lines, own = teeth.fine, teeth.driving.grid
     sliding = np.where(free_of_borders(teeth), np.hypot(*np.moveaxis(lines.sliding, -1, 0)), np.inf)
-    cusp = lines.partner_profile[np.argmin(sliding, axis=0), np.arange(own.face.size)]
+    cusp = lines.driving_profile[np.argmin(sliding, axis=0), np.arange(own.face.size)]
     clear = np.isfinite(values) & (np.abs(own.profile - cusp[:, None]) > 2.0 * teeth.half_width)
     clear[:3] = clear[-3:] = False
     return clear
@@ -128,17 +128,17 @@ def off_the_cusp(teeth, values):
 def test_the_rounding_of_the_gears_tip_meets_the_wall_beyond_it(fresh):
     """The driving flank goes on where the driven one ends; what is gone from the latter ends with it."""
     teeth, state = fresh
-    lines, own = teeth.fine, teeth.partner.grid
+    lines, own = teeth.fine, teeth.driving.grid
     wall = np.maximum(own.profile - own.profile[:, :1], 0.0) * 1e-3
     removed = teeth.removed(state.wear + 5e-3, wall)
     places = removed.grid.profile
-    k, i = np.nonzero(teeth.partner.near & np.isfinite(lines.separation[0]))
+    k, i = np.nonzero(teeth.driving.near & np.isfinite(lines.separation[0]))
     rounding = (lines.high_edge_radius / lines.spacing)[k, i]
     at_tip = np.isclose(lines.high[k, i], teeth.grid.profile[i, -1])
     assert at_tip.sum() > 100
     for a, b, reach in zip(k[at_tip], i[at_tip], rounding[at_tip], strict=True):
         beyond = (places[b] > lines.high[a, b]) & (places[b] <= lines.high[a, b] + reach)
-        met = lines.partner_profile[a, b] + lines.partner_slope[a, b] * (places[b][beyond] - lines.profile[a, b])
+        met = lines.driving_profile[a, b] + lines.driving_slope[a, b] * (places[b][beyond] - lines.profile[a, b])
         expected = 5e-3 + 1e-3 * np.clip(met - own.profile[0, 0], 0.0, np.ptp(own.profile[0]))
         assert beyond.any() and places[b, -1] >= lines.high[a, b] + reach - 1e-9
         np.testing.assert_allclose(removed.depth[removed.row[a], b, beyond], expected, atol=1e-6)
@@ -149,9 +149,9 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     lines, slices = teeth.fine, np.arange(teeth.grid.face.size)
     line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
     motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
-    removed = teeth.removed(state.wear, state.partner_wear)
-    mesh = partner_wear_of_mesh(
-        lines, teeth.partner, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
+    removed = teeth.removed(state.wear, state.driving_wear)
+    mesh = driving_wear_of_mesh(
+        lines, teeth.driving, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
     )
     expected = swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
@@ -174,14 +174,14 @@ def test_a_solved_load_wears_the_pinion_as_the_swept_line(one_step):
     expected = 1e5 * RATIO * K_PINION * swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
     assert clear.sum() > 1000
-    depth = state.contact.partner_wear
+    depth = state.contact.driving_wear
     # the contact's width blurs the ends of the load, which are few of the nodes
     assert np.quantile(np.abs(depth - expected)[clear], 0.95) < 0.02 * expected[clear].max()
 
 
 def volumes(teeth, worn):
     """Volume worn off one tooth of each body [mm^3]."""
-    grid, own, pair = teeth.grid, teeth.partner.grid, teeth.pair
+    grid, own, pair = teeth.grid, teeth.driving.grid, teeth.pair
     face, profile, step = grid.face[:, None], grid.profile, 1e-3
     along = (pair.gear.points(face + step, profile)[0] - pair.gear.points(face - step, profile)[0]) / (2.0 * step)
     across = (pair.gear.points(face, profile + step)[0] - pair.gear.points(face, profile - step)[0]) / (2.0 * step)
@@ -206,10 +206,10 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     # what an edge's rounding bears wears no flank
     load = np.where(free_of_borders(teeth), LOAD, 0.0)
     motion = sweep(lines, state.fine, pair.roll_per_time)
-    removed = teeth.removed(state.wear, state.partner_wear)
+    removed = teeth.removed(state.wear, state.driving_wear)
     slices = np.arange(teeth.grid.face.size)
-    mesh = partner_wear_of_mesh(
-        lines, teeth.partner, removed, motion, load, teeth.half_width, teeth.problem.modulus, slices
+    mesh = driving_wear_of_mesh(
+        lines, teeth.driving, removed, motion, load, teeth.half_width, teeth.problem.modulus, slices
     )
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
@@ -220,7 +220,7 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
 def test_depths_where_the_flanks_meet_are_as_their_line_speeds(one_step):
     """h1/h2 = (k1 N2/N1) v_n2/(k2 v_n1): load and sliding are common, and the line sweeps over both flanks."""
     teeth, _, state = one_step
-    lines, own = teeth.fine, teeth.partner.grid
+    lines, own = teeth.fine, teeth.driving.grid
     motion = fresh_sweep(teeth.pair, lines)
     free = free_of_borders(teeth, 4.0) & (motion.specific_sliding > 0.05)
     checked = []
@@ -230,10 +230,10 @@ def test_depths_where_the_flanks_meet_are_as_their_line_speeds(one_step):
         pinion = np.array(
             [
                 np.interp(
-                    lines.partner_face[k, i],
+                    lines.driving_face[k, i],
                     own.face,
                     [
-                        np.interp(lines.partner_profile[k, i], own.profile[j], state.worn.driving[j])
+                        np.interp(lines.driving_profile[k, i], own.profile[j], state.worn.driving[j])
                         for j in range(own.face.size)
                     ],
                 )
@@ -241,7 +241,7 @@ def test_depths_where_the_flanks_meet_are_as_their_line_speeds(one_step):
             ]
         )
         expected = (
-            RATIO * K_PINION / K_GEAR * motion.partner_specific_sliding[rolls, i] / motion.specific_sliding[rolls, i]
+            RATIO * K_PINION / K_GEAR * motion.driving_specific_sliding[rolls, i] / motion.specific_sliding[rolls, i]
         )
         deep = gear > 0.1 * state.worn.driven.max()
         checked.append((pinion[deep] / gear[deep]) / expected[deep])
@@ -299,7 +299,7 @@ def test_an_even_depth_off_either_flank_only_delays(depth):
     """Off the pinion or off the gear: the separation grows by it everywhere, and all else stays."""
     physics = plan(PLAIN.replace(BOTH))
     teeth = physics.loaded_teeth()
-    gear, pinion = np.zeros(teeth.grid.profile.shape), np.zeros(teeth.partner.grid.profile.shape)
+    gear, pinion = np.zeros(teeth.grid.profile.shape), np.zeros(teeth.driving.grid.profile.shape)
     fresh = teeth.load(gear, None, pinion)
     off_gear, off_pinion = teeth.load(gear + depth, None, pinion), teeth.load(gear, None, pinion + depth)
     for state in (off_gear, off_pinion):
@@ -310,7 +310,7 @@ def test_an_even_depth_off_either_flank_only_delays(depth):
             state.loads.force, fresh.loads.force, rtol=0.0, atol=1e-4 * fresh.loads.force.max()
         )
     np.testing.assert_allclose(
-        off_pinion.fine.gap[teeth.partner.near], off_gear.fine.gap[teeth.partner.near], rtol=1e-12
+        off_pinion.fine.gap[teeth.driving.near], off_gear.fine.gap[teeth.driving.near], rtol=1e-12
     )
 
 

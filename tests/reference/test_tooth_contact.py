@@ -213,7 +213,7 @@ def test_separation_is_how_far_the_pinion_is_from_touching(shipped, placement):
 
         local = turns.inv().apply(position - shift - pitch_point) + pitch_point
         in_plane = np.array([local[0], local[1] + AXIS_OFFSET])
-        assert float(met.partner_face) == pytest.approx(local[2], abs=1e-9)
+        assert float(met.driving_face) == pytest.approx(local[2], abs=1e-9)
         distance = signed_distance(turned(flank, pinion_turn), in_plane)
         assert float(met.separation) == pytest.approx(distance, abs=1e-6)
         touching = brentq(

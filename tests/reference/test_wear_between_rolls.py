@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from semiwear.plan import plan
 from semiwear.simulate import simulate
 from semiwear.wear.between_rolls import VALLEY, lay, shifts_of
-from semiwear.wear.swept_line import partner_wear_of_mesh, sweep, wear_of_mesh
+from semiwear.wear.swept_line import driving_wear_of_mesh, sweep, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
 SPLIT = 40
@@ -112,7 +112,7 @@ def fine_pinion(shipped):
     changes = {"face_slices": 11, "profile_points": 201, "roll_positions": 96, "harmonics": 9}
     numerics = {f"numerics.{name}": value for name, value in changes.items()}
     teeth = plan(shipped.replace(numerics | {"wear.worn_bodies": ["pinion", "gear"]})).loaded_teeth()
-    return teeth, teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
+    return teeth, teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.driving.grid.profile.shape))
 
 
 @pytest.mark.slow
@@ -125,19 +125,19 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
     teeth, state = fine_pinion
     motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
     line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
-    nodes = teeth.partner.grid.profile[0]
+    nodes = teeth.driving.grid.profile[0]
     near_root = (nodes > -4.5) & (nodes < -2.0)
-    place, slope = teeth.fine.partner_profile[:, SLICE], np.abs(teeth.fine.partner_slope[:, SLICE])
+    place, slope = teeth.fine.driving_profile[:, SLICE], np.abs(teeth.fine.driving_slope[:, SLICE])
     assert np.median(slope[(place > -4.5) & (place < -2.0)]) > 1.5
 
     def answer(length):
         wave = np.sin(2.0 * np.pi * (np.arange(nodes.size) / length + phase))
-        depth = np.full(teeth.partner.grid.profile.shape, 1e-3)
+        depth = np.full(teeth.driving.grid.profile.shape, 1e-3)
         what = (motion, line_load, teeth.half_width, teeth.problem.modulus, np.arange(teeth.grid.face.size))
         meshes = []
         for ripple in (1e-8 * wave, 1e-3 * wave):
             removed = teeth.removed(state.wear, depth + ripple)
-            meshes.append(partner_wear_of_mesh(teeth.fine, teeth.partner, removed, *what)[SLICE])
+            meshes.append(driving_wear_of_mesh(teeth.fine, teeth.driving, removed, *what)[SLICE])
         return np.sum(((meshes[1] - meshes[0]) * wave)[near_root])
 
     long = answer(10.0)

@@ -97,7 +97,7 @@ def test_edges_that_press_take_their_share_and_freed_ones_next_to_none():
 def test_area_of_involute_flanks_is_in_closed_form():
     """Transverse arc length of the involute times the face width of all slices."""
     teeth = plan(SPUR).loaded_teeth()
-    for body, grid in ((DRIVEN, teeth.grid), (DRIVING, teeth.partner.grid)):
+    for body, grid in ((DRIVEN, teeth.grid), (DRIVING, teeth.driving.grid)):
         width = np.ptp(grid.face) * grid.face.size / (grid.face.size - 1)
         expected = width * np.ptp(grid.profile[0])
         assert flank_area(teeth.pair, body, grid).sum() == pytest.approx(expected, rel=1e-6)

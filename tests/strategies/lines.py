@@ -46,9 +46,9 @@ def straight_lines(
         sliding=velocity,
         sliding_slope=slope,
         lever_arm=lever * one,
-        partner_profile=place[:, None] * one,
-        partner_slope=one,
-        partner_face=arc,
+        driving_profile=place[:, None] * one,
+        driving_slope=one,
+        driving_face=arc,
         low_edge_radius=0.0 * one,
         high_edge_radius=0.0 * one,
     )

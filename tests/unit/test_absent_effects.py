@@ -54,7 +54,7 @@ CLASSES = [
     ("semiwear.meshing.flank_modification", "Relief"),
     ("semiwear.meshing.deviation_grid", "DeviationGrid"),
     ("semiwear.meshing.surface_speed", "SurfaceSpeeds"),
-    ("semiwear.meshing.partner_flank", "PartnerFlank"),
+    ("semiwear.meshing.driving_flank", "DrivingFlank"),
     ("semiwear.compliance.free_edges", "FreeEdges"),
     ("semiwear.compliance.mounting", "Mounting"),
     ("semiwear.contact.conditions", "ContactConditions"),
@@ -174,9 +174,9 @@ def test_a_scene_without_effects_has_no_hooks():
     stepper = physics.wear_stepper(teeth)
     assert teeth.fidelity is LINE
     assert teeth.problem.more == () and teeth.problem.cells is None
-    assert teeth.modification is None and teeth.partner is None
+    assert teeth.modification is None and teeth.driving is None
     assert stepper.cases == () and stepper.factor is None and stepper.depth_factor is None
-    assert stepper.mapping.grow is np.add and stepper.mapping.grow_partner is np.add
+    assert stepper.mapping.grow is np.add and stepper.mapping.grow_driving is np.add
     assert physics.observers(teeth) == ()
 
 

@@ -78,8 +78,8 @@ def test_flanks_part_and_slide_as_in_the_core(shipped: sw.Scene, kind: str, plac
         np.testing.assert_allclose(ours.gap, theirs.separation, **close)
         np.testing.assert_allclose(ours.position, theirs.position, **close)
         np.testing.assert_allclose(ours.normal, theirs.normal, **close)
-        np.testing.assert_allclose(ours.pinion_profile, theirs.partner_profile, **close)
-        np.testing.assert_allclose(ours.pinion_face, theirs.partner_face, **close)
+        np.testing.assert_allclose(ours.pinion_profile, theirs.driving_profile, **close)
+        np.testing.assert_allclose(ours.pinion_face, theirs.driving_face, **close)
         np.testing.assert_allclose(motion.sliding(ours.position), core.sliding(theirs.position), **close)
     assert motion.arcsec_per_mm == pytest.approx(core.arcsec_per_mm, rel=1e-13)
 

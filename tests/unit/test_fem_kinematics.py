@@ -61,7 +61,7 @@ def test_agrees_with_the_core(shipped: sw.Scene, placement: Placement) -> None:
         ours, theirs = own.meeting(face, profile, roll), core.meeting(face, profile, np.array(roll))
         assert ours.gap == pytest.approx(theirs.separation, abs=1e-11)
         assert ours.normal == pytest.approx(theirs.normal, abs=1e-11)
-        assert ours.pinion_face == pytest.approx(theirs.partner_face, abs=1e-9)
+        assert ours.pinion_face == pytest.approx(theirs.driving_face, abs=1e-9)
         assert own.sliding(ours.position) == pytest.approx(core.sliding(theirs.position), abs=1e-9)
 
 

@@ -44,7 +44,7 @@ def influence_file(small, tmp_path_factory):
 
     def of_pinion(faces):
         borders = teeth.pair.borders(faces, sharp=True)
-        return borders.partner_root, borders.partner_tip
+        return borders.driving_root, borders.driving_tip
 
     def of_gear(faces):
         borders = teeth.pair.borders(faces, sharp=True)

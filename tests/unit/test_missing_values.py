@@ -44,7 +44,7 @@ def test_a_pair_that_bears_on_an_edge_alone_has_the_edges_pressure(spur):
 
 def test_zones_without_a_roll_position_are_missing_with_a_reason():
     teeth = plan(SPUR).loaded_teeth()
-    state = teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.partner.grid.profile.shape))
+    state = teeth.load(np.zeros(teeth.grid.profile.shape), None, np.zeros(teeth.driving.grid.profile.shape))
     found = teeth.pressures(state)
     only_root = found.place < teeth.pair.pitch_profile(teeth.grid.face) - 4.0 * teeth.half_width
     pressure = SlicePressures(np.where(only_root, found.inner, 0.0), found.place, found.border)

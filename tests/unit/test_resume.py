@@ -88,7 +88,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     names = {kind: {entry.name for entry in fields(kind)} for kind in (WearState, LoadedState, TeethLoads)}
     assert names == {
         WearState: {"meshes", "contact", "pace", "cases", "error", "stride", "volume", "law_residual"},
-        LoadedState: {"wear", "fine", "coarse", "loads", "partner_wear", "edge_residual"},
+        LoadedState: {"wear", "fine", "coarse", "loads", "driving_wear", "edge_residual"},
         TeethLoads: {"cells", "force", "half_width", "rotation", "iterations", "balance", "complementarity"},
     }
     # a pinion at a slope presses with its edge: gaps there depend on the loads on the way
@@ -110,7 +110,7 @@ def test_a_state_comes_back_bit_for_bit(small):
         for entry in fields(one):
             if entry.name != "removed":
                 assert getattr(one, entry.name).tobytes() == getattr(other, entry.name).tobytes(), entry.name
-    assert back.contact.partner_wear.tobytes() == state.contact.partner_wear.tobytes()
+    assert back.contact.driving_wear.tobytes() == state.contact.driving_wear.tobytes()
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ def unworn(small):
 def places_of(teeth, body: int) -> LinePlaces:
     lines = teeth.lines
     if body == DRIVING:
-        return LinePlaces(lines.partner_profile, lines.partner_slope, lines.partner_face)
+        return LinePlaces(lines.driving_profile, lines.driving_slope, lines.driving_face)
     shape = lines.profile.shape
     return LinePlaces(lines.profile, np.ones(shape), np.broadcast_to(lines.face, shape))
 

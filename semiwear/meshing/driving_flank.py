@@ -13,7 +13,7 @@ from semiwear.meshing.finer_grid import FinerGrid, finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, locate, slope_at
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 
-__all__ = ["PartnerFlank", "partner_flank", "partner_grid", "station_of"]
+__all__ = ["DrivingFlank", "driving_flank", "driving_grid", "station_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -23,10 +23,10 @@ _MOST_PARTS = 4  # of a cell of the driven flank
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
-def partner_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
+def driving_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
     """Grid of the driving flank with `points` nodes in each slice, one of them on its pitch surface."""
     borders = pair.borders(face)
-    root, tip = borders.partner_root, borders.partner_tip
+    root, tip = borders.driving_root, borders.driving_tip
     samples = np.linspace(root, tip, _SAMPLES)
     height, _ = pair.flank_place(DRIVING, np.full(_SAMPLES, face.mean()), samples)
     pitch = float(np.interp(0.0, height, samples))
@@ -48,7 +48,7 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
+def _meet(near, profile, driving_profile, driving_slope, driving_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
     rolls, slices = near.shape
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
@@ -56,21 +56,21 @@ def _meet(near, profile, partner_profile, partner_slope, partner_face, nodes, fa
         for i in range(slices):
             if not near[k, i]:
                 continue
-            low, weight = station_of(partner_face[k, i], faces[0], step, faces.shape[0])
+            low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
             for n in range(own.shape[0]):
                 here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
             for n in range(own.shape[0]):
                 slope[n] = slope_at(here, own, split, n)
             for p in range(nodes.shape[1]):
-                place = partner_profile[k, i] + partner_slope[k, i] * (nodes[i, p] - profile[k, i])
+                place = driving_profile[k, i] + driving_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
                 out[k, i, p] = max(cubic(here[cell], here[cell + 1], before, slope[cell + 1], x), 0.0)
 
 
 @dataclass(frozen=True)
-class PartnerFlank:
+class DrivingFlank:
     """The driving flank: nodes of its own, and where the slices of all roll positions meet them.
 
     Attributes
@@ -106,13 +106,13 @@ class PartnerFlank:
             near = near & chosen
         out = np.zeros((*lines.profile.shape, self.driven.profile.shape[1]))
         _meet(
-            near, lines.profile, lines.partner_profile, lines.partner_slope, lines.partner_face, self.driven.profile,
+            near, lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face, self.driven.profile,
             self.grid.face, self.grid.profile[0], self.grid.split[0], depth, out,
         )  # fmt: skip
         return out
 
 
-def partner_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> PartnerFlank:
+def driving_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank:
     """The driving flank with as many nodes as the driven one, and where its wear is met.
 
     Parameters
@@ -124,8 +124,8 @@ def partner_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: B
     near : (roll, face) bool array
         Slices that can touch.
     """
-    own = partner_grid(pair, grid.face, grid.profile.shape[1])
-    passed = np.abs(lines.partner_slope[near]).max(initial=1.0) * float(np.diff(grid.profile).max())
+    own = driving_grid(pair, grid.face, grid.profile.shape[1])
+    passed = np.abs(lines.driving_slope[near]).max(initial=1.0) * float(np.diff(grid.profile).max())
     parts = int(np.clip(np.rint(passed / float(np.diff(own.profile[0]).min())), 1, _MOST_PARTS))
     rounding = float((lines.high_edge_radius[near] / lines.spacing[near]).max(initial=0.0))
-    return PartnerFlank(own, finer_grid(grid, parts, rounding), lines, near)
+    return DrivingFlank(own, finer_grid(grid, parts, rounding), lines, near)

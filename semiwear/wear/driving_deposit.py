@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.partner_flank import PartnerFlank, station_of
+from semiwear.meshing.driving_flank import DrivingFlank, station_of
 from semiwear.meshing.removed import Removed
 from semiwear.wear.between_rolls import lay, node_width, shifts_of, step_of
 from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of
 
-__all__ = ["spread_over_partner"]
+__all__ = ["spread_over_driving_flank"]
 
 FloatArray = NDArray[np.float64]
 
 
-class _Partner(NamedTuple):
+class _Driving(NamedTuple):
     """Where contact lines lie on the driving flank, (roll, face), and the nodes of its stations.
 
     Attributes
@@ -45,11 +45,11 @@ class _Partner(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def _spread(flank, what, half_width, slices, partner, length, out, taken):  # type: ignore[no-untyped-def]
+def _spread(flank, what, half_width, slices, driving, length, out, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
     mass, middle, shift = space.mass, space.middle, space.shift
-    rolls, stations, places = flank.profile.shape[0], partner.stations.shape[0], partner.places
-    step = partner.stations[1] - partner.stations[0]
+    rolls, stations, places = flank.profile.shape[0], driving.stations.shape[0], driving.places
+    step = driving.stations[1] - driving.stations[0]
     for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
@@ -60,17 +60,17 @@ def _spread(flank, what, half_width, slices, partner, length, out, taken):  # ty
             pieces = pieces_of(gap, half_width, what.closes[k, i], space)
             below, above = max(i - 1, 0), min(i + 1, stations - 1)
             # as many driven slices meet a station as lie in its width
-            wide = abs(partner.face[k, above] - partner.face[k, below]) / ((above - below) * step)
-            station, weight = station_of(partner.face[k, i], partner.stations[0], step, stations)
+            wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
+            station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
             rate = what.rate[:, i]
             shifts_of(
                 middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
                 step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
                 step_of(places[2, :, i], rate, k), shift,
             )  # fmt: skip
-            scale = rate[k] * wide * abs(partner.slope[k, i]) / gap.per_mm
+            scale = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm
             for c in range(pieces):
-                place = partner.profile[k, i] + partner.slope[k, i] * (middle[c] - gap.at)
+                place = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
                 each = mass[c] * factor_at(what, k, i, middle[c])
                 amount, whole, laid = scale * each, rate[k] * length[k, i] * each, 0.0
                 for side in range(2):
@@ -78,18 +78,18 @@ def _spread(flank, what, half_width, slices, partner, length, out, taken):  # ty
                     share = max(1.0 - abs(weight - side), 0.0)
                     if share > 0.0:
                         into = out[station + side]
-                        laid += lay(partner.nodes, partner.split, place, shift[c], share * amount, into)
+                        laid += lay(driving.nodes, driving.split, place, shift[c], share * amount, into)
                 taken[0] += whole
                 taken[1] += whole * (1.0 - laid / amount) if amount > 0.0 else 0.0
-    for p in range(partner.nodes.shape[0]):
-        width = node_width(partner.nodes, p)
+    for p in range(driving.nodes.shape[0]):
+        width = node_width(driving.nodes, p)
         for j in range(stations):
             out[j, p] /= width
 
 
-def spread_over_partner(
+def spread_over_driving_flank(
     lines: ContactLines,
-    partner: PartnerFlank,
+    driving: DrivingFlank,
     removed: Removed,
     half_width: float,
     what: Spread,
@@ -105,16 +105,16 @@ def spread_over_partner(
     (face, profile) array
         Right in stations all of whose slices are done.
     """
-    out = np.zeros(partner.grid.profile.shape)
+    out = np.zeros(driving.grid.profile.shape)
     places = np.stack(
         [
-            lines.partner_profile + lines.partner_slope * (place - lines.profile)
+            lines.driving_profile + lines.driving_slope * (place - lines.profile)
             for place in (what.place, lines.low, lines.high)
         ]
     )
-    own = _Partner(
-        lines.partner_profile, lines.partner_slope, lines.partner_face, places, partner.grid.face,
-        partner.grid.profile[0], int(partner.grid.split[0]),
+    own = _Driving(
+        lines.driving_profile, lines.driving_slope, lines.driving_face, places, driving.grid.face,
+        driving.grid.profile[0], int(driving.grid.split[0]),
     )  # fmt: skip
     flank = gap_of_flanks(lines, removed)
     _spread(flank, what, half_width, slices, own, lines.length, out, np.zeros(2) if taken is None else taken)
