@@ -77,15 +77,15 @@ class Borders:
 
     Attributes
     ----------
-    root, tip : (S,) arrays [mm]
-        Profile coordinate of the driven flank's ends at each face station.
+    root, tip : arrays [mm]
+        Profile coordinate of the driven flank's ends at each face station, of the shape of the stations.
     driving_root, driving_tip : float [mm]
         Profile coordinate of the driving flank's ends.
     face : (float, float) [mm]
         Ends of the driven flank.
     driving_face : (float, float) [mm]
         Ends of the driving flank.
-    tip_turn : (S,) array [rad]
+    tip_turn : array [rad], like `root`
     driving_tip_turn : float [rad]
         By which the outlines of both bodies turn at their tip edges.
     tip_edge_radius, end_edge_radius, driving_tip_edge_radius, driving_end_edge_radius : float [mm]

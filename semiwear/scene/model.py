@@ -48,19 +48,7 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTables:
-    """Everything a simulation needs to know.
-
-    Attributes
-    ----------
-    title : str
-        Free text. Default empty.
-    reference : str or None
-        Published figures to compare with: ``"seed_paper"``. Default None.
-    gear_pair, material, operation, wear, numerics
-        The tables; ``wear`` is None when only loaded contact is asked for.
-    effects : Effects
-        Optional physics: an effect runs if and only if its table is there. Default none.
-    """
+    """The tables of a `Scene`, which adds how it is read, changed and written."""
 
     title: str = declared(anything(), "Free text.", default="")
     reference: str | None = declared(
