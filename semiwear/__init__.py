@@ -9,26 +9,24 @@
 
 from __future__ import annotations
 
-import os
-from importlib import metadata
+import sys
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-# the cache comes first: what follows declares kernels
-from semiwear import kernel_cache, plot  # noqa: F401
-from semiwear.accuracy import simulate
-from semiwear.analyses import loaded_contact, tooth_contact_analysis
-from semiwear.check import geometric_problems
-from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
-from semiwear.export import export_flank
-from semiwear.plan import plan
-from semiwear.report import write_report as report
-from semiwear.results import open_results, save
-from semiwear.scene import Placement, Scene, shipped_scenes
-from semiwear.scene import load_scene as _load_scene
-from semiwear.screen import screen
-
 if TYPE_CHECKING:
+    from semiwear import plot
+    from semiwear.accuracy import simulate
+    from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
+    from semiwear.export import export_flank
+    from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
+    from semiwear.plan import plan
+    from semiwear.report import write_report as report
+    from semiwear.results import open_results, save
+    from semiwear.scene import Placement, Scene, shipped_scenes
+    from semiwear.screen import screen
 
 __all__ = [
     "ConvergenceError",
@@ -56,27 +54,56 @@ __all__ = [
     "tooth_contact_analysis",
 ]
 
-try:
-    __version__ = metadata.version("semiwear")
-except metadata.PackageNotFoundError:
-    __version__ = "unknown"
+# Loaded when they are asked for (SPEC 1): to read a scene takes none of the compiled kernels.
+_MODULES = {
+    "accuracy": ("simulate",),
+    "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
+    "export": ("export_flank",),
+    "loading": ("load_scene",),
+    "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
+    "plan": ("plan",),
+    "results": ("open_results", "save"),
+    "scene": ("Placement", "Scene", "shipped_scenes"),
+    "screen": ("screen",),
+}
+_PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
+_PLACES["report"] = ("report", "write_report")
 
 
 def __getattr__(name: str) -> Any:
-    """Functions of measured flanks, loaded when they are asked for."""
-    if name in ("calibrate", "compare_wear", "measured_wear", "register"):
-        from semiwear import measured
+    """Public functions and classes, loaded when they are asked for, and the version."""
+    if name == "__version__":
+        return _version()
+    if name == "plot":
+        return import_module("semiwear.plot")
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, own = _PLACES[name]
+    found = getattr(import_module(f"semiwear.{module}"), own)
+    setattr(sys.modules[__name__], name, found)
+    return found
 
-        return getattr(measured, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
 
 
-def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
-    """A scene by its shipped name or from a TOML file, checked: ranges and geometric limits together.
+class _Package(ModuleType):
+    """A package in which `plan`, `report`, `screen` and `simulate` stay functions when modules so called load."""
 
-    Raises
-    ------
-    SceneError
-        With every problem at once.
-    """
-    return _load_scene(name_or_path, check=geometric_problems)
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _PLACES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
+def _version() -> str:
+    from importlib import metadata
+
+    try:
+        return metadata.version("semiwear")
+    except metadata.PackageNotFoundError:
+        return "unknown"

@@ -1,4 +1,4 @@
-"""Where numba keeps compiled kernels; imported before the first of them is declared.
+"""The decorator of kernels, and where numba keeps what it compiles.
 
 numba looks for a folder that it can write: NUMBA_CACHE_DIR, beside the sources, in the user's home. In a container or
 under a service account there may be none, and it would refuse to declare a kernel at all. Then a private folder
@@ -14,10 +14,11 @@ import tempfile
 from pathlib import Path
 
 import numba
+from numba import njit
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ensure_cache", "keep_apart"]
+__all__ = ["ensure_cache", "keep_apart", "njit"]
 
 
 def _kernel() -> None:

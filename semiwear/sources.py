@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import netCDF4
+if TYPE_CHECKING:
+    from xarray import Dataset
 
-__all__ = ["MOST_VALUES", "oversized"]
+__all__ = ["MOST_VALUES", "oversized", "read_dataset"]
 
 MOST_VALUES = 10_000_000
 """Of one variable: far beyond any flank, and loaded within a second."""
@@ -18,6 +20,8 @@ def oversized(file: Path) -> str:
 
     What was declared and never written takes no room on a disk, and all of it in memory.
     """
+    import netCDF4  # few scenes name such a file
+
     try:
         with netCDF4.Dataset(file) as opened:
             for name, variable in opened.variables.items():
@@ -26,3 +30,17 @@ def oversized(file: Path) -> str:
     except (OSError, RuntimeError):
         return ""  # what is wrong with it is told by who reads it
     return ""
+
+
+def read_dataset(file: Path) -> Dataset:
+    """A netCDF file in memory.
+
+    Raises
+    ------
+    OSError, ValueError
+        It cannot be read.
+    """
+    import xarray as xr  # few scenes name such a file
+
+    with xr.open_dataset(file, engine="netcdf4") as opened:
+        return opened.load()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["CompilerPart", "Options", "Reals", "Table", "Value"]
 
@@ -20,5 +21,5 @@ Options: TypeAlias = dict[str, Any]
 CompilerPart: TypeAlias = Any
 """A part of numba or llvmlite, or a value of the code that they write: neither of them has types."""
 
-Reals: TypeAlias = NDArray[Any]
+Reals: TypeAlias = "NDArray[Any]"
 """Numbers in single or in double precision: which, an argument says when the program runs."""

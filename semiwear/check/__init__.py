@@ -6,22 +6,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from importlib import import_module
 
-from semiwear.check.cylindrical import cylindrical_problems
-from semiwear.check.face_gear import face_gear_problems
-from semiwear.check.flank_points import flank_points_problems
 from semiwear.errors import Problem
 from semiwear.scene import Scene
 
 __all__ = ["geometric_problems"]
 
-# by kind of gear pair; one that is not listed has no limits but those of its fields
-_LIMITS: dict[str, Callable[[Scene], list[Problem]]] = {
-    "face_gear": face_gear_problems,
-    "cylindrical": cylindrical_problems,
-    "flank_points": flank_points_problems,
-}
+# Kinds of gear pairs with a module of that name here, and in it `<kind>_problems`; another kind has no limits but
+# those of its fields. Loaded when a scene's fields are sound: they need the geometry of flanks in mesh.
+_KINDS = ("face_gear", "cylindrical", "flank_points")
 
 
 def geometric_problems(scene: Scene) -> list[Problem]:
@@ -38,5 +32,8 @@ def geometric_problems(scene: Scene) -> list[Problem]:
         Empty when the teeth can be cut and mesh without interference. A field is named once at most. The
         numbers in a message are rounded to the safe side: such a limit, typed in, is accepted.
     """
-    limits = _LIMITS.get(scene.gear_pair.type)
-    return limits(scene) if limits is not None else []
+    kind = scene.gear_pair.type
+    if kind not in _KINDS:
+        return []
+    problems: list[Problem] = getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
+    return problems

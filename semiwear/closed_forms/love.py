@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import log1p, pi, sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["love_coefficients"]
 

@@ -15,9 +15,10 @@ from functools import lru_cache
 from math import log, pi
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipkm1
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["stripe_integral", "stripe_kernel", "stripe_table"]
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, elements_along, ring_compliance
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.section_outline import load_heights
-from semiwear.compliance.tooth import cubic_weights
 from semiwear.compliance.tooth_ends import EndEffect
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS
 from semiwear.geometry.inclined_foot import InclinedFoot

@@ -13,10 +13,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import DTypeLike, NDArray
 
 from semiwear.compliance.lanes import lane_count, lanes_of, load, store
+from semiwear.kernel_cache import njit
 
 __all__ = ["convolve", "frequencies", "half_steps", "in_lanes", "work_size"]
 

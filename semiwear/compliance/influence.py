@@ -10,15 +10,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, LinePlaces, cubic_weights, loads_by_height
+from semiwear.compliance.cubics import cubic_weights
+from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS, loads_by_height
+from semiwear.compliance.tooth import LinePlaces
 from semiwear.errors import SceneError
-from semiwear.sources import MOST_VALUES, oversized
+from semiwear.sources import MOST_VALUES, oversized, read_dataset
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 __all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
 
@@ -69,7 +74,7 @@ class InfluenceData:
     poissons_ratio: float
 
 
-def read_influence(path: str | Path) -> xr.Dataset:
+def read_influence(path: str | Path) -> Dataset:
     """Read a file of influence data.
 
     Raises
@@ -84,8 +89,7 @@ def read_influence(path: str | Path) -> xr.Dataset:
     if found := oversized(Path(path)):
         raise SceneError.of(_FIELD, f"{path}: {found}", f"at most {MOST_VALUES:.0e} values", make)
     try:
-        with xr.open_dataset(path) as opened:
-            data = opened.load()
+        data = read_dataset(Path(path))
     except (OSError, ValueError) as error:
         raise SceneError.of(_FIELD, str(path), allowed, f"it cannot be read as netCDF ({error}); {make}") from error
     for name, dims in _VARIABLES.items():
@@ -100,7 +104,7 @@ def read_influence(path: str | Path) -> xr.Dataset:
 
 
 def body_influence(
-    data: xr.Dataset, body: int, limits: tuple[float, float], ahead: int, youngs_modulus: float, poissons_ratio: float
+    data: Dataset, body: int, limits: tuple[float, float], ahead: int, youngs_modulus: float, poissons_ratio: float
 ) -> InfluenceData:
     """Influence data of a body (0 the pinion, 1 the gear) whose tooth runs between two face coordinates [mm]."""
     own = data.isel(body=body)
@@ -192,7 +196,7 @@ class InfluenceOnLines:
     def root_stress(
         self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None, stations: int = 33
     ) -> FloatArray:
-        """As `semiwear.compliance.tooth.root_stress`."""
+        """As `BodyOnLines.root_stress`."""
         offsets, fillet, count = self.body.stress.shape[:3]
         if moved is None:
             modal = np.einsum("ki,kig->kg", force, self.weights)

@@ -12,10 +12,9 @@ from types import ModuleType
 
 import numba
 import numpy as np
-from numba import njit
 from numpy.typing import DTypeLike
 
-from semiwear.kernel_cache import keep_apart
+from semiwear.kernel_cache import keep_apart, njit
 from semiwear.untyped import CompilerPart
 
 __all__ = ["VECTORISED", "lane_count", "lanes_of", "load", "store"]

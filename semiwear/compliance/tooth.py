@@ -14,44 +14,24 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 from scipy.sparse import csr_matrix, vstack
 
+from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.prism import PrismSection
+from semiwear.compliance.root import ROOT_FROM, ROOT_STATIONS, at_root, greatest_along_root, loads_by_height
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.taper import Taper
 
 __all__ = [
-    "ROOT_FROM",
-    "ROOT_POINTS",
-    "ROOT_STATIONS",
     "BodyOnLines",
     "CompliantBody",
     "LinePlaces",
     "ToothBody",
-    "cubic_weights",
     "line_compliance",
-    "loads_by_height",
-    "root_stress",
 ]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-ROOT_FROM = 0.3
-"""Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet
-leaves the stress of its own contact there, while the notch's own greatest stands lower, wherever the load."""
-
-ROOT_POINTS = 17
-"""Points of the root at which stress is worked out."""
-
-ROOT_STATIONS = 33
-"""Places along the width at which it is, in the middles of as many equal parts."""
-
-# the greatest is sought between the stations as well: on a wide tooth the peak under a short load lies between two
-_BETWEEN_STATIONS = make_interp_spline(np.arange(ROOT_STATIONS), np.eye(ROOT_STATIONS), k=3)(
-    np.linspace(0.0, ROOT_STATIONS - 1.0, 4 * ROOT_STATIONS - 3)
-)
 
 
 @dataclass(frozen=True)
@@ -114,45 +94,12 @@ class LinePlaces:
     face: FloatArray
 
 
-def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weights of local cubic interpolation on growing nodes, and their derivatives by `place`.
-
-    Between two inner nodes the cubic runs through the four around them; at the ends through the last four, and
-    places beyond the ends count as the ends.
-    """
-    count = len(nodes)
-    width = min(4, count)
-    inside = np.clip(place, nodes[0], nodes[-1])
-    first = np.clip(np.searchsorted(nodes, inside, side="right") - width // 2, 0, count - width)
-    local = nodes[first[..., None] + np.arange(width)]
-    weights = np.zeros((*place.shape, count))
-    slopes = np.zeros((*place.shape, count))
-    for a in range(width):
-        value = np.ones_like(inside)
-        slope = np.zeros_like(inside)
-        for b in range(width):
-            if b != a:
-                scale = 1.0 / (local[..., a] - local[..., b])
-                slope = (slope * (inside - local[..., b]) + value) * scale
-                value = value * (inside - local[..., b]) * scale
-        np.put_along_axis(weights, (first + a)[..., None], value[..., None], axis=-1)
-        np.put_along_axis(slopes, (first + a)[..., None], slope[..., None], axis=-1)
-    return weights, slopes
-
-
 def _section_weights(faces: FloatArray, at: FloatArray) -> FloatArray:
     """Blending weights of the sections at face coordinates, local cubics: (..., B) array.
 
     Straight lines between sections would all lie above the compliance, which falls ever more slowly along the face.
     """
     return cubic_weights(at, faces)[0]
-
-
-def _of_root(section: PrismSection, stress: FloatArray) -> FloatArray:
-    """Stress (..., fillet point, load) of a prism at points of the root, by cubic splines along the fillet."""
-    at = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
-    between = make_interp_spline(section.fillet_share, np.eye(len(section.fillet_share)), k=3)(at)
-    return np.asarray(between @ stress)
 
 
 class Elastic(Protocol):
@@ -184,7 +131,7 @@ class CompliantBody(Protocol):
         """Add the compliance between contact points [mm/N], and its derivative by the observer's profile."""
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
-        """Greatest tensile tangential stress along the root [MPa], (roll,); arguments as for `root_stress`."""
+        """Greatest tensile tangential stress along the root [MPa], (roll,); as for `BodyOnLines.root_stress`."""
 
 
 class BeyondPrism(Protocol):
@@ -259,7 +206,7 @@ class BodyOnLines:
         # the series resolves nothing shorter than half its last wave; nor may what is subtracted for it
         depth = np.maximum(depth, body.width / max(body.sections[0].deflection.shape[0] - 1, 1))
         deflection = np.stack([s.deflection for s in body.sections])  # (B, N, 5, obs, load)
-        stress = np.stack([_of_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
+        stress = np.stack([at_root(s, s.stress) for s in body.sections])  # (B, N, 3, F, load)
         slope = slope * place_slope[..., None]
         cosine = np.cos(angle[..., None] * np.arange(harmonics))
         splines = body.taper.splines(places.face) if body.taper is not None else None
@@ -333,8 +280,65 @@ class BodyOnLines:
         return np.concatenate(own)
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
-        """See `root_stress`."""
-        return root_stress(self, force, per_cycle, moved)
+        """Greatest tensile tangential stress along the root of the body's tooth [MPa].
+
+        Parameters
+        ----------
+        force : (roll, face) array [N]
+            Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle. With `moved` also
+            (roll, face, places): forces at several places across each line.
+        per_cycle : int
+            Number of roll positions to a base pitch.
+        moved : array [mm], optional
+            How far from the contact line, in the driven flank's profile coordinate, each force acts; of the shape of
+            `force`. A worn flank is touched elsewhere than along the line: near the fillet a load bends the tooth
+            less but stresses the root beside it, so that a millimetre counts. Without it all act on the line.
+
+        Returns
+        -------
+        (roll,) array
+            For the tooth at each roll position, with the loads on its neighbours at the same instant.
+        """
+        tooth = self.body
+        sections, harmonics, heights, width = self.stress.shape
+        if moved is None:
+            loads = force[..., None] * self.height
+        else:
+            loads = loads_by_height(force, moved, self.place, self.place_slope, load_heights(heights))
+        loaded = np.flatnonzero(loads.any(axis=(1, 2)))
+        # modal loads of each load's own section: (harmonic, roll, section, height)
+        modal = np.zeros((harmonics, loaded.size, sections, heights))
+        for k, roll in enumerate(loaded):
+            on = np.flatnonzero(loads[roll].any(axis=1))
+            shares = self.section[roll, on][:, :, None] * loads[roll, on][:, None, :]
+            modal[:, k] = (self.cosine[roll, on].T @ shares.reshape(on.size, -1)).reshape(
+                harmonics, sections, heights
+            )
+        # stress per harmonic by the load's section, and by each section for all loads
+        table = self.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
+        by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
+        by_section = modal.sum(axis=2)[:, None] @ table
+        at, stations = tooth.stations, ROOT_STATIONS
+        cosine = np.cos(np.pi * np.outer((at - tooth.start) / tooth.width, np.arange(harmonics)))
+        observer = _section_weights(tooth.faces, at)
+        mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
+        seen = 0.5 * (cosine @ by_load.reshape(harmonics, -1) + mixed @ by_section.reshape(harmonics * sections, -1))
+        points = width // 3
+        stress = np.zeros((3, loads.shape[0], stations, points))
+        stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
+        if tooth.taper is not None and self.splines is not None:
+            # loads on heights and splines
+            spread = np.einsum("kih,kis->khs", loads[loaded], self.splines[loaded]).reshape(loaded.size, -1)
+            stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
+        result = stress[1]
+        if self.beyond is not None:
+            from_middle = at - (tooth.start + 0.5 * tooth.width)
+            result = result + self.beyond.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
+        # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
+        # and the observer is then its neighbour on the other side
+        result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
+        result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
+        return greatest_along_root(result)
 
 
 def _products(heights: FloatArray, splines: FloatArray) -> csr_matrix:
@@ -364,95 +368,3 @@ def line_compliance(
     for body in bodies:
         body.add_compliance(rolls, faces, pairs, matrix, slope)
     return 0.5 * (matrix + matrix.T), slope
-
-
-def loads_by_height(
-    force: FloatArray, moved: FloatArray, place: FloatArray, place_slope: FloatArray, heights: FloatArray
-) -> FloatArray:
-    """Forces at places across contact lines, shared among load heights.
-
-    Parameters
-    ----------
-    force : (roll, face) or (roll, face, places) array [N]
-    moved : array [mm]
-        How far each force acts from the line, in the driven flank's profile coordinate; shaped like `force`.
-    place, place_slope : (roll, face) arrays
-        Height of the line as a share of the flank, and its derivative by the driven profile [1/mm].
-    heights : (H,) array
-        Load heights as shares of the flank, growing.
-
-    Returns
-    -------
-    (roll, face, H) array [N]
-    """
-    across = force.reshape(*place.shape, -1)
-    roll, face, k = np.nonzero(across)
-    at = place[roll, face] + place_slope[roll, face] * moved.reshape(across.shape)[roll, face, k]
-    shares = across[roll, face, k, None] * cubic_weights(at, heights)[0]
-    loads = np.zeros((*place.shape, len(heights)))
-    # the places of a slice follow one another
-    first = np.flatnonzero(np.diff(roll, prepend=-1) | np.diff(face, prepend=-1))
-    if first.size:
-        loads[roll[first], face[first]] = np.add.reduceat(shares, first, axis=0)
-    return loads
-
-
-def root_stress(body: BodyOnLines, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
-    """Greatest tensile tangential stress along the root of a body's tooth [MPa].
-
-    Parameters
-    ----------
-    body : BodyOnLines
-    force : (roll, face) array [N]
-        Forces of every slice; roll positions of all pairs, `per_cycle` of them to a mesh cycle. With `moved` also
-        (roll, face, places): forces at several places across each line.
-    per_cycle : int
-        Number of roll positions to a base pitch.
-    moved : array [mm], optional
-        How far from the contact line, in the driven flank's profile coordinate, each force acts; of the shape of
-        `force`. A worn flank is touched elsewhere than along the line: near the fillet a load bends the tooth less
-        but stresses the root beside it, so that a millimetre counts. Without it all act on the line.
-
-    Returns
-    -------
-    (roll,) array
-        For the tooth at each roll position, with the loads on its neighbours at the same instant.
-    """
-    tooth = body.body
-    sections, harmonics, heights, width = body.stress.shape
-    if moved is None:
-        loads = force[..., None] * body.height
-    else:
-        loads = loads_by_height(force, moved, body.place, body.place_slope, load_heights(heights))
-    loaded = np.flatnonzero(loads.any(axis=(1, 2)))
-    # modal loads of each load's own section: (harmonic, roll, section, height)
-    modal = np.zeros((harmonics, loaded.size, sections, heights))
-    for k, roll in enumerate(loaded):
-        on = np.flatnonzero(loads[roll].any(axis=1))
-        shares = body.section[roll, on][:, :, None] * loads[roll, on][:, None, :]
-        modal[:, k] = (body.cosine[roll, on].T @ shares.reshape(on.size, -1)).reshape(harmonics, sections, heights)
-    # stress per harmonic by the load's section, and by each section for all loads
-    table = body.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
-    by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
-    by_section = modal.sum(axis=2)[:, None] @ table
-    at, stations = tooth.stations, ROOT_STATIONS
-    cosine = np.cos(np.pi * np.outer((at - tooth.start) / tooth.width, np.arange(harmonics)))
-    observer = _section_weights(tooth.faces, at)
-    mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
-    seen = 0.5 * (cosine @ by_load.reshape(harmonics, -1) + mixed @ by_section.reshape(harmonics * sections, -1))
-    points = width // 3
-    stress = np.zeros((3, loads.shape[0], stations, points))
-    stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
-    if tooth.taper is not None and body.splines is not None:
-        # loads on heights and splines
-        spread = np.einsum("kih,kis->khs", loads[loaded], body.splines[loaded]).reshape(loaded.size, -1)
-        stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
-    result = stress[1]
-    if body.beyond is not None:
-        from_middle = at - (tooth.start + 0.5 * tooth.width)
-        result = result + body.beyond.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
-    # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
-    # and the observer is then its neighbour on the other side
-    result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
-    result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
-    return np.asarray(np.maximum((result.max(axis=2) @ _BETWEEN_STATIONS.T).max(axis=1), 0.0))

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.pitch_chain import STRESS_OFFSETS
 from semiwear.compliance.prism import PrismSection, fillet_shares
+from semiwear.compliance.root import ROOT_FROM
 from semiwear.compliance.section_outline import load_heights
-from semiwear.compliance.tooth import ROOT_FROM, cubic_weights
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch
 from semiwear.geometry.section import RingRim, ToothSection
 

@@ -11,11 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
+from numba import types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
+from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart
 
 __all__ = ["BYTES", "lanes_of", "load", "store", "work"]

@@ -15,7 +15,8 @@ from enum import IntEnum
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["ActiveSetStatus", "solve_active_set"]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
@@ -14,6 +13,7 @@ from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.certificate import Residuals, residuals_of
 from semiwear.contact.complementarity import Preconditioner, solve_complementarity
 from semiwear.contact.nested_grids import coarsen, refine_pressure
+from semiwear.kernel_cache import njit
 
 __all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["ContactCertificate", "Residuals", "residuals_of"]
 

@@ -21,10 +21,11 @@ from enum import Enum
 from typing import Protocol
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
+from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart, Reals
 
 __all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "Preconditioner", "solve_complementarity"]

@@ -12,9 +12,8 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 
-from numba import njit
-
 from semiwear.contact.footprint import clipped, segment
+from semiwear.kernel_cache import njit
 
 __all__ = ["share_of_edge"]
 

@@ -19,7 +19,6 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.gap import (
@@ -32,6 +31,7 @@ from semiwear.contact.gap import (
     slice_gap,
 )
 from semiwear.errors import ConvergenceError
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import change_above, locate, slope_at
 from semiwear.meshing.removed import Removed

@@ -7,11 +7,11 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.stripe import add_near_stripe, average_along_lines
+from semiwear.kernel_cache import njit
 
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
 

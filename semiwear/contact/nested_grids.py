@@ -7,8 +7,9 @@ Its square ends with a slope, so that interpolation and extrapolation of the squ
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["coarsen", "extrapolate_pressure", "refine_pressure"]
 

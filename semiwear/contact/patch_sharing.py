@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.certificate import residuals_of
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus, solve_complementarity
 from semiwear.contact.patch_system import PatchSystem, RowPreconditioner
+from semiwear.kernel_cache import njit
 
 __all__ = ["SharedTorque", "share_torque"]
 

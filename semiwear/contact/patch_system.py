@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
 
 from semiwear.compliance.half_space import HalfSpace
+from semiwear.kernel_cache import njit
 
 __all__ = ["PatchSystem", "RowPreconditioner"]
 

@@ -14,7 +14,6 @@ from math import exp, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints
@@ -29,6 +28,7 @@ from semiwear.contact.gap import (
 )
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
 __all__ = ["solve_slices"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import asinh, log, sqrt
 
 import numpy as np
-from numba import njit
 
 from semiwear.closed_forms.stripe import stripe_integral
+from semiwear.kernel_cache import njit
 
 __all__ = ["add_far_stripe", "add_near_stripe", "average_along_lines", "subtract_mid_surface"]
 

@@ -27,16 +27,19 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from semiwear.errors import Problem
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
-from semiwear.sources import MOST_VALUES, oversized
+from semiwear.sources import MOST_VALUES, oversized, read_dataset
 from semiwear.targets import file_target, naming
 from semiwear.untyped import Options, Value
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 __all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
 
@@ -128,7 +131,9 @@ def _as_csv(grid: PointGrid) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _as_dataset(grid: PointGrid) -> xr.Dataset:
+def _as_dataset(grid: PointGrid) -> Dataset:
+    import xarray as xr  # only where points are written
+
     on_flank = ("profile", "face", "xyz")
     variables: Options = {
         "points": (on_flank, grid.points, {"units": "mm", "long_name": "points of the flank, own axis along z"})
@@ -203,8 +208,7 @@ def _read_netcdf(file: Path) -> PointGrid:
     if found := oversized(file):
         raise _Unfit(found, f"at most {MOST_VALUES:.0e} values", "write the points of one flank")
     try:
-        with xr.open_dataset(file, engine="netcdf4") as opened_data:
-            data = opened_data.load()
+        data = read_dataset(file)
     except (OSError, ValueError) as error:
         raise _Unfit(f"it cannot be read ({error})", _FILE, "write it anew") from None
     points = _on_flank(data, "points")
@@ -226,7 +230,7 @@ def _read_netcdf(file: Path) -> PointGrid:
     return replace(grid, sections=_sections(data)) if "section_flank" in data else grid
 
 
-def _on_flank(data: xr.Dataset, name: str) -> FloatArray:
+def _on_flank(data: Dataset, name: str) -> FloatArray:
     wanted = ("profile", "face", "xyz")
     if name not in data or set(data[name].dims) != set(wanted) or data[name].sizes["xyz"] != 3:
         found = f"no variable {name}" if name not in data else f"{name} over {dict(data[name].sizes)}"
@@ -237,7 +241,7 @@ def _on_flank(data: xr.Dataset, name: str) -> FloatArray:
         raise _Unfit(f"{name}: {error}", "numbers", "write numbers") from None
 
 
-def _sections(data: xr.Dataset) -> tuple[PlacedSection, ...]:
+def _sections(data: Dataset) -> tuple[PlacedSection, ...]:
     def values(name: str, *dims: str) -> FloatArray:
         if name not in data or data[name].dims != dims:
             found = f"sections without {name} over {dims}"

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import FlankGrid, smooth_value
 
 __all__ = ["FinerGrid", "finer_grid"]

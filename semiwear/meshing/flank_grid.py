@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["FlankGrid", "change_above", "cubic", "flank_grid", "locate", "slope_at", "smooth_value"]

@@ -7,7 +7,8 @@ is more than any difference quotient reaches, and from there by its slopes and, 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from semiwear.kernel_cache import njit
 
 __all__ = ["meet", "surface_points", "touch"]
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
-from xarray import DataTree
+if TYPE_CHECKING:
+    from xarray import DataTree
 
 from semiwear.plan.choices import table
 from semiwear.scene import EFFECTS, EffectTable, Scene

@@ -10,8 +10,9 @@ import numpy as np
 from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, wheel_influence
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
+from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
 from semiwear.compliance.taper import tapered
-from semiwear.compliance.tooth import ROOT_FROM, ROOT_POINTS, BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines

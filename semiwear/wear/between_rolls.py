@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import locate
 
 __all__ = ["VALLEY", "lay", "node_width", "shifts_of", "step_of"]

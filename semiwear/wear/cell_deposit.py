@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.patch_gap import PatchCells, between_cells, pressed_span
+from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import locate
 from semiwear.wear.between_rolls import node_width
 

@@ -10,12 +10,12 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.footprint import clipped, reached, segment
 from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed

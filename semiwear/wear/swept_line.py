@@ -21,10 +21,10 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from semiwear.contact.footprint import Footprints
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank
 from semiwear.meshing.flank_grid import FlankGrid

@@ -16,11 +16,11 @@ from scipy.sparse.linalg import splu
 from skfem import ElementHexS2
 from skfem.quadrature import get_quadrature
 
+from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.prism import prism_section
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.compliance.section_outline import load_heights
-from semiwear.compliance.tooth import cubic_weights
 from semiwear.compliance.tooth_ends import end_effect
 from semiwear.compliance.tooth_stretch import ORDERS
 from semiwear.geometry.section import RackRim, ToothSection

@@ -31,12 +31,12 @@ LAYERS = (
     ("plan", "collect"),
     ("life",),
     ("simulate",),
-    ("analyses", "export", "screen"),
+    ("analyses", "export", "screen", "loading"),
     ("measured",),
     ("plot",),
     ("report", "sweep", "accuracy"),
     ("__init__",),
-    ("console",),
+    ("console", "commands"),
     ("cli",),
     ("__main__",),
 )
@@ -132,17 +132,51 @@ def test_no_circle_of_imports():
         pytest.fail(" -> ".join(reversed(error.args[1])))
 
 
-# Modules that import others of semiwear inside functions: the plan loads an effect's physics only where a scene asks
-# for it, pictures and reports need an extra, and vectors of numbers may be what numba does not take.
-LATE = {"semiwear", "semiwear.plan", "semiwear.plan.effects", "semiwear.compliance.lanes"}
+# Modules that load others of semiwear when they are needed: the plan loads an effect's physics only where a scene
+# asks for it, public names (SPEC 1), commands and limits of a kind of teeth wait until they are used, and vectors of
+# numbers may be what numba does not take.
+LATE = {
+    "semiwear",
+    "semiwear.check",
+    "semiwear.cli",
+    "semiwear.plan",
+    "semiwear.plan.effects",
+    "semiwear.compliance.lanes",
+}
+
+
+def loads_late(tree):
+    """Whether a module imports another one of semiwear inside a function, by statement or by name."""
+    nodes = [
+        node for function in ast.walk(tree) if isinstance(function, ast.FunctionDef) for node in ast.walk(function)
+    ]
+    by_name = any(isinstance(node, ast.Call) and ast.unparse(node.func) == "import_module" for node in nodes)
+    return by_name or any(own_module(name) for node in nodes for name in imported(node, "semiwear"))
 
 
 def test_own_modules_are_imported_at_the_top():
-    def late(tree):
-        functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-        return {name for function in functions for node in ast.walk(function) for name in imported(node, "semiwear")}
+    assert {name for name, tree in TREES.items() if loads_late(tree)} == LATE
 
-    assert {name for name, tree in TREES.items() if any(own_module(found) for found in late(tree))} == LATE
+
+# What must start at once does not load what computes.
+QUICK = {
+    "import semiwear; semiwear.__version__": ("numpy", "numba", "xarray"),
+    "from semiwear.cli import main; main(['--help'])": ("numpy", "numba", "xarray"),
+    "from semiwear.cli import main; main(['run', 'face_gear_25x160', '--set', 'operation.pinion_torque_Nm=-1'])": (
+        "numba",
+        "xarray",
+        "scipy",
+    ),
+    "import semiwear as sw; str(sw.plan(sw.load_scene('face_gear_25x160')))": ("matplotlib", "netCDF4", "tqdm"),
+}
+
+
+@pytest.mark.parametrize("code", QUICK)
+def test_what_starts_at_once_loads_little(code):
+    report = f"import sys, atexit; atexit.register(lambda: print('LOADED', *({QUICK[code]!r} & sys.modules.keys())))"
+    report = report.replace(f"{QUICK[code]!r}", f"set({QUICK[code]!r})")
+    done = subprocess.run([sys.executable, "-c", f"{report}\n{code}"], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1].split() == ["LOADED"], done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -245,7 +279,7 @@ def test_what_has_no_type_has_a_name():
         for path in paths
     }
     assert {path: count for path, count in uses.items() if count} == {
-        "semiwear/untyped.py": 4,
+        "semiwear/untyped.py": 3,
         "semiwear/__init__.py": 1,
         "semiwear/plot/style.py": 1,
     }

@@ -7,7 +7,7 @@ import pytest
 
 import semiwear as sw
 from semiwear import collect, plot
-from semiwear.cli import _table
+from semiwear.commands import _table
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import SemiwearError
 from semiwear.plan import plan

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear import cli
+from semiwear import cli, commands
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
 from semiwear.report.evidence import Evidence, NotComparable
@@ -142,7 +142,7 @@ def test_a_result_is_on_disk_whatever_its_table_or_report_does(tmp_path, capsys,
     with pytest.raises(ZeroDivisionError):
         run(capsys, "run", SCENE, "--report", tmp_path / "worn.html")
     assert sw.open_results(path).identical(TREE)
-    monkeypatch.setattr(cli, "_table", fails)
+    monkeypatch.setattr(commands, "_table", fails)
     path.unlink()
     with pytest.raises(ZeroDivisionError):
         run(capsys, "run", SCENE, "-o", path)

@@ -29,6 +29,9 @@ CHANGES = {
     },
 }
 
+# made anew by every run: what tests before it have left in a cache is not looked at again
+ALWAYS = {"Candidates", "ContactLines", "ContactProblem", "FlankGrid", "Footprints", "RollGrid", "TeethLoads"}
+
 
 @dataclass
 class Example:
@@ -77,10 +80,10 @@ def test_arrays_have_the_shapes_that_are_documented(shipped, modules, kind):
     scene = shipped.replace({**TINY, **one_step, "numerics.wear_steps": 1, **CHANGES[kind]})
     with held(modules) as seen:
         sw.simulate(scene)
-    assert len(seen) >= 15, sorted(owner.__qualname__ for owner in seen)
+    assert {owner.__qualname__ for owner in seen} >= ALWAYS
 
 
 def test_arrays_of_a_cylindrical_pair_too(modules):
     with held(modules) as seen:
         sw.simulate(sw.load_scene("spur_fzg_c").replace({**TINY, "numerics.wear_steps": 1}))
-    assert len(seen) >= 15
+    assert {owner.__qualname__ for owner in seen} >= ALWAYS

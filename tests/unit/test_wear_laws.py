@@ -150,6 +150,13 @@ def test_two_layers_have_a_kink():
     np.testing.assert_array_equal(law.factor(np.array([[0.29, 0.31]])), [[1.0, 2.0]])
 
 
+def test_the_transition_lies_about_the_case_depth():
+    """From half a transition above the case depth (ISO 18203) to half of it below; linear between."""
+    law = HardnessLaw(700.0, 350.0, case_depth=0.3, transition=0.1)
+    depth = np.array([[0.0, 0.2499, 0.25, 0.275, 0.3, 0.35, 0.3501, 1.0]])
+    assert 1.0 / law.factor(depth)[0] == pytest.approx([1.0, 1.0, 1.0, 0.875, 0.75, 0.5, 0.5, 0.5], rel=1e-12)
+
+
 def test_a_transition_is_the_solution_of_its_equation():
     law = HardnessLaw(700.0, 250.0, 0.3, 0.4, surface=np.array([[1.0, 1.3]]))
     found = law.advance(np.full((1, 2), 0.05), np.full((1, 2), 0.6))

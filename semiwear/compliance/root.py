@@ -1,0 +1,72 @@
+"""The root of a tooth: where its stress is worked out, and by which loads."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from semiwear.compliance.cubics import cubic_weights
+from semiwear.compliance.prism import PrismSection
+
+__all__ = ["ROOT_FROM", "ROOT_POINTS", "ROOT_STATIONS", "at_root", "greatest_along_root", "loads_by_height"]
+
+FloatArray = NDArray[np.float64]
+
+ROOT_FROM = 0.3
+"""Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet
+leaves the stress of its own contact there, while the notch's own greatest stands lower, wherever the load."""
+
+ROOT_POINTS = 17
+"""Points of the root at which stress is worked out."""
+
+ROOT_STATIONS = 33
+"""Places along the width at which it is, in the middles of as many equal parts."""
+
+# the greatest is sought between the stations as well: on a wide tooth the peak under a short load lies between two
+_BETWEEN_STATIONS = make_interp_spline(np.arange(ROOT_STATIONS), np.eye(ROOT_STATIONS), k=3)(
+    np.linspace(0.0, ROOT_STATIONS - 1.0, 4 * ROOT_STATIONS - 3)
+)
+
+
+def at_root(section: PrismSection, stress: FloatArray) -> FloatArray:
+    """Stress (..., fillet point, load) of a prism at points of the root, by cubic splines along the fillet."""
+    at = np.linspace(ROOT_FROM, 1.0, ROOT_POINTS)
+    between = make_interp_spline(section.fillet_share, np.eye(len(section.fillet_share)), k=3)(at)
+    return np.asarray(between @ stress)
+
+
+def loads_by_height(
+    force: FloatArray, moved: FloatArray, place: FloatArray, place_slope: FloatArray, heights: FloatArray
+) -> FloatArray:
+    """Forces at places across contact lines, shared among load heights.
+
+    Parameters
+    ----------
+    force : (roll, face) or (roll, face, places) array [N]
+    moved : array [mm]
+        How far each force acts from the line, in the driven flank's profile coordinate; shaped like `force`.
+    place, place_slope : (roll, face) arrays
+        Height of the line as a share of the flank, and its derivative by the driven profile [1/mm].
+    heights : (H,) array
+        Load heights as shares of the flank, growing.
+
+    Returns
+    -------
+    (roll, face, H) array [N]
+    """
+    across = force.reshape(*place.shape, -1)
+    roll, face, k = np.nonzero(across)
+    at = place[roll, face] + place_slope[roll, face] * moved.reshape(across.shape)[roll, face, k]
+    shares = across[roll, face, k, None] * cubic_weights(at, heights)[0]
+    loads = np.zeros((*place.shape, len(heights)))
+    # the places of a slice follow one another
+    first = np.flatnonzero(np.diff(roll, prepend=-1) | np.diff(face, prepend=-1))
+    if first.size:
+        loads[roll[first], face[first]] = np.add.reduceat(shares, first, axis=0)
+    return loads
+
+
+def greatest_along_root(stress: FloatArray) -> FloatArray:
+    """Greatest tensile stress (roll,) of stresses (roll, station, point) [MPa], sought between stations as well."""
+    return np.asarray(np.maximum((stress.max(axis=2) @ _BETWEEN_STATIONS.T).max(axis=1), 0.0))
