@@ -1,7 +1,8 @@
 """Shapes that docstrings give to attributes, held against every instance that is made.
 
 A line ``name, other : (S, P) array [mm]`` of a dataclass says that both have two axes, and that S is the same
-wherever else the class names it. A number is that length, and `P H` the product of two.
+wherever else the class names it. A number is that length, and `P H` the product of two. Where a class says that its
+"arrays are (roll, face)", so are those that say nothing else.
 """
 
 from __future__ import annotations
@@ -21,16 +22,20 @@ __all__ = ["documented", "held", "misfit"]
 Shape = tuple[str, ...]
 
 _LINE = re.compile(
-    r"^(?P<names>\w+(?:, \w+)*) : \((?P<shape>[\w ]*(?:,[\w ]*)*)\) arrays?(?=$| \[|,? or None|, optional)"
+    r"^(?P<names>\w+(?:, \w+)*) : (?:\((?P<shape>[\w ]*(?:,[\w ]*)*)\) )?(?:bool |int )?arrays?"
+    r"(?=$| \[|,? or None|, optional)"
 )
+_ALL = re.compile(r"arrays are \((?P<shape>[\w, ]+)\)")
 
 
 def documented(owner: type) -> dict[str, Shape]:
     """Shapes of a class's attributes, as its docstring gives them."""
-    found = {}
-    for line in cleandoc(owner.__doc__ or "").splitlines():
-        if match := _LINE.match(line):
-            shape = tuple(axis.strip() for axis in match["shape"].split(",") if axis.strip())
+    text, found = cleandoc(owner.__doc__ or ""), {}
+    common = _ALL.search(text)
+    for line in text.splitlines():
+        match = _LINE.match(line)
+        if match and (said := match["shape"] or (common and common["shape"])):
+            shape = tuple(axis.strip() for axis in said.split(",") if axis.strip())
             found |= dict.fromkeys(match["names"].split(", "), shape)
     return found
 
