@@ -55,46 +55,13 @@ def simulate(
     scene: Scene,
     *,
     progress: Progress | None = None,
-    fidelity: str | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
 ) -> xr.DataTree:
-    """Wear the flank of a scene and follow what it does to contact, root stress and transmission error.
+    """Wear the flank of a scene with the numbers that it has, whatever accuracy it asks for.
 
-    Parameters
-    ----------
-    scene : Scene
-        With a table [wear].
-    progress : Progress, optional
-        Hears of every finished wear step.
-    fidelity : str, optional
-        Instead of ``numerics.fidelity``.
-    checkpoint : path, optional
-        A folder that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
-        It stays until you delete it: do so when you have saved the result.
-    resume : bool
-        Go on from the wear steps in `checkpoint`, from the beginning where there is no such folder. On one kind of
-        processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
-        `/diagnostics`. Without it, an earlier run's steps are replaced when the first wear step is finished.
-
-    Returns
-    -------
-    DataTree
-        Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`), and
-        `/life` where the scene has `[effects.run_life]`; `wear_step` 0 is unworn.
-
-    Raises
-    ------
-    SceneError
-        If the scene has no wear, or `fidelity` is unknown.
-    ConvergenceError
-        If a load or wear step cannot be solved; it names the place and what to change, and its `result` holds the
-        wear steps finished before.
-    ResultFileError
-        If the checkpoint is of another run, damaged, in use, or cannot be written.
+    Arguments, result and errors are those of `semiwear.simulate`.
     """
-    if fidelity is not None:
-        scene = scene.replace({"numerics.fidelity": fidelity})
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
     require_checkpoint(checkpoint, resume)
