@@ -876,3 +876,40 @@ class TestPlacement:
 
     def test_whole_numbers_become_floats(self) -> None:
         assert isinstance(Placement(offset_mm=1).offset_mm, float)
+
+
+# ---------------------------------------------------------------------- hints with numbers
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "words"),
+    [
+        # the pitch radius is 508 mm; as diameters and as halved radii the face just holds it, or just does not
+        (960.0, 1120.0, "these look like diameters: the pitch radius is 508 mm; give 480 and 560"),
+        (960.0, 1018.0, "these look like diameters: the pitch radius is 508 mm; give 480 and 509"),
+        (960.0, 1014.0, "correct the radii, the module or the teeth"),
+        (1014.0, 1120.0, "give 507 and 560"),
+        (1018.0, 1120.0, "correct the radii, the module or the teeth"),
+        (
+            240.0,
+            280.0,
+            "halved radii (the paper calls its radii diameters): the pitch radius is 508 mm; give 480 and 560",
+        ),
+        (253.0, 280.0, "give 506 and 560"),
+        (255.0, 280.0, "correct the radii, the module or the teeth"),
+        (240.0, 253.0, "correct the radii, the module or the teeth"),
+    ],
+)
+def test_radii_of_another_size_are_recognised(inner, outer, words):
+    with pytest.raises(SceneError) as caught:
+        load_scene(NAME).replace({"gear_pair.gear_inner_radius_mm": inner, "gear_pair.gear_outer_radius_mm": outer})
+    fixes = [problem.fix for problem in caught.value.problems if "radius_mm" in problem.field]
+    assert fixes and all(words in fix for fix in fixes), fixes
+
+
+def test_a_pinion_aside_is_told_where_it_may_be():
+    with pytest.raises(SceneError) as caught:
+        load_scene(NAME).replace({"gear_pair.pinion_centre_mm": 700.0})
+    (problem,) = [one for one in caught.value.problems if one.field == "gear_pair.pinion_centre_mm"]
+    assert problem.allowed == "468 to 548 mm: the pinion's face must cover the pitch radius"
+    assert problem.fix == "give 520, the middle of the gear's face"

@@ -155,6 +155,8 @@ def test_the_transition_lies_about_the_case_depth():
     law = HardnessLaw(700.0, 350.0, case_depth=0.3, transition=0.1)
     depth = np.array([[0.0, 0.2499, 0.25, 0.275, 0.3, 0.35, 0.3501, 1.0]])
     assert 1.0 / law.factor(depth)[0] == pytest.approx([1.0, 1.0, 1.0, 0.875, 0.75, 0.5, 0.5, 0.5], rel=1e-12)
+    soft = HardnessLaw(700.0, 350.0, case_depth=0.3, transition=0.1, surface=np.array([[0.05]]))
+    assert 1.0 / soft.factor(np.zeros((1, 1))) == pytest.approx(0.05)
 
 
 def test_a_transition_is_the_solution_of_its_equation():
