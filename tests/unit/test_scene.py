@@ -470,7 +470,10 @@ class TestAcrossFields:
         assert greatest / 6.35 == pytest.approx(0.4719, abs=1e-4)
 
     def test_rack_flanks_cross(self) -> None:
-        assert "cross" in problems_of({"gear_pair.rack_addendum_mm": 11})["gear_pair.rack_addendum_mm"].fix
+        crossed = problems_of({"gear_pair.rack_addendum_mm": 11})["gear_pair.rack_addendum_mm"]
+        assert "cross" in crossed.fix
+        # half the tooth thickness of the rack, pi m/4, over tan(25 deg)
+        assert float(crossed.allowed.removeprefix("up to ").removesuffix(" mm")) == pytest.approx(10.6953, abs=1e-3)
 
     def test_bore_below_the_root(self, shipped: Scene) -> None:
         key = "gear_pair.pinion_bore_radius_mm"
