@@ -69,14 +69,15 @@ _MODULES = {
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["report"] = ("report", "write_report")
+_PACKAGES = ("contact", "errors", "geometry", "measured", "plot", "references", "results", "scene", "wear")
 
 
 def __getattr__(name: str) -> Any:
     """Public functions and classes, loaded when they are asked for, and the version."""
     if name == "__version__":
         return _version()
-    if name == "plot":
-        return import_module("semiwear.plot")
+    if name in _PACKAGES:
+        return import_module(f"semiwear.{name}")
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, own = _PLACES[name]
@@ -86,7 +87,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*__all__, *_PACKAGES, "__version__"})
 
 
 class _Package(ModuleType):

@@ -158,6 +158,23 @@ def test_own_modules_are_imported_at_the_top():
     assert {name for name, tree in TREES.items() if loads_late(tree)} == LATE
 
 
+def test_public_names_are_found_in_any_order():
+    code = """
+import semiwear.plan, semiwear.report, semiwear.simulate, semiwear.screen
+import semiwear as sw
+for name in dir(sw):
+    assert getattr(sw, name) is not None
+assert all(callable(getattr(sw, name)) for name in sw.__all__ if name != "plot")
+assert sw.contact.solve_half_space and sw.wear.wear_per_mesh and sw.geometry.involute
+try:
+    sw.nothing
+except AttributeError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "module 'semiwear' has no attribute 'nothing'", done.stderr
+
+
 # What must start at once does not load what computes.
 QUICK = {
     "import semiwear; semiwear.__version__": ("numpy", "numba", "xarray"),
