@@ -19,9 +19,11 @@ from semiwear.closed_forms.hertz import (
 )
 from semiwear.closed_forms.stripe import stripe_kernel, stripe_table
 from semiwear.compliance.tooth import line_compliance
+from semiwear.contact import line_contact
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import LINE
+from semiwear.contact.line_solver import LineStatus
 from semiwear.contact.stripe import add_near_stripe, subtract_mid_surface
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
@@ -490,3 +492,15 @@ def test_active_set_refuses_an_indefinite_compliance():
         matrix, np.zeros(n), np.ones(n), 1.0, 0.0, True, np.ones(n, dtype=bool), force, slack, 400
     )[0]
     assert status == ActiveSetStatus.NOT_POSITIVE_DEFINITE
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [
+        (LineStatus.WIDTHS_CHANGE, "half-widths still change by 3.0e-04; raise numerics.max_iterations above 60"),
+        (LineStatus.NO_CONTACT_SET, "the contact set does not settle; change numerics.face_slices"),
+        (LineStatus.NOT_POSITIVE_DEFINITE, "the compliance is not positive definite; raise numerics.harmonics"),
+    ],
+)
+def test_every_failure_says_what_to_change(status, words):
+    assert words in line_contact._reason(status, 3e-4, 60)
