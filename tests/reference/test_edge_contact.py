@@ -166,3 +166,18 @@ def test_an_outline_holds_every_node_of_a_fine_flank():
     inside = (u[:count] >= -3.0) & (u[:count] <= 5.0)
     np.testing.assert_array_equal(u[:count][inside], nodes)
     np.testing.assert_array_equal(g[:count][inside], wear)
+
+
+@pytest.mark.parametrize("radii", [(0.02, 0.0), (0.0, 0.02), (0.02, 0.4), (0.0, 0.0)])
+def test_an_outline_has_an_arc_where_an_edge_is_rounded(radii):
+    """However small the radius; beyond a sharp edge there is nothing."""
+    nodes = np.linspace(-3.0, 5.0, 81)
+    u, g = np.empty((2, most_places(nodes[None])))
+    gap = SliceGap(0.0, -3.0, 5.0, np.zeros(5), 1.0, *radii, np.zeros(81), nodes, 40)
+    count = outline(gap, -3.0, 5.0, 3e-3, u, g)
+    for radius, beyond in zip(radii, (-3.0 - u[:count], u[:count] - 5.0), strict=True):
+        arc = beyond > 0.0
+        assert arc.any() == (radius > 0.0)
+        # the arc is tangent to the flank at the border: x^2/(2 rho) near it
+        expected = radius - np.sqrt(np.maximum(radius**2 - beyond[arc] ** 2, 0.0)) if radius else 0.0
+        np.testing.assert_allclose(g[:count][arc], expected, atol=1e-12)
