@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.deviation_grid import read_deviation_grid
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_modification import FlankModification, Relief
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
@@ -40,13 +39,18 @@ class FlankDeviation(Protocol):
 
 
 def _modification(table: Value, name: str) -> FlankModification:
+    deviations = None
+    if table.file is not None:
+        from semiwear.meshing.deviation_grid import read_deviation_grid  # few scenes name such a file
+
+        deviations = read_deviation_grid(table.file, f"effects.{name}.file")
     return FlankModification(
         tip_relief=Relief(_UM * table.tip_relief_um, table.tip_relief_length_mm, table.relief_shape),
         root_relief=Relief(_UM * table.root_relief_um, table.root_relief_length_mm, table.relief_shape),
         crowning=_UM * table.crowning_um,
         lead_slope=_UM * table.lead_slope_um,
         bias=_UM * table.bias_um,
-        deviations=None if table.file is None else read_deviation_grid(table.file, f"effects.{name}.file"),
+        deviations=deviations,
     )
 
 

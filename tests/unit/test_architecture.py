@@ -142,6 +142,7 @@ LATE = {
     "semiwear.plan",
     "semiwear.plan.effects",
     "semiwear.compliance.lanes",
+    "semiwear.meshing.flank_deviations",
 }
 
 

@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from semiwear.errors import Problem, SceneError
+from semiwear.meshing.flank_deviations import DEVIATIONS
+from semiwear.meshing.pairs import MESHES
 from semiwear.scene import EFFECTS, Effects, EffectTable, Placement, Scene, load_scene, parse_scene, scene_from_dict
 from semiwear.scene.effects import (
     FlankModification,
@@ -23,7 +25,9 @@ from semiwear.scene.effects import (
     Modifications,
     WearLaws,
 )
+from semiwear.scene.kinds import KINDS
 from semiwear.scene.schema import DEFAULTS, REQUIRED, RULES, TABLES
+from semiwear.wear.laws import CONTACT_LAWS
 from tests.strategies.scenes import effect_tables
 
 NAME = "face_gear_25x160"
@@ -463,3 +467,12 @@ class TestNames:
 
 def test_lubrication_default_is_the_class_default(ready: Scene) -> None:
     assert ready.effects.lubrication == Lubrication()
+
+
+def test_every_table_has_its_physics():
+    """A table that is listed in a scene and nowhere else would do nothing."""
+    laws = {name for name in EFFECTS if name.startswith("wear_law.")}
+    assert laws == {*CONTACT_LAWS, "wear_law.hardness"}
+    assert {name for name, kind in EFFECTS.items() if kind.acts_in == "geometry"} == set(DEVIATIONS)
+    assert set(KINDS) == set(MESHES)
+    assert all(pair.pitch_surfaces and pair.references for pair, _ in KINDS.values())
