@@ -16,7 +16,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
-from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, UNTIL_MESHES, scene_of
+from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, TINY, UNTIL_MESHES, scene_of
 from tests.strategies.finite import assert_finite_or_explained
 
 FIDELITIES = ["line", "patch"]
@@ -343,6 +343,7 @@ def test_depths_far_apart_end_or_say_why(fidelity):
 def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity, bodies, scheme):
     """Found: `line` blamed the compliance; slices that are flat at a border were given contacts of metres' width."""
     changes = {
+        **TINY,
         **UNTIL_MESHES,
         "wear.until.meshes": 6e12,
         "wear.worn_bodies": bodies,
