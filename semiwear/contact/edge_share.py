@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 
-from semiwear.contact.footprint import clipped, segment
+from semiwear.contact.footprint import open_part, root_of, segment
 from semiwear.kernel_cache import njit
 
 __all__ = ["share_of_edge"]
@@ -27,16 +27,13 @@ def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-d
     """Curvature of the parabola that has the same footprint of some depth as the gap around a point."""
     least = g[bottom]
     area = 0.0
-    c = bottom
-    while c < count - 1 and g[c] - least < depth:
-        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
-        area += segment(depth, u_b - u_a, t_a, t_b)[0]
-        c += 1
-    c = bottom
-    while c > 0 and g[c] - least < depth:
-        u_a, u_b, t_a, t_b = clipped(depth, least, u[c - 1], g[c - 1], u[c], g[c])
-        area += segment(depth, u_b - u_a, t_a, t_b)[0]
-        c -= 1
+    for step in (1, -1):
+        c, end = bottom, count - 1 if step > 0 else 0
+        while c != end and g[c] - least < depth:
+            a, b = depth - (g[c] - least), depth - (g[c + step] - least)
+            _, width = open_part(u[c], abs(u[c + step] - u[c]), a, b)
+            area += segment(width, root_of(a), root_of(b))[0]
+            c += step
     return 0.5 * (pi * depth / max(area * per_mm, _LEAST * depth * sqrt(depth))) ** 2
 
 

@@ -21,27 +21,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.contact.fine_row import FineRow, fill_row, fine_row, forget_row, parts_of_cells
 from semiwear.contact.gap import (
-    fresh_gap,
+    ON_EDGES,
+    add_arc,
+    fresh_curve,
+    fresh_on,
     gap_at,
     gap_of_flanks,
-    most_places,
-    outline,
     rises_within,
     slice_gap,
+    varies_by,
 )
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import change_above, locate, slope_at
+from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
 
 __all__ = [
     "Footprints",
-    "clipped",
+    "Reach",
     "depth_of",
     "footprints",
+    "open_part",
+    "reach_space",
     "reached",
+    "root_of",
     "segment",
 ]
 
@@ -126,136 +132,140 @@ def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
     return 0.5 * max(bend * half_width, _LEAST_BEND) * half_width
 
 
-@njit(cache=True, error_model="numpy")
-def _bend_beside(values, cell):  # type: ignore[no-untyped-def]
-    """Greatest second difference of values at the two nodes of a cell."""
-    last = values.shape[0] - 1
-    bend = 0.0
-    if cell > 0:
-        bend = abs(values[cell - 1] - 2.0 * values[cell] + values[cell + 1])
-    if cell + 2 <= last:
-        bend = max(bend, abs(values[cell] - 2.0 * values[cell + 1] + values[cell + 2]))
-    return bend
-
-
-@njit(cache=True, error_model="numpy")
-def _refine(gap, u, g, count, depth, longest, slopes, fine_u, fine_g):  # type: ignore[no-untyped-def]  # noqa: C901
-    """The outline with places between nodes wherever a footprint may lie; returns their number and the least gap.
-
-    `slopes` keeps what is found of `slope_at` for these depths: NaN where it is not known.
-    """
-    nodes, split, removed = gap.nodes, gap.split, gap.removed
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _lowest(g, count):  # type: ignore[no-untyped-def]
+    """Least of the first finite values."""
     least = g[0]
     for c in range(1, count):
         least = min(least, g[c])
-    fine_u[0], fine_g[0] = u[0], g[0]
-    n, cell = 1, -1
-    for c in range(count - 1):
-        if u[c] >= gap.low and u[c + 1] <= gap.high:
-            width = u[c + 1] - u[c]
-            # nodes are places of the outline, so that each of its stretches lies in one cell
-            if cell < 0:
-                cell = locate(nodes, split, 0.5 * (u[c] + u[c + 1]))[0]
-            elif cell + 2 < nodes.shape[0] and u[c] >= nodes[cell + 1]:
-                cell += 1
-            # by so much, and what wear bends, the gap between two places may be less than at both
-            above = min(g[c], g[c + 1]) - least - depth - 0.125 * gap.derivatives[2] * width * width
-            if above < 0.0 or above < 0.125 * _bend_beside(removed, cell):
-                parts = min(int(width / longest) + 1, fine_u.shape[0] - n - (count - c))
-                if parts > 1:
-                    for node in range(cell, cell + 2):
-                        if np.isnan(slopes[node]):
-                            slopes[node] = slope_at(removed, nodes, split, node)
-                    before, slope = change_above(slopes[cell], nodes, split, cell), slopes[cell + 1]
-                    rise, size = removed[cell + 1] - removed[cell], nodes[cell + 1] - nodes[cell]
-                    second, third = 3.0 * rise - 2.0 * before - slope, before + slope - 2.0 * rise
-                    x, step = (u[c] - nodes[cell]) / size, width / (size * parts)
-                    for part in range(1, parts):
-                        x += step
-                        fine_u[n] = u[c] + part * width / parts
-                        lost = removed[cell] + x * (before + x * (second + x * third))  # `cubic`
-                        fine_g[n] = fresh_gap(fine_u[n] - gap.at, gap.derivatives) + lost
-                        n += 1
-        fine_u[n], fine_g[n] = u[c + 1], g[c + 1]
-        n += 1
-    for c in range(n):
-        least = min(least, fine_g[c])
-    return n, least
+    return least
+
+
+class Reach(NamedTuple):
+    """Memory for the outline of what a footprint may reach, (places,) arrays of profile coordinate and gap."""
+
+    row: FineRow
+    u: FloatArray
+    g: FloatArray
 
 
 @njit(cache=True, error_model="numpy")
-def reached(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
-    """Outline of what a footprint may reach, in work[2] and work[3]: depth, number of places and least gap.
+def reach_space(nodes):  # type: ignore[no-untyped-def]
+    """Memory for the footprints of slices of these nodes."""
+    row = fine_row(nodes.shape[1])
+    most = row.place.shape[0] + ON_EDGES
+    return Reach(row, np.empty(most), np.empty(most))
 
-    `slopes` keeps `slope_at` of the nodes, NaN where it is not known; `work` is (4, `most_places`).
+
+@njit(cache=True, error_model="numpy")
+def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
+    """Outline of what a footprint may reach, in `space`: depth, number of places and least gap.
+
+    `space` knows of no row of material removed but the one of this gap.
     """
-    width = half_width / gap.per_mm
+    nodes, split, row, u, g = gap.nodes, gap.split, space.row, space.u, space.g
+    width, last = half_width / gap.per_mm, nodes.shape[0] - 1
     depth = depth_of(gap.derivatives[2], width)
     # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + rises_within(gap.removed.max() - gap.removed.min() + depth, gap.derivatives[2])
-    count = outline(gap, gap.at - reach, gap.at + reach, depth, work[0], work[1])
-    count, least = _refine(gap, work[0], work[1], count, depth, _FINE * width, slopes, work[2], work[3])
-    return depth, count, least
+    reach = width + rises_within(varies_by(gap.removed) + depth, gap.derivatives[2])
+    start = max(gap.low, min(gap.at - reach, gap.high))
+    stop = min(gap.high, max(gap.at + reach, gap.low))
+    parts = parts_of_cells(nodes, _FINE * width)
+    first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
+    fill_row(row, gap, parts, first, end)
+    p, q, count = first * parts, end * parts + 1, 0
+    if start <= gap.low and gap.low_radius > 0.0:
+        count = add_arc(gap, -1.0, depth, u, g, count)
+    if row.place[p] <= gap.low:
+        u[count], g[count] = start, gap_at(gap, start)
+        count += 1
+        while p < q and row.place[p] <= start:
+            p += 1
+    cut = row.place[q - 1] >= gap.high
+    while cut and q > p and row.place[q - 1] >= stop:
+        q -= 1
+    curve = fresh_curve(gap.derivatives)
+    for k in range(p, q):
+        u[count + k - p] = row.place[k]
+        g[count + k - p] = fresh_on(curve, row.place[k] - gap.at) + row.removed[k]
+    count += q - p
+    if cut and (count == 0 or stop > u[count - 1]):
+        u[count], g[count] = stop, gap_at(gap, stop)
+        count += 1
+    if stop >= gap.high and gap.high_radius > 0.0:
+        count = add_arc(gap, 1.0, depth, u, g, count)
+    return depth, count, _lowest(g, count)
 
 
 @njit(cache=True, error_model="numpy")
-def segment(depth, width, t_a, t_b):  # type: ignore[no-untyped-def]
-    """Integrals of t = sqrt(depth - g) and of (depth - g) t over a stretch on which g is linear."""
-    a, b = t_a * t_a, t_b * t_b
-    if abs(a - b) <= 1e-6 * depth:
-        t = 0.5 * (t_a + t_b)
-        return width * t, width * t * t * t
-    per = width / abs(b - a)
-    return (
-        2.0 / 3.0 * per * abs(t_a * a - t_b * b),
-        2.0 / 5.0 * per * abs(t_a * a * a - t_b * b * b),
-    )
+def segment(width, t_a, t_b):  # type: ignore[no-untyped-def]
+    """Integrals of t = sqrt(depth - g) and of (depth - g) t over a stretch on which g is linear.
+
+    With a = t_a^2 and b = t_b^2 at its ends they are 2/3 (a^1.5 - b^1.5)/(a - b) and 2/5 (a^2.5 - b^2.5)/(a - b) of
+    the width, here with the common factor divided out: nothing cancels where g is even.
+    """
+    total = t_a + t_b
+    if total <= 0.0:
+        return 0.0, 0.0
+    a, b, ab = t_a * t_a, t_b * t_b, t_a * t_b
+    per = width / total
+    return 2.0 / 3.0 * per * (a + ab + b), 0.4 * per * (a * a + b * b + ab * (a + ab + b))
 
 
 @njit(cache=True, error_model="numpy")
-def clipped(depth, least, u_a, g_a, u_b, g_b):  # type: ignore[no-untyped-def]
-    """Part of a stretch with g - least < depth: its ends and the roots t there; empty if width is zero."""
-    a, b = depth - (g_a - least), depth - (g_b - least)
-    if a <= 0.0 and b <= 0.0:
-        return u_a, u_a, 0.0, 0.0
+def open_part(u_a, width, a, b):  # type: ignore[no-untyped-def]
+    """Start and width of the part of a stretch where depth - g, straight from a to b, is positive."""
     if a < 0.0:
-        return u_b - (u_b - u_a) * b / (b - a), u_b, 0.0, sqrt(b)
+        return u_a + width * a / (a - b), width * b / (b - a)
     if b < 0.0:
-        return u_a, u_a + (u_b - u_a) * a / (a - b), sqrt(a), 0.0
-    return u_a, u_b, sqrt(a), sqrt(b)
+        return u_a, width * a / (a - b)
+    return u_a, width
 
 
 @njit(cache=True, error_model="numpy")
-def _shape(gap, half_width, slopes, work):  # type: ignore[no-untyped-def]
+def root_of(a):  # type: ignore[no-untyped-def]
+    """Square root of depth - g; zero where the gap is not closed."""
+    return sqrt(a) if a > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
     """Room and least gap of a footprint, its area, moments of gap and place, and whether an end cuts it off."""
-    depth, count, least = reached(gap, half_width, slopes, work)
-    u, g = work[2], work[3]
+    depth, count, least = reached(gap, half_width, space)
+    u, g = space.u, space.g
     area, below, moment = 0.0, 0.0, 0.0
+    b = depth - (g[0] - least)
+    t_b = root_of(b)
     for c in range(count - 1):
-        if min(g[c], g[c + 1]) - least >= depth:
-            continue
-        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
-        if u_b > u_a:
-            a, b = segment(depth, u_b - u_a, t_a, t_b)
-            area += a
-            below += b
-            moment += a * 0.5 * (u_a + u_b)
+        a, t_a = b, t_b
+        b = depth - (g[c + 1] - least)
+        t_b = root_of(b)
+        if t_a + t_b > 0.0:
+            start, width = open_part(u[c], u[c + 1] - u[c], a, b)
+            part, open_gap = segment(width, t_a, t_b)
+            area += part
+            below += open_gap
+            moment += part * (start + 0.5 * width)
     # cut off where the gap is still open to the footprint at an end of the slice
+    first, last = 0, count - 1
     cut = False
-    for c in range(count):
-        if (u[c] <= gap.low or u[c] >= gap.high) and g[c] - least < depth:
-            cut = True
+    while first < count and u[first] <= gap.low:
+        cut |= g[first] - least < depth
+        first += 1
+    while last >= 0 and u[last] >= gap.high:
+        cut |= g[last] - least < depth
+        last -= 1
     return depth, least, area, below, moment, cut
 
 
 @njit(cache=True, error_model="numpy")
 def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
-    work, slopes = np.empty((4, most_places(flank.nodes))), np.empty(flank.nodes.shape[1])
+    space = reach_space(flank.nodes)
     rolls, faces = near.shape
     for i in range(faces):
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
-                slopes[:] = np.nan
+                forget_row(space.row)
             gap = slice_gap(flank, k, i)
             width = half_width / gap.per_mm
             found.profile[k, i] = gap.at
@@ -266,9 +276,9 @@ def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
             found.edge[k, i] = gap.at - gap.low < width or gap.high - gap.at < width
             if not near[k, i]:
                 continue
-            if gap.removed.max() == gap.removed.min() and not found.edge[k, i]:
+            if varies_by(gap.removed) == 0.0 and not found.edge[k, i]:
                 continue
-            depth, least, area, below, moment, cut = _shape(gap, half_width, slopes, work)
+            depth, least, area, below, moment, cut = _shape(gap, half_width, space)
             found.least[k, i] = least
             if area <= 0.0:
                 # a single point is left of the slice: it touches as the fresh flank would

@@ -13,14 +13,19 @@ from numpy.typing import NDArray
 
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import locate, smooth_value
+from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell, smooth_value
 from semiwear.meshing.removed import Removed
 
 __all__ = [
+    "ON_EDGES",
     "FlankGap",
+    "FreshCurve",
     "SliceGap",
+    "add_arc",
     "fresh_at",
+    "fresh_curve",
     "fresh_gap",
+    "fresh_on",
     "fresh_slope",
     "gap_at",
     "gap_of_flanks",
@@ -29,13 +34,14 @@ __all__ = [
     "removed_at",
     "rises_within",
     "slice_gap",
+    "varies_by",
 ]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
-_BETWEEN = 1000  # places of an outline between nodes and on edges, at most
+ON_EDGES = 2 * _ARC_NODES + 2  # places of an outline on edges and at borders, at most
 
 
 class SliceGap(NamedTuple):
@@ -118,42 +124,72 @@ def slice_gap(gap, k, i):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
+class FreshCurve(NamedTuple):
+    """Fresh separation across a slice: its polynomial, and how far to either side that stays convex.
+
+    Attributes
+    ----------
+    least, slope, bend, third, fourth : float [mm, 1, 1/mm, ...]
+        Separation at the line and its derivatives by the profile coordinate; `bend` is at least zero.
+    below, above : float [mm]
+        Limits of the convex stretch, at most and at least zero.
+    """
+
+    least: float
+    slope: float
+    bend: float
+    third: float
+    fourth: float
+    below: float
+    above: float
+
+
 @njit(cache=True, error_model="numpy")
-def _convex(away, derivatives):  # type: ignore[no-untyped-def]
-    """Second derivative at the line, at least zero, and how far towards `away` the polynomial stays convex."""
-    side = 1.0 if away >= 0.0 else -1.0
-    bend, third, fourth = max(derivatives[2], 0.0), side * derivatives[3], derivatives[4]
-    # first zero of bend + third t + fourth t^2/2 at t >= 0, if there is one
+def _convex_within(bend, third, fourth):  # type: ignore[no-untyped-def]
+    """First zero of bend + third t + fourth t^2/2 at t >= 0; infinite if there is none."""
     rest = third * third - 2.0 * bend * fourth
     if rest < 0.0:
-        return bend, away
+        return np.inf
     if third > 0.0:
-        first = -(third + sqrt(rest)) / fourth if fourth < 0.0 else np.inf
-    elif sqrt(rest) - third > 0.0:
-        first = 2.0 * bend / (sqrt(rest) - third)
-    else:
-        first = 0.0 if fourth < 0.0 else np.inf
-    return bend, away if abs(away) <= first else side * first
+        return -(third + sqrt(rest)) / fourth if fourth < 0.0 else np.inf
+    if sqrt(rest) - third > 0.0:
+        return 2.0 * bend / (sqrt(rest) - third)
+    return 0.0 if fourth < 0.0 else np.inf
 
 
 @njit(cache=True, error_model="numpy")
-def fresh_gap(away, derivatives):  # type: ignore[no-untyped-def]
+def fresh_curve(derivatives):  # type: ignore[no-untyped-def]
+    """Fresh separation across a slice from its value and derivatives at the line."""
+    bend, third, fourth = max(derivatives[2], 0.0), derivatives[3], derivatives[4]
+    below, above = -_convex_within(bend, -third, fourth), _convex_within(bend, third, fourth)
+    return FreshCurve(derivatives[0], derivatives[1], bend, third, fourth, below, above)
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_on(curve, away):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
     The separation is convex. Its polynomial need not be, far out on one side, and could fall there without end:
     beyond the place where its curvature vanishes the separation goes on straight.
     """
-    bend, d = _convex(away, derivatives)
-    slope = derivatives[1] + d * (bend + d * (0.5 * derivatives[3] + d * derivatives[4] / 6.0))
-    rise = d * (derivatives[1] + d * (0.5 * bend + d * (derivatives[3] / 6.0 + d * derivatives[4] / 24.0)))
-    return derivatives[0] + rise + (away - d) * slope
+    d = min(max(away, curve.below), curve.above)
+    slope = curve.slope + d * (curve.bend + d * (0.5 * curve.third + d * curve.fourth / 6.0))
+    rise = d * (curve.slope + d * (0.5 * curve.bend + d * (curve.third / 6.0 + d * curve.fourth / 24.0)))
+    return curve.least + rise + (away - d) * slope
+
+
+@njit(cache=True, error_model="numpy")
+def fresh_gap(away, derivatives):  # type: ignore[no-untyped-def]
+    """Fresh separation at a distance from the line, from its derivatives there: `fresh_on`."""
+    return fresh_on(fresh_curve(derivatives), away)
 
 
 @njit(cache=True, error_model="numpy")
 def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
-    bend, d = _convex(away, derivatives)
-    return derivatives[1] + d * (bend + d * (0.5 * derivatives[3] + d * derivatives[4] / 6.0))
+    curve = fresh_curve(derivatives)
+    d = min(max(away, curve.below), curve.above)
+    return curve.slope + d * (curve.bend + d * (0.5 * curve.third + d * curve.fourth / 6.0))
 
 
 @njit(cache=True, error_model="numpy")
@@ -207,8 +243,8 @@ def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
-    """Append points of a rounded edge to the outline.
+def add_arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
+    """Append points of a rounded edge to the outline, in the order of their profile coordinates.
 
     Where the edge is the other body's, the flank goes on beyond it: the rounding presses on the wall of the groove
     that the edge has worn.
@@ -224,10 +260,17 @@ def _arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
         rises = max(rises, here - gap.removed[p])
         p += 1 if direction > 0.0 else -1
     reach = _reach_on_edge(depth + rises, slope, radius)
-    for c in range(1, _ARC_NODES + 1):
-        x = reach * c / _ARC_NODES
-        u[count] = border + direction * x / per_mm
-        g[count] = _beyond(x, fresh, slope, radius) + removed_at(gap, u[count])
+    known, start, end, slope_a, slope_b = -1, 0.0, 0.0, 0.0, 0.0
+    for n in range(_ARC_NODES):
+        # outwards from an upper border, inwards to a lower one
+        x = reach * (n + 1 if direction > 0.0 else _ARC_NODES - n) / _ARC_NODES
+        place = border + direction * x / per_mm
+        cell, inside = locate(nodes, gap.split, place)
+        if cell != known:
+            known, start, end = cell, gap.removed[cell], gap.removed[cell + 1]
+            slope_a, slope_b = slopes_of_cell(gap.removed, nodes, gap.split, cell)
+        u[count] = place
+        g[count] = _beyond(x, fresh, slope, radius) + cubic(start, end, slope_a, slope_b, inside)
         count += 1
     return count
 
@@ -240,8 +283,28 @@ def rises_within(height, bend):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def most_places(nodes):  # type: ignore[no-untyped-def]
-    """Size of arrays for the outline of a slice of these nodes, refined or not."""
-    return nodes.shape[1] + _BETWEEN
+    """Size of arrays for the outline of a slice of these nodes."""
+    return nodes.shape[1] + ON_EDGES
+
+
+@njit(cache=True, error_model="numpy")
+def _at_nodes(gap, curve, first, end, u, g, count):  # type: ignore[no-untyped-def]
+    """Append nodes to the outline."""
+    nodes, removed, at = gap.nodes, gap.removed, gap.at
+    for p in range(first, end):
+        u[count + p - first] = nodes[p]
+        g[count + p - first] = fresh_on(curve, nodes[p] - at) + removed[p]
+    return count + end - first
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def varies_by(values):  # type: ignore[no-untyped-def]
+    """Greatest less least of finite values."""
+    least = greatest = values[0]
+    for value in values:
+        least = min(least, value)
+        greatest = max(greatest, value)
+    return greatest - least
 
 
 @njit(cache=True, error_model="numpy")
@@ -251,9 +314,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     start, stop = max(low, min(start, high)), min(high, max(stop, low))
     count = 0
     if start <= low and gap.low_radius > 0.0:
-        count = _arc(gap, -1.0, depth, u, g, count)
-        u[:count] = u[:count][::-1].copy()
-        g[:count] = g[:count][::-1].copy()
+        count = add_arc(gap, -1.0, depth, u, g, count)
     p = np.searchsorted(nodes, start)
     if start > low and p > 0 and nodes[p - 1] > low:
         # from a node, where nothing has to be read between
@@ -264,19 +325,17 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
         count += 1
         if p < nodes.shape[0] and nodes[p] <= start:
             p += 1
-    while p < nodes.shape[0] and nodes[p] < stop:
-        u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - gap.at, gap.derivatives) + gap.removed[p]
-        count += 1
-        p += 1
-    if p < nodes.shape[0] and nodes[p] < high and stop < high:
-        u[count] = nodes[p]
-        g[count] = fresh_gap(nodes[p] - gap.at, gap.derivatives) + gap.removed[p]
-        count += 1
-    elif count == 0 or stop > u[count - 1]:
-        u[count] = stop
-        g[count] = gap_at(gap, stop)
-        count += 1
+    curve = fresh_curve(gap.derivatives)
+    end = max(np.searchsorted(nodes, stop), p)
+    if end < nodes.shape[0] and nodes[end] < high and stop < high:
+        # to a node, for the same reason
+        count = _at_nodes(gap, curve, p, end + 1, u, g, count)
+    else:
+        count = _at_nodes(gap, curve, p, end, u, g, count)
+        if count == 0 or stop > u[count - 1]:
+            u[count] = stop
+            g[count] = gap_at(gap, stop)
+            count += 1
     if stop >= high and gap.high_radius > 0.0:
-        count = _arc(gap, 1.0, depth, u, g, count)
+        count = add_arc(gap, 1.0, depth, u, g, count)
     return count

@@ -24,6 +24,7 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
 __all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "usual_approach"]
@@ -56,6 +57,17 @@ def _least_separation(lines: ContactLines) -> FloatArray:
     at_low = np.where((lines.profile <= lines.low) & (slope > 0.0), nearer * lines.low_edge_radius, 0.0)
     at_high = np.where((lines.profile >= lines.high) & (slope < 0.0), nearer * lines.high_edge_radius, 0.0)
     return np.asarray(lines.separation[0] - np.maximum(at_low, at_high))
+
+
+@njit(cache=True, error_model="numpy")
+def _picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
+    """Part of a matrix (n, n) between chosen points, each moved [mm]; `slope` is the change of row i by its move."""
+    out = np.empty((chosen.size, chosen.size))
+    for i in range(chosen.size):
+        for j in range(chosen.size):
+            change = slope[chosen[i], chosen[j]] * moved[i] + slope[chosen[j], chosen[i]] * moved[j]
+            out[i, j] = matrix[chosen[i], chosen[j]] + change
+    return out
 
 
 @dataclass(frozen=True)
@@ -103,13 +115,9 @@ class Candidates:
         self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
     ) -> FloatArray:
         """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
-        index, pick = self.index[chosen], np.ix_(chosen, chosen)
-        picked = matrix[pick]
+        index = self.index[chosen]
         moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
-        if moved.any():
-            change = self.slope[pick] * moved[:, None]
-            picked += change
-            picked += change.T
+        picked: FloatArray = _picked(matrix, self.slope, chosen, moved)
         if wear_compliance is not None:
             picked.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
         return picked

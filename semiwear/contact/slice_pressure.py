@@ -25,6 +25,7 @@ from semiwear.contact.gap import (
     removed_at,
     rises_within,
     slice_gap,
+    varies_by,
 )
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
@@ -85,7 +86,7 @@ def _influences(x, width, n, bands, span, even, out):  # type: ignore[no-untyped
             out[j, i] = out[i, j]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
     """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y)."""
     m = on.shape[0]
@@ -101,14 +102,14 @@ def _respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
             second -= a[i, k] * y[k]
         x[i], y[i] = first / a[i, i], second / a[i, i]
     for i in range(m - 1, -1, -1):
-        for k in range(i + 1, m):
-            x[i] -= a[k, i] * x[k]
-            y[i] -= a[k, i] * y[k]
         x[i] /= a[i, i]
         y[i] /= a[i, i]
+        for k in range(i):
+            x[k] -= a[i, k] * x[i]
+            y[k] -= a[i, k] * y[i]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
     """Let cells press that penetrate; whether there are any."""
     changed = False
@@ -279,7 +280,7 @@ def _work_space(places: int) -> _Work:
 @njit(cache=True, error_model="numpy")
 def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
     """Forces on cells of a slice: how many, least gap, span, approach and its derivative (NaN if unsettled)."""
-    spread, closes = gap.removed.max() - gap.removed.min(), unit * load
+    spread, closes = varies_by(gap.removed), unit * load
     # a Hertz contact closes gaps up to b^2/(2R) = 2 q/(pi E*)
     depth, n, least, span, approach, rate = _ROOM * closes, 0, 0.0, 0.0, np.nan, np.nan
     for _ in range(_ATTEMPTS):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["FlankGrid", "change_above", "cubic", "flank_grid", "locate", "slope_at", "smooth_value"]
+__all__ = ["FlankGrid", "change_above", "cubic", "flank_grid", "locate", "slope_at", "slopes_of_cell", "smooth_value"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -142,6 +142,14 @@ def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def slopes_of_cell(values, nodes, split, cell):  # type: ignore[no-untyped-def]
+    """Changes per cell, of this cell, at both of its nodes."""
+    return change_above(slope_at(values, nodes, split, cell), nodes, split, cell), slope_at(
+        values, nodes, split, cell + 1
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
     """Value at fraction `x` of a cell whose nodes have values a, b and changes per cell there."""
     y = 1.0 - x
@@ -157,5 +165,5 @@ def smooth_value(values, nodes, split, cell, x):  # type: ignore[no-untyped-def]
     it would have a peak at every node. With the mean slope everywhere (Catmull and Rom 1974) a crest would rise
     beside a groove by 2/27 of the groove's depth.
     """
-    slope_a = change_above(slope_at(values, nodes, split, cell), nodes, split, cell)
-    return cubic(values[cell], values[cell + 1], slope_a, slope_at(values, nodes, split, cell + 1), x)
+    slope_a, slope_b = slopes_of_cell(values, nodes, split, cell)
+    return cubic(values[cell], values[cell + 1], slope_a, slope_b, x)

@@ -7,10 +7,11 @@ import numpy as np
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import locate
 
-__all__ = ["VALLEY", "lay", "node_width", "shifts_of", "step_of"]
+__all__ = ["VALLEY", "lay", "lay_points", "lies_within", "node_width", "shifts_of", "step_of"]
 
 VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
+_SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,9 +60,84 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
     """
     last = nodes.shape[0] - 1
     reach = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
-    height = amount / reach
-    below = _lay_ramp(nodes, split, middle - reach, middle, height, out)
-    return below + _lay_ramp(nodes, split, middle + reach, middle, height, out)
+    if middle + reach <= nodes[0] or middle - reach >= nodes[last]:
+        return 0.0
+    p, _ = locate(nodes, split, middle - reach)
+    if reach < _SHORT_STEP * (nodes[p + 1] - nodes[p]):
+        height = amount / reach
+        below = _lay_ramp(nodes, split, middle - reach, middle, height, out)
+        return below + _lay_ramp(nodes, split, middle + reach, middle, height, out)
+    # as in `lay_points`, with the amount below the first node taken off and no more than up to the last one
+    scale = amount / (reach * reach)
+    x = nodes[p] - middle
+    first = 0.5 * scale * (max(x + reach, 0.0) ** 2 - 2.0 * max(x, 0.0) ** 2)
+    before = scale / 6.0 * (max(x + reach, 0.0) ** 3 - 2.0 * max(x, 0.0) ** 3)
+    slope = first
+    while p < last and x < reach:
+        width = nodes[p + 1] - nodes[p]
+        x += width
+        rest = max(x - reach, 0.0)
+        value = scale / 6.0 * (max(x + reach, 0.0) ** 3 - 2.0 * max(x, 0.0) ** 3 + rest * rest * rest)
+        after = (value - before) / width
+        out[p] += max(after - slope, 0.0)
+        before, slope, p = value, after, p + 1
+    whole = amount
+    if x < reach:
+        whole = 0.5 * scale * (max(x + reach, 0.0) ** 2 - 2.0 * max(x, 0.0) ** 2)
+    out[p] += max(whole - slope, 0.0)
+    return whole - first
+
+
+@njit(cache=True, error_model="numpy")
+def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
+    """Whether amounts at rising places that fade out over a step lie on the nodes, as `lay_points` needs it."""
+    last, reach = nodes.shape[0] - 1, abs(step)
+    if count == 0 or reach < _SHORT_STEP * max(nodes[1] - nodes[0], nodes[last] - nodes[last - 1]):
+        return False
+    return middle[0] - reach > nodes[0] and middle[count - 1] + reach < nodes[last]
+
+
+@njit(cache=True, error_model="numpy")
+def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[no-untyped-def]
+    """Add to nodes amounts at rising places that all fade out over one step, as `lay` does one by one.
+
+    An amount m at u has the density m [(x-u+s)+ - 2 (x-u)+ + (x-u-s)+]/s^2; a node takes the integral of its product
+    with the hat function of the node, which is the second difference over the nodes of the double integral
+    G(x) = [Q(x+s) - 2 Q(x) + Q(x-s)]/s^2 with Q(y) = sum of m (y-u)+^3/6. Q follows from the first four moments of
+    the amounts below y, so that every amount and every node is met three times, whatever the footprint spans.
+    """
+    # places are taken from the middle of them all: there the third powers lose least
+    origin = 0.5 * (middle[0] + middle[count - 1])
+    start = locate(nodes, split, middle[0] - step)[0]
+    below, here, above = (0, 0.0, 0.0, 0.0, 0.0), (0, 0.0, 0.0, 0.0, 0.0), (0, 0.0, 0.0, 0.0, 0.0)
+    before, slope, p = 0.0, 0.0, start
+    end = middle[count - 1] + step
+    while nodes[p] < end:
+        x = nodes[p + 1] - origin
+        below, q_below = _cubes(middle, amount, count, origin, x - step, below)
+        here, q_here = _cubes(middle, amount, count, origin, x, here)
+        above, q_above = _cubes(middle, amount, count, origin, x + step, above)
+        value = (q_below - 2.0 * q_here + q_above) / (step * step)
+        after = (value - before) / (nodes[p + 1] - nodes[p])
+        out[p] += max(after - slope, 0.0)
+        before, slope, p = value, after, p + 1
+    out[p] += max(above[1] - slope, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _cubes(middle, amount, count, origin, y, moments):  # type: ignore[no-untyped-def]
+    """Moments (how many, m, m u, m u^2, m u^3) of the amounts below y, and their sum of m (y - u)^3/6."""
+    n, m_0, m_1, m_2, m_3 = moments
+    while n < count and middle[n] - origin < y:
+        u, m = middle[n] - origin, amount[n]
+        m_0 += m
+        m *= u
+        m_1 += m
+        m *= u
+        m_2 += m
+        m_3 += m * u
+        n += 1
+    return (n, m_0, m_1, m_2, m_3), (y * (y * (y * m_0 - 3.0 * m_1) + 3.0 * m_2) - m_3) / 6.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -69,13 +145,15 @@ def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_
     """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
 
     A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
-    border.
+    border. Returns whether all of them are one stretch that moves as a whole.
     """
+    alike = pieces > 0 and at_edge[0] == at_edge[pieces - 1]
     for whole in (0, VALLEY):  # the valley by itself goes over into the whole footprint
         first, last = np.inf, -np.inf
         for c in range(pieces):
             if at_edge[c] == whole:
                 first, last = min(first, middle[c]), max(last, middle[c])
+        alike &= not (last >= high - slack or first <= low + slack)
         for c in range(pieces):
             if at_edge[c] != whole:
                 continue
@@ -90,8 +168,11 @@ def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_
     for c in range(pieces):
         if at_edge[c] == -1:
             shift[c] = low_moves
+            alike = False
         elif at_edge[c] == 1:
             shift[c] = high_moves
+            alike = False
+    return alike
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,19 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.edge_share import share_of_edge
-from semiwear.contact.footprint import clipped, reached, segment
-from semiwear.contact.gap import gap_of_flanks, most_places, slice_gap
+from semiwear.contact.fine_row import forget_row
+from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of
+from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
-from semiwear.wear.between_rolls import VALLEY, lay, node_width, shifts_of, step_of
+from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
 
 __all__ = ["Nodes", "Spread", "factor_at", "piece_space", "pieces_of", "spread_over_flank"]
 
 FloatArray = NDArray[np.float64]
-
-_EVEN = 1e-4  # of what a footprint reaches down: a stretch that slopes less has its centroid in its middle
 
 
 class Spread(NamedTuple):
@@ -60,24 +59,21 @@ class Nodes(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Memory for the stretches of one footprint: its outline, their shares, middles, edges and shifts, and slopes."""
+    """Memory for one footprint: its outline, and the shares, middles, edges and shifts of its stretches."""
 
-    work: FloatArray
+    reach: Reach
     mass: FloatArray
     middle: FloatArray
     at_edge: NDArray[np.int64]
     shift: FloatArray
-    slopes: FloatArray
 
 
 @njit(cache=True, error_model="numpy")
 def piece_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
-    most = most_places(nodes)
-    return Pieces(
-        np.empty((4, most)), np.empty(2 * most), np.empty(2 * most), np.empty(2 * most, dtype=np.int64),
-        np.empty(2 * most), np.empty(nodes.shape[1]),
-    )  # fmt: skip
+    reach = reach_space(nodes)
+    most = 2 * reach.u.shape[0]
+    return Pieces(reach, np.empty(most), np.empty(most), np.empty(most, dtype=np.int64), np.empty(most))
 
 
 @njit(cache=True, error_model="numpy")
@@ -93,16 +89,22 @@ def factor_at(what, k, i, place):  # type: ignore[no-untyped-def]
 def _add_pieces(u, g, start, stop, least, depth, share, edge, mass, middle, at_edge, pieces):  # type: ignore[no-untyped-def]
     """Append the stretches of a footprint between two points of the outline, whose shares sum up to `share`."""
     area, begin = 0.0, pieces
+    b = depth - (g[start] - least)
+    t_b = root_of(b)
     for c in range(start, stop):
-        if min(g[c], g[c + 1]) - least >= depth:
+        a, t_a = b, t_b
+        b = depth - (g[c + 1] - least)
+        t_b = root_of(b)
+        if t_a + t_b <= 0.0:
             continue
-        u_a, u_b, t_a, t_b = clipped(depth, least, u[c], g[c], u[c + 1], g[c + 1])
-        if u_b > u_a:
-            mass[pieces], below = segment(depth, u_b - u_a, t_a, t_b)
-            # its centroid: a depth that alternates from node to node would not be felt in the middle
-            a, b = t_a * t_a, t_b * t_b
-            inside = (below / mass[pieces] - a) / (b - a) if abs(a - b) > _EVEN * depth else 0.5
-            middle[pieces] = u_a + min(max(inside, 0.0), 1.0) * (u_b - u_a)
+        u_a, width = open_part(u[c], u[c + 1] - u[c], a, b)
+        if width > 0.0:
+            # share 2/3 even/(t_a + t_b) of the width as in `segment`; its centroid: a depth that alternates from node
+            # to node would not be felt in the middle
+            even = t_a * t_a + t_b * (t_a + t_b)
+            per = width / (5.0 * even * (t_a + t_b))
+            mass[pieces] = 10.0 / 3.0 * even * even * per
+            middle[pieces] = u_a + per * (t_b * (t_b * (3.0 * t_b + 6.0 * t_a) + 4.0 * t_a * t_a) + 2.0 * t_a**3)
             at_edge[pieces] = edge
             area += mass[pieces]
             pieces += 1
@@ -120,8 +122,8 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
     mass, middle, at_edge = space.mass, space.middle, space.at_edge
-    depth, count, least = reached(gap, half_width, space.slopes, space.work)
-    u, g = space.work[2], space.work[3]
+    depth, count, least = reached(gap, half_width, space.reach)
+    u, g = space.reach.u, space.reach.g
     edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
     pieces = 0
     if apart < 1.0:
@@ -148,23 +150,30 @@ def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type:
         nodes, split = grid.nodes[i], grid.split[i]
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
-                space.slopes[:] = np.nan
+                forget_row(space.reach.row)
             # between two loaded positions a slice may pass beyond an end of the other body's face
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
             pieces = pieces_of(gap, half_width, what.closes[k, i], space)
             rate = what.rate[:, i]
-            shifts_of(
+            whole = shifts_of(
                 middle, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
                 step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
                 step_of(flank.high[:, i], rate, k), shift,
             )  # fmt: skip
+            total, laid = 0.0, 0.0
             for c in range(pieces):
-                amount = what.rate[k, i] / gap.per_mm * mass[c] * factor_at(what, k, i, middle[c])
-                laid = lay(nodes, split, middle[c], shift[c], amount, out[i])
-                taken[0] += amount * gap.per_mm * length[k, i]
-                taken[1] += (amount - laid) * gap.per_mm * length[k, i]
+                mass[c] *= rate[k] / gap.per_mm * factor_at(what, k, i, middle[c])
+                total += mass[c]
+            if whole and lies_within(nodes, middle, pieces, shift[0]):
+                lay_points(nodes, split, middle, mass, pieces, abs(shift[0]), out[i])
+                laid = total
+            else:
+                for c in range(pieces):
+                    laid += lay(nodes, split, middle[c], shift[c], mass[c], out[i])
+            taken[0] += total * gap.per_mm * length[k, i]
+            taken[1] += (total - laid) * gap.per_mm * length[k, i]
         for p in range(nodes.shape[0]):
             out[i, p] /= node_width(nodes, p)
 

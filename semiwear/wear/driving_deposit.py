@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.contact.fine_row import forget_row
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -53,7 +54,7 @@ def _spread(flank, what, half_width, slices, driving, length, out, taken):  # ty
     for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
-                space.slopes[:] = np.nan
+                forget_row(space.reach.row)
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)

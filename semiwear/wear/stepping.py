@@ -41,6 +41,7 @@ CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, Footprints], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _CYCLES = (4, 64)  # within an implicit step
+_FEWER, _LEAST_CYCLES = 2, 2  # half of them show the own wear of lines as well: results change by less than 0.05 %
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
@@ -314,10 +315,11 @@ class _Step:
     def _correct_own_wear(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
         loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
-        worn = self.worn(loads, meshes)
-        cycles = self._stable_cycles(worn)
-        if cycles > self.cycles:
-            self.cycles = cycles
+        few = max(self.cycles // _FEWER, _LEAST_CYCLES)
+        worn = self.worn(loads, meshes, cycles=few)
+        stable = self._stable_cycles(worn)
+        if stable > few:
+            self.cycles = max(stable, self.cycles)
             worn = self.worn(loads, meshes)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
@@ -346,20 +348,31 @@ class _Step:
         """The cases' parts in the wear."""
         return [case.weighted(one) for case, one in zip(self.cases, loads, strict=True)]
 
-    def worn(self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None) -> Worn:
+    def worn(
+        self,
+        loads: Sequence[TeethLoads],
+        meshes: float,
+        slices: IntArray | None = None,
+        cycles: int | None = None,
+    ) -> Worn:
         """Wear at the end of the step [mm]."""
-        return self.mapped(loads, meshes, slices)[0]
+        return self.mapped(loads, meshes, slices, cycles)[0]
 
     def mapped(
-        self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None
+        self,
+        loads: Sequence[TeethLoads],
+        meshes: float,
+        slices: IntArray | None = None,
+        cycles: int | None = None,
     ) -> tuple[Worn, FloatArray]:
         """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
         multipliers = self.stepper.multipliers(meshes)
         return self.stepper.mapping.worn(
-            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers, self.cycles, slices
-        )
+            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers,
+            cycles or self.cycles, slices,
+        )  # fmt: skip
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from semiwear.contact import patch_gap, slice_pressure
-from semiwear.contact.footprint import reached
-from semiwear.contact.gap import FlankGap, SliceGap, most_places
+from semiwear.contact.footprint import reach_space, reached
+from semiwear.contact.gap import FlankGap, SliceGap
 from semiwear.meshing.finer_grid import finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
 
@@ -30,11 +30,10 @@ def gap(place: np.ndarray, at: float, bend: float, depth: np.ndarray) -> np.ndar
 
 
 def by_footprint(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    work = np.empty((4, most_places(NODES[None])))
-    terms, unknown = np.array([0.0, 0.0, bend, 0.0, 0.0]), np.full(NODES.size, np.nan)
+    space, terms = reach_space(NODES[None]), np.array([0.0, 0.0, bend, 0.0, 0.0])
     slice_ = SliceGap(at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT)
-    _, count, _ = reached(slice_, HALF_WIDTH, unknown, work)
-    return work[2, :count], work[3, :count]
+    _, count, _ = reached(slice_, HALF_WIDTH, space)
+    return space.u[:count], space.g[:count]
 
 
 def by_pressure(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from semiwear.plan import plan
 from semiwear.simulate import simulate
-from semiwear.wear.between_rolls import VALLEY, lay, shifts_of
+from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, shifts_of
 from semiwear.wear.swept_line import driving_wear_of_mesh, sweep, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
@@ -33,6 +33,52 @@ def test_even_steps_leave_an_even_depth(step, first):
         lay(NODES, SPLIT, middle, step, step, out)
     widths = np.convolve(np.diff(NODES), [0.5, 0.5], mode="full")
     np.testing.assert_allclose(out / widths, 1.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("middle", [-3.05, -1.0, 0.18, 3.97])
+@pytest.mark.parametrize("step", [3e-4, 0.05, 0.4])
+def test_every_node_takes_its_share_of_what_fades_out(middle, step):
+    """Against the integral of the density times the hat function of the node."""
+    out = np.zeros(NODES.size)
+    laid = lay(NODES, SPLIT, middle, step, 2.0, out)
+    points, weights = np.polynomial.legendre.leggauss(3)
+    ends = np.unique(np.concatenate([NODES, middle + step * np.array([-1.0, 0.0, 1.0])]))
+    ends = ends[(ends >= NODES[0]) & (ends <= NODES[-1])]
+    half = 0.5 * np.diff(ends)[:, None]
+    x = 0.5 * (ends[1:] + ends[:-1])[:, None] + half * points
+    amount = 2.0 * half * weights * np.maximum(1.0 - np.abs(x - middle) / step, 0.0) / step
+    for node, found in enumerate(out):
+        hat = np.interp(x, NODES, np.eye(NODES.size)[node])
+        assert found == pytest.approx(float((amount * hat).sum()), abs=1e-14 / step)
+    assert laid == pytest.approx(float(amount.sum()), abs=1e-14 / step)
+
+
+@given(st.lists(st.floats(-2.0, 2.5), min_size=1, max_size=40), st.floats(0.006, 0.9), st.floats(0.1, 10.0))
+def test_amounts_laid_together_lie_as_one_by_one(places, step, scale):
+    middle = np.sort(np.array(places))
+    amount = scale * (1.0 + np.sin(np.arange(middle.size)))
+    assert lies_within(NODES, middle, middle.size, step)
+    together, alone = np.zeros(NODES.size), np.zeros(NODES.size)
+    lay_points(NODES, SPLIT, middle, amount, middle.size, step, together)
+    for place, one in zip(middle, amount, strict=True):
+        lay(NODES, SPLIT, place, step, one, alone)
+    assert np.all(together >= 0.0)
+    np.testing.assert_allclose(together, alone, atol=1e-8 * amount.sum())
+
+
+def test_amounts_that_reach_beyond_the_nodes_are_laid_one_by_one():
+    assert not lies_within(NODES, np.array([-2.9, 0.0]), 2, 0.2)
+    assert not lies_within(NODES, np.array([0.0, 3.9]), 2, -0.2)
+    assert not lies_within(NODES, np.array([0.0]), 1, 1e-4)
+    assert not lies_within(NODES, np.array([]), 0, 0.1)
+
+
+def test_only_one_stretch_moves_as_a_whole():
+    middle, shift = np.array([-1.0, 0.0, 1.0]), np.zeros(3)
+    ends = (-3.0, 4.0, 0.1, 0.5, 0.0, 0.0)
+    for marks, alike in (([0, 0, 0], True), ([VALLEY] * 3, True), ([0, 0, VALLEY], False), ([0, 0, 1], False)):
+        assert shifts_of(middle, np.array(marks), 3, *ends, shift) == alike
+    assert not shifts_of(middle, np.zeros(3, dtype=np.int64), 3, -3.0, 1.0, *ends[2:], shift)
 
 
 def test_what_lies_beyond_a_border_wears_no_flank():

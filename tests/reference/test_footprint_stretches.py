@@ -1,0 +1,78 @@
+"""A footprint is cut into stretches on which the gap is straight: areas, moments, and removed material in between."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from semiwear.contact.fine_row import MOST_PARTS, fill_row, fine_row, forget_row, parts_of_cells
+from semiwear.contact.footprint import segment
+from semiwear.contact.gap import SliceGap
+from semiwear.meshing.flank_grid import locate, smooth_value
+from semiwear.wear import deposit
+
+SPLIT = 10
+NODES = np.concatenate([np.linspace(-3.0, -0.2, SPLIT + 1), np.linspace(-0.2, 3.0, 15)[1:]])
+ROOTS = st.floats(0.0, 0.1)
+
+
+@given(st.floats(0.01, 1.0), ROOTS, st.floats(1e-3, 0.1))
+def test_integrals_of_a_stretch(width, t_a, t_b):
+    a, b = t_a * t_a, t_b * t_b
+    of = [quad(lambda x, n=n: (a + (b - a) * x) ** n, 0.0, 1.0, epsabs=1e-15)[0] for n in (0.5, 1.5)]
+    assert segment(width, t_a, t_b) == pytest.approx((width * of[0], width * of[1]), rel=1e-6)
+    assert segment(width, t_b, t_a) == pytest.approx(segment(width, t_a, t_b), rel=1e-12)
+
+
+def test_nothing_touches_where_the_gap_is_open():
+    assert segment(0.3, 0.0, 0.0) == (0.0, 0.0)
+
+
+@given(st.lists(st.floats(0.0, 2e-3), min_size=2, max_size=12), st.floats(0.1, 1.0))
+def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(gaps, share):
+    g = np.array(gaps)
+    u, depth = np.linspace(0.0, 0.1 * g.size, g.size), 1.2e-3
+    mass, middle = np.empty((2, g.size))
+    pieces = deposit._add_pieces(
+        u, g, 0, g.size - 1, g.min(), depth, share, 1, mass, middle, np.empty(g.size, dtype=np.int64), 0
+    )
+    assert mass[:pieces].sum() == pytest.approx(share, rel=1e-12)
+    assert np.all(np.diff(middle[:pieces]) > 0.0)
+
+    def density(x: float, power: int) -> float:
+        return float(np.sqrt(max(depth - np.interp(x, u, g) + g.min(), 0.0)) * x**power)
+
+    area, moment = (
+        sum(quad(density, *ends, args=(power,), limit=200)[0] for ends in pairwise(u)) for power in (0, 1)
+    )
+    assert mass[:pieces] @ middle[:pieces] == pytest.approx(share * moment / area, rel=1e-5)
+
+
+@given(st.lists(st.floats(0.0, 0.02), min_size=NODES.size, max_size=NODES.size), st.integers(1, 6))
+def test_a_finer_row_is_the_flank_between_its_nodes(depths, parts):
+    removed, row = np.array(depths), fine_row(NODES.size)
+    gap = SliceGap(0.0, NODES[0], NODES[-1], np.zeros(5), 1.0, 0.0, 0.0, removed, NODES, SPLIT)
+    # grows to either side, and begins anew where nothing near is known
+    for first, end in ((8, 12), (11, 15), (4, 9), (20, 24), (0, 3)):
+        fill_row(row, gap, parts, first, end)
+        place = row.place[first * parts : end * parts + 1]
+        np.testing.assert_allclose(
+            place, np.interp(np.arange(first * parts, end * parts + 1) / parts, np.arange(25), NODES)
+        )
+        expected = [smooth_value(removed, NODES, SPLIT, *locate(NODES, SPLIT, p)) for p in place]
+        np.testing.assert_allclose(row.removed[first * parts : end * parts + 1], expected, atol=1e-12)
+    forget_row(row)
+    assert not row.known.any()
+
+
+@pytest.mark.parametrize("longest", [1.0, 0.2, 0.13, 0.05, 0.02, 1e-6])
+def test_parts_of_cells_are_short_and_few(longest):
+    width = max(NODES[1] - NODES[0], NODES[-1] - NODES[-2])
+    parts = parts_of_cells(NODES, longest)
+    assert parts == MOST_PARTS or width / parts <= longest
+    assert parts <= max(1.0, 2.0 * width / longest) and parts <= MOST_PARTS
