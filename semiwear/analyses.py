@@ -16,6 +16,7 @@ from semiwear.plan import plan
 from semiwear.results import build_dataset, build_tree
 from semiwear.scene import Placement, Scene
 from semiwear.simulate import attributes
+from semiwear.threads import using_threads
 from semiwear.wear.swept_line import fresh_sweep
 
 __all__ = ["loaded_contact", "tooth_contact_analysis"]
@@ -86,8 +87,9 @@ def loaded_contact(
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
     teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
-    state = teeth.load(_wear_of_gear(teeth, wear_depth))
-    pressure = teeth.pressures(state)
+    with using_threads(scene.numerics.threads):
+        state = teeth.load(_wear_of_gear(teeth, wear_depth))
+        pressure = teeth.pressures(state)
     told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
     groups = {
         "engagement": collect.engagement(teeth, state, pressure, fresh_sweep(teeth.pair, teeth.lines)) | told,

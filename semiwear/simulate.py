@@ -22,6 +22,7 @@ from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_che
 from semiwear.results.kinds import Errors, step_errors
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
+from semiwear.threads import using_threads
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.mapping import Worn
@@ -68,7 +69,7 @@ def simulate(
     kept: Keeper = NoCheckpoint()
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
-    with kept:
+    with kept, using_threads(scene.numerics.threads):
         return _simulated(plan(scene), kept, progress or NoProgress())
 
 

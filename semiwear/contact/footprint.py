@@ -38,6 +38,7 @@ from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
+from semiwear.threads import in_shares
 
 __all__ = [
     "Footprints",
@@ -258,11 +259,11 @@ def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
     return depth, least, area, below, moment, cut
 
 
-@njit(cache=True, error_model="numpy")
-def _find(near, flank, half_width, found):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", nogil=True)
+def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-def]
     space = reach_space(flank.nodes)
-    rolls, faces = near.shape
-    for i in range(faces):
+    rolls = near.shape[0]
+    for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
                 forget_row(space.row)
@@ -308,5 +309,6 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
     shape = lines.profile.shape
     profile, gap, curvature, width, least = np.empty((5, *shape))
     found = _Found(profile, gap, curvature, width, least, np.empty(shape, dtype=np.bool_))
-    _find(near, gap_of_flanks(lines, removed), half_width, found)
+    flank = gap_of_flanks(lines, removed)
+    in_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
     return Footprints(removed, **found._asdict(), near=near)

@@ -21,6 +21,7 @@ from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import FIRST_CAP, Candidates, ContactProblem
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
+from semiwear.threads import in_shares
 
 __all__ = ["LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
@@ -43,8 +44,12 @@ def solve_lines(
 ) -> TeethLoads:
     """Loads of the slices; as in `SolveLoads`."""
     loads = problem.no_loads() if start is None else start.copy()
-    for position in range(problem.per_cycle) if positions is None else positions:
-        _solve_position(problem, position, worn, loads, wear_compliance)
+
+    def solve(share: IntArray) -> None:
+        for position in share:
+            _solve_position(problem, int(position), worn, loads, wear_compliance)
+
+    in_shares(solve, np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64))
     return loads
 
 

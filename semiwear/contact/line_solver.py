@@ -91,7 +91,7 @@ def _mixing(residual, last_residual):  # type: ignore[no-untyped-def]
     return min(max(product / square, -5.0), 5.0) if square > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
     """Forces on slices whose Hertz widths follow them.
 

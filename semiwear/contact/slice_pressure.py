@@ -31,6 +31,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.threads import in_shares
 
 __all__ = ["solve_slices"]
 
@@ -312,12 +313,12 @@ def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
     return n, least, span, approach, rate
 
 
-@njit(cache=True, error_model="numpy")
-def _solve(line_load, flank, modulus, margin, even, work, found):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", nogil=True)
+def _solve(line_load, flank, modulus, margin, even, slices, work, found):  # type: ignore[no-untyped-def]
     unit = 2.0 / (pi * modulus)  # of deflection by line load
-    rolls, faces = line_load.shape
+    rolls = line_load.shape[0]
     unsettled = 0
-    for i in range(faces):
+    for i in slices:
         for k in range(rolls):
             q = line_load[k, i]
             if q <= 0.0:
@@ -377,7 +378,12 @@ def solve_slices(
         centre=worn.profile.copy(),
     )
     flank = gap_of_flanks(lines, worn.removed)
-    unsettled = _solve(line_load, flank, modulus, margin, _INFLUENCE, _work_space(most_places(flank.nodes)), found)
+    places = most_places(flank.nodes)
+
+    def solve(slices: IntArray) -> int:
+        return int(_solve(line_load, flank, modulus, margin, _INFLUENCE, slices, _work_space(places), found))
+
+    unsettled = sum(in_shares(solve, np.arange(line_load.shape[1])))
     if unsettled:
         raise ConvergenceError(
             f"the pressure across {unsettled} of {int((line_load > 0.0).sum())} loaded slices does not settle; "

@@ -27,11 +27,11 @@ _ROOMS = (
     "plan",
     "accuracy",
 )  # what wear steps are computed with, ...
-_MODULES = ("simulate.py", "life.py", "collect.py")  # ... and how a run is divided into them
+_MODULES = ("simulate.py", "life.py", "collect.py", "threads.py")  # ... and how a run is divided into them
 _COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
 _SCENE = "scene"
-_UNTOUCHED = ("title", "reference")  # fields that no wear step depends on
+_UNTOUCHED = ("title", "reference", "numerics.threads")  # fields that no wear step depends on
 _DEPTHS = "wear.until.control_depths_um"
 _ITERATIONS = "numerics.max_iterations"
 _MOST_SHOWN = 8

@@ -252,6 +252,12 @@ class Numerics:
         "Iterations of the load sharing at one roll position.",
         default=60,
     )
+    threads: int | None = declared(
+        between(whole, 1, 1024, "leave it out for all cores that the process may use"),
+        "Threads on which a run computes; results are the same for any number. Left out: as many as cores that the "
+        "process may use.",
+        default=None,
+    )
     # Which fields of `RESOLUTION` were given. It matters once an accuracy is asked for, and only then to equality.
     _given: frozenset[str] = field(repr=False, compare=False, default=frozenset())
     _kept: frozenset[str] = field(init=False, repr=False, default=frozenset())

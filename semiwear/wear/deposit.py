@@ -20,6 +20,7 @@ from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
+from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
 
 __all__ = ["Nodes", "Spread", "factor_at", "piece_space", "pieces_of", "spread_over_flank"]
@@ -141,7 +142,7 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     return pieces
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
     mass, middle, shift = space.mass, space.middle, space.shift
@@ -172,8 +173,8 @@ def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type:
             else:
                 for c in range(pieces):
                     laid += lay(nodes, split, middle[c], shift[c], mass[c], out[i])
-            taken[0] += total * gap.per_mm * length[k, i]
-            taken[1] += (total - laid) * gap.per_mm * length[k, i]
+            taken[i, 0] += total * gap.per_mm * length[k, i]
+            taken[i, 1] += (total - laid) * gap.per_mm * length[k, i]
         for p in range(nodes.shape[0]):
             out[i, p] /= node_width(nodes, p)
 
@@ -205,8 +206,8 @@ def spread_over_flank(
     (face, profile) array
     """
     out = np.zeros(grid.profile.shape)
-    _spread(
-        gap_of_flanks(lines, removed), what, half_width, Nodes(grid.profile, grid.split), slices, lines.length, out,
-        np.zeros(2) if taken is None else taken,
-    )  # fmt: skip
+    flank, nodes, by_slice = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros((len(out), 2))
+    in_shares(lambda share: _spread(flank, what, half_width, nodes, share, lines.length, out, by_slice), slices)
+    if taken is not None:
+        taken += by_slice.sum(axis=0)
     return out

@@ -13,6 +13,7 @@ from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
 from semiwear.meshing.removed import Removed
+from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import lay, node_width, shifts_of, step_of
 from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of
 
@@ -45,7 +46,7 @@ class _Driving(NamedTuple):
     split: int
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, what, half_width, slices, driving, length, out, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
     mass, middle, shift = space.mass, space.middle, space.shift
@@ -82,10 +83,6 @@ def _spread(flank, what, half_width, slices, driving, length, out, taken):  # ty
                         laid += lay(driving.nodes, driving.split, place, shift[c], share * amount, into)
                 taken[0] += whole
                 taken[1] += whole * (1.0 - laid / amount) if amount > 0.0 else 0.0
-    for p in range(driving.nodes.shape[0]):
-        width = node_width(driving.nodes, p)
-        for j in range(stations):
-            out[j, p] /= width
 
 
 def spread_over_driving_flank(
@@ -106,7 +103,6 @@ def spread_over_driving_flank(
     (face, profile) array
         Right in stations all of whose slices are done.
     """
-    out = np.zeros(driving.grid.profile.shape)
     places = np.stack(
         [
             lines.driving_profile + lines.driving_slope * (place - lines.profile)
@@ -118,5 +114,16 @@ def spread_over_driving_flank(
         driving.grid.profile[0], int(driving.grid.split[0]),
     )  # fmt: skip
     flank = gap_of_flanks(lines, removed)
-    _spread(flank, what, half_width, slices, own, lines.length, out, np.zeros(2) if taken is None else taken)
-    return out
+
+    def spread(share: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+        out, part = np.zeros(driving.grid.profile.shape), np.zeros(2)
+        _spread(flank, what, half_width, share, own, lines.length, out, part)
+        return out, part
+
+    out = np.zeros(driving.grid.profile.shape)
+    for amount, part in in_shares(spread, slices):  # stations between two shares take from both
+        out += amount
+        if taken is not None:
+            taken += part
+    width: FloatArray = np.array([node_width(own.nodes, p) for p in range(own.nodes.size)])
+    return out / width

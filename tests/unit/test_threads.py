@@ -1,0 +1,77 @@
+"""Work on several threads: in order, without loss, and with the same bits for any number of them."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.threads import available_threads, in_shares, using_threads
+from tests.same_result import different_variables
+from tests.scenes import SMALL, TINY, scene_of
+
+WORN = {"wear.until.control_depths_um": (6.0, 12.0)}
+BOTH = {"wear.worn_bodies": ("pinion", "gear")}
+
+
+def on_threads(scene: sw.Scene, count: int) -> list[str]:
+    one, other = (sw.simulate(scene.replace({"numerics.threads": n})) for n in (1, count))
+    return [name for name in different_variables(one, other) if not name.startswith("attribute")]
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("changes", [{}, BOTH], ids=["gear", "both"])
+def test_results_are_the_same_for_any_number(changes, count):
+    assert on_threads(scene_of(SMALL, WORN, changes, wears=True), count) == []
+
+
+def test_so_are_those_of_elastic_teeth_and_of_loaded_contact():
+    scene = scene_of(TINY, WORN, {"numerics.tooth_compliance": "prism"}, wears=True)
+    assert on_threads(scene, 2) == []
+    one, other = (sw.loaded_contact(scene.replace({"numerics.threads": n})) for n in (1, 2))
+    assert [name for name in different_variables(one, other) if not name.startswith("attribute")] == []
+
+
+@pytest.mark.parametrize("count", [None, 1, 2, 5])
+def test_shares_come_back_in_order(count):
+    items = np.arange(3, 40)
+    with using_threads(count):
+        shares = in_shares(lambda share: share.tolist(), items)
+        assert in_shares(lambda share: share.tolist(), items[:0]) == []
+    assert [item for share in shares for item in share] == items.tolist()
+    assert in_shares(lambda share: share.tolist(), items) == shares  # cut alike without threads
+
+
+def test_threads_are_used_and_a_share_keeps_to_its_own():
+    meet = threading.Barrier(2, timeout=20.0)
+
+    def work(share):
+        meet.wait()  # two shares at once, or an error
+        return {threading.get_ident() for _ in in_shares(lambda own: own, share)}
+
+    with using_threads(2):
+        threads = in_shares(work, np.arange(2))
+    assert all(len(own) == 1 for own in threads)
+    with pytest.raises(threading.BrokenBarrierError):
+        meet.abort()
+        in_shares(work, np.arange(2))
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_the_first_error_is_told(count):
+    def fail(share):
+        raise ValueError(f"share {share[0]}")
+
+    with using_threads(count), pytest.raises(ValueError, match="share 0"):
+        in_shares(fail, np.arange(16))
+
+
+def test_some_core_is_there():
+    assert available_threads() >= 1
+
+
+def test_a_number_of_threads_is_checked():
+    with pytest.raises(sw.SceneError, match=r"numerics\.threads.*allowed: whole number, 1 to 1024"):
+        scene_of({"numerics.threads": 0})
