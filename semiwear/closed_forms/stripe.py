@@ -12,7 +12,7 @@ Far away it is 1/(pi E* s); integrated over a long line it is the Hertz approach
 from __future__ import annotations
 
 from functools import lru_cache
-from math import log, pi
+from math import exp, log, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,14 @@ from scipy.special import ellipe, ellipkm1
 
 from semiwear.kernel_cache import njit
 
-__all__ = ["stripe_integral", "stripe_kernel", "stripe_table"]
+__all__ = ["stripe_integral", "stripe_integral_to", "stripe_kernel", "stripe_table"]
 
 FloatArray = NDArray[np.float64]
 
 _TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
 _TABLE_END = 1000.0  # and beyond which the kernel is 1/s
 _TABLE_NODES = 400
+_LOG_START, _LOG_END = log(_TABLE_START), log(_TABLE_END)
 
 
 def stripe_kernel(distance: FloatArray) -> FloatArray:
@@ -56,18 +57,20 @@ def stripe_table() -> tuple[FloatArray, FloatArray]:
 
 @njit(cache=True, error_model="numpy")
 def stripe_integral(distance, values, slopes):  # type: ignore[no-untyped-def]
-    """Integral of the kernel from 0 to s/b >= 0 by cubic Hermite in ln(s/b)."""
-    if distance < _TABLE_START:
-        if distance <= 0.0:
-            return 0.0
+    """Integral of the kernel from 0 to s/b >= 0."""
+    return stripe_integral_to(log(distance), values, slopes) if distance > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def stripe_integral_to(logarithm, values, slopes):  # type: ignore[no-untyped-def]
+    """Integral of the kernel from 0 to s/b by cubic Hermite in ln(s/b), from this logarithm."""
+    if logarithm < _LOG_START:
         # scaled so that it meets the table
-        return (4.0 / pi * distance * log(4.0 / distance)) * (
-            values[0] / (4.0 / pi * _TABLE_START * log(4.0 / _TABLE_START))
-        )
-    if distance >= _TABLE_END:
-        return values[-1] + log(distance / _TABLE_END)
-    step = log(_TABLE_END / _TABLE_START) / (_TABLE_NODES - 1)
-    place = log(distance / _TABLE_START) / step
+        return exp(logarithm) * (log(4.0) - logarithm) * (values[0] / (_TABLE_START * (log(4.0) - _LOG_START)))
+    if logarithm >= _LOG_END:
+        return values[-1] + (logarithm - _LOG_END)
+    step = (_LOG_END - _LOG_START) / (_TABLE_NODES - 1)
+    place = (logarithm - _LOG_START) / step
     k = min(int(place), _TABLE_NODES - 2)
     x = place - k
     a, b = values[k], values[k + 1]

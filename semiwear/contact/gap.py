@@ -109,10 +109,12 @@ class FlankGap(NamedTuple):
 
 def gap_of_flanks(lines: ContactLines, removed: Removed) -> FlankGap:
     """Gap of contact lines on flanks from which material is removed."""
-    return FlankGap(
+    gap = FlankGap(
         lines.profile, lines.low, lines.high, lines.separation, lines.spacing, lines.low_edge_radius,
         lines.high_edge_radius, removed.depth, removed.row, removed.grid.profile, removed.grid.split,
     )  # fmt: skip
+    # of one layout each, and none read-only: kernels would be compiled once more for every other
+    return FlankGap._make(np.require(array, requirements=("C", "W")) for array in gap)
 
 
 @njit(cache=True, error_model="numpy")

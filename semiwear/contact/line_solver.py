@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
-from semiwear.contact.stripe import add_near_stripe, average_along_lines
+from semiwear.contact.stripe import add_near_stripe, average_along_lines, near_pairs
 from semiwear.kernel_cache import njit
 
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
@@ -124,12 +124,10 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
     force, slack = np.zeros(n), np.zeros(n)
     residual, last_residual, image, last_image = np.zeros((4, n))
     rotation, change = 0.0, 0.0
+    pairs = near_pairs(slices.starts, slices.arc, slices.length, near.distance)
     for iteration in range(1, max_iterations + 1):
         matrix = slices.static.copy()
-        add_near_stripe(
-            matrix, slices.starts, slices.arc, slices.length, width, near.distance, 1.0 / (pi * near.modulus),
-            near.values, near.slopes,
-        )  # fmt: skip
+        add_near_stripe(matrix, pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
         status, rotation, _ = solve_active_set(
             matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
         )

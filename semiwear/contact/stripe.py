@@ -3,50 +3,100 @@
 from __future__ import annotations
 
 from math import asinh, log, sqrt
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from semiwear.closed_forms.stripe import stripe_integral
+from semiwear.closed_forms.stripe import stripe_integral_to
 from semiwear.kernel_cache import njit
 
-__all__ = ["add_far_stripe", "add_near_stripe", "average_along_lines", "subtract_mid_surface"]
+__all__ = [
+    "NearPairs",
+    "add_far_stripe",
+    "add_near_stripe",
+    "average_along_lines",
+    "near_pairs",
+    "subtract_mid_surface",
+]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_NOWHERE = -1e3  # logarithm of a distance over which nothing adds up
+
+
+class NearPairs(NamedTuple):
+    """Slices of one line that are near each other, each pair once; (pairs,) arrays.
+
+    Attributes
+    ----------
+    one, other : int arrays
+    upper, lower : arrays
+        Logarithms of the distances [mm] of the ends of one slice from the middle of the other; `_NOWHERE` for 0.
+    beyond : array
+        1 where the lower end lies beyond the middle, -1 where the middle lies within the slice.
+    length : array [mm]
+        Mean length of the two.
+    """
+
+    one: IntArray
+    other: IntArray
+    upper: FloatArray
+    lower: FloatArray
+    beyond: FloatArray
+    length: FloatArray
 
 
 @njit(cache=True, error_model="numpy")
-def add_near_stripe(matrix, starts, arc, length, half_width, near, factor, values, slopes):  # type: ignore[no-untyped-def]
-    """Add the stripe kernel between slices of one line that are nearer than `near`, as compliance [mm/N].
-
-    Parameters
-    ----------
-    matrix : (n, n) array, changed
-    starts : (lines + 1,) int array
-        First slice of each contact line.
-    arc, length, half_width : (n,) arrays [mm]
-        Place along the line, length and Hertz half-width of each slice.
-    near : float [mm]
-    factor : float
-        1/(pi E*).
-    values, slopes : arrays
-        `stripe_table`.
-    """
+def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
+    """Pairs of slices that are nearer than `near` [mm]; as in `add_far_stripe` otherwise."""
+    most = 0
+    for line in range(starts.shape[0] - 1):
+        for i in range(starts[line], starts[line + 1]):
+            most += min(np.searchsorted(arc[i : starts[line + 1]], arc[i] + near) + 1, starts[line + 1] - i)
+    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    upper, lower, beyond, mean = np.empty((4, most))
+    n = 0
     for line in range(starts.shape[0] - 1):
         for i in range(starts[line], starts[line + 1]):
             for j in range(i, starts[line + 1]):
                 middle = arc[j] - arc[i]
                 if middle > near:
                     break
-                mean_length = sqrt(length[i] * length[j])
-                width = sqrt(half_width[i] * half_width[j])
-                upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
-                total = stripe_integral(upper / width, values, slopes)
-                if lower >= 0.0:
-                    total -= stripe_integral(lower / width, values, slopes)
-                else:
-                    total += stripe_integral(-lower / width, values, slopes)
-                total *= factor / mean_length
-                matrix[i, j] += total
-                if j > i:
-                    matrix[j, i] += total
+                one[n], other[n], mean[n] = i, j, sqrt(length[i] * length[j])
+                end = middle - 0.5 * mean[n]
+                upper[n], lower[n] = log(middle + 0.5 * mean[n]), log(abs(end)) if end != 0.0 else _NOWHERE
+                beyond[n] = 1.0 if end >= 0.0 else -1.0
+                n += 1
+    return NearPairs(one[:n], other[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
+
+
+@njit(cache=True, error_model="numpy")
+def add_near_stripe(matrix, pairs, half_width, factor, values, slopes):  # type: ignore[no-untyped-def]
+    """Add the stripe kernel between near slices of one line, as compliance [mm/N].
+
+    Parameters
+    ----------
+    matrix : (n, n) array, changed
+    pairs : NearPairs
+    half_width : (n,) array [mm]
+        Hertz half-width of each slice.
+    factor : float
+        1/(pi E*).
+    values, slopes : arrays
+        `stripe_table`.
+    """
+    width = 0.5 * np.log(half_width)
+    for n in range(pairs.one.shape[0]):
+        i, j = pairs.one[n], pairs.other[n]
+        mean = width[i] + width[j]
+        total = stripe_integral_to(pairs.upper[n] - mean, values, slopes)
+        total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, values, slopes)
+        total *= factor / pairs.length[n]
+        matrix[i, j] += total
+        if j > i:
+            matrix[j, i] += total
 
 
 @njit(cache=True, error_model="numpy")
@@ -55,8 +105,14 @@ def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # ty
 
     Parameters
     ----------
-    matrix, starts, arc, length, near, factor
-        As in `add_near_stripe`.
+    matrix : (n, n) array, changed
+    starts : (lines + 1,) int array
+        First slice of each contact line.
+    arc, length : (n,) arrays [mm]
+        Place along the line and length of each slice.
+    near : float [mm]
+    factor : float
+        1/(pi E*).
     half_width : float [mm]
         Typical half-width, a small correction.
     """
@@ -84,7 +140,7 @@ def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poiss
     Parameters
     ----------
     matrix, starts, arc, length
-        As in `add_near_stripe`.
+        As in `add_far_stripe`.
     depth : (bodies, n) array [mm]
         Depth of the mid-surface. No rows: nothing is subtracted.
     shear_factor, poisson : (bodies,) arrays

@@ -21,7 +21,7 @@ from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.stripe import add_near_stripe
+from semiwear.contact.stripe import add_near_stripe, near_pairs
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
 from tests.scenes import NOMINAL_TORQUE, scene_of
@@ -132,9 +132,8 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     matrix = system.compliance(system.static, everything, worn, None)
     width = np.where(force > 0.0, loads.half_width.ravel()[system.index], 0.1 * problem.usual_half_width)
     factor = 1.0 / (pi * problem.modulus)
-    add_near_stripe(
-        matrix, system.starts, system.arc, system.length, width, system.near_field, factor, *stripe_table()
-    )
+    pairs = near_pairs(system.starts, system.arc, system.length, system.near_field)
+    add_near_stripe(matrix, pairs, width, factor, *stripe_table())
     gap = worn.gap.ravel()[system.index]
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
@@ -303,9 +302,8 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap) -> None:
     assert np.isfinite(force).all()
     assert (force >= 0.0).all()
     matrix = static.copy()
-    add_near_stripe(
-        matrix, case.starts, case.arc, case.length, width, near, 1.0 / (pi * case.modulus), *stripe_table()
-    )
+    pairs = near_pairs(case.starts, case.arc, case.length, near)
+    add_near_stripe(matrix, pairs, width, 1.0 / (pi * case.modulus), *stripe_table())
     anew = gap + matrix @ force - rotation
     # the loads of slices of other widths were found with widths 1e-5 of the greatest off
     limit = WIDTHS * (rotation + float(np.abs(matrix @ force).max()))
