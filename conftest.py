@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
+import tempfile
 from collections.abc import Callable
 
 import pytest
@@ -25,8 +27,17 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
     """Choose a seed for new examples before hypothesis looks for one; workers get it with the options."""
+    # tooth compliance is computed once for all workers of a run, and none is left from the one before
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        os.environ["SEMIWEAR_CACHE_DIR"] = tempfile.mkdtemp(prefix="semiwear-tests-")
     if config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
+
+
+def pytest_unconfigure() -> None:
+    """Remove what was kept."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        shutil.rmtree(os.environ.pop("SEMIWEAR_CACHE_DIR"), ignore_errors=True)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:

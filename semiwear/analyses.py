@@ -86,8 +86,8 @@ def loaded_contact(
     """
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
-    teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
     with using_threads(scene.numerics.threads):
+        teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
         state = teeth.load(_wear_of_gear(teeth, wear_depth))
         pressure = teeth.pressures(state)
     told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)

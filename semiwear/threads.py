@@ -7,7 +7,7 @@ are always cut alike are taken in their order. Kernels let go of Python's lock.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,8 +16,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["available_threads", "in_shares", "using_threads"]
+__all__ = ["available_threads", "in_shares", "in_threads", "using_threads"]
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 SHARES = 8  # of a piece of work: enough that threads end at about the same time
@@ -61,3 +62,9 @@ def in_shares(work: Callable[[NDArray[np.int64]], Result], items: NDArray[np.int
     if pool is None or len(shares) < 2:
         return [work(share) for share in shares]
     return list(pool.map(work, shares))
+
+
+def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Results of `work` on a few large items, in their order."""
+    pool = _pool.get()
+    return [work(item) for item in items] if pool is None else list(pool.map(work, items))

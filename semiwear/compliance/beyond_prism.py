@@ -17,6 +17,7 @@ from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth_ends import EndEffect
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS
 from semiwear.geometry.inclined_foot import InclinedFoot
+from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["BeyondOnLines", "WheelInfluence", "wheel_influence"]
 
@@ -40,6 +41,7 @@ class WheelInfluence:
     virtual: FloatArray
 
 
+@kept_on_disk
 def wheel_influence(foot: InclinedFoot, *, youngs_modulus: float, poissons_ratio: float) -> WheelInfluence:
     """Work out the wheel under an inclined tooth, and the ring that it takes the place of.
 

@@ -37,6 +37,7 @@ from semiwear.compliance.pitch_chain import (
 )
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
+from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = [
     "DEFLECTION_OFFSETS",
@@ -99,6 +100,7 @@ class PrismSection:
     asymmetry: float
 
 
+@kept_on_disk
 def prism_section(
     section: ToothSection,
     *,

@@ -37,6 +37,8 @@ from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
 from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians, section_mesh
 from semiwear.geometry.section import ToothSection
+from semiwear.kept_on_disk import kept_on_disk
+from semiwear.threads import in_threads
 
 __all__ = ["Taper", "tapered"]
 
@@ -82,6 +84,7 @@ def _splines(knots: FloatArray) -> BSpline:
     return BSpline(knots, np.eye(len(knots) - _DEGREE - 1), _DEGREE)
 
 
+@kept_on_disk
 def tapered(
     sections: tuple[ToothSection, ...],
     faces: FloatArray,
@@ -124,15 +127,19 @@ def tapered(
     places = CubicSpline(faces, np.stack([mesh.nodes for mesh in meshes]))
     slants = places(faces, 1)
 
-    straight = [_Reduced.of(mesh, 0.0 * mesh.nodes, shapes, elastic) for mesh in meshes]
-    slanted = [_Reduced.of(mesh, slant, shapes, elastic) for mesh, slant in zip(meshes, slants, strict=True)]
-    residual = tuple(_residual(prism, reduced, axial, width) for prism, reduced in zip(prisms, straight, strict=True))
+    def straight_and_slanted(section: int) -> tuple[PrismSection, _Reduced]:
+        mesh = meshes[section]
+        straight = _Reduced.of(mesh, np.zeros_like(mesh.nodes), shapes, elastic)
+        residual = _residual(prisms[section], straight, axial, width)
+        return residual, _Reduced.of(mesh, slants[section], shapes, elastic)
+
+    residual, slanted = zip(*in_threads(straight_and_slanted, range(len(meshes))), strict=True)
     # splines as short as the prisms' shortest half wave
     spans = harmonics + 7
     knots = np.concatenate(
         [[start] * _DEGREE, np.linspace(start, start + width, spans + 1), [start + width] * _DEGREE]
     )
-    return residual, _solved(slanted, faces, knots, stations, root)
+    return residual, _solved(list(slanted), faces, knots, stations, root)
 
 
 @dataclass(frozen=True)
@@ -178,25 +185,25 @@ def _shapes(
     They come from the prisms' own answers at a few sections and waves to loads on the flank and to jumps of an end
     (`open_ends`); motion in the section and along the face are shapes of their own. Strongest energies are kept.
     """
-    found = []
-    mixed_energy = None
     usual = 4.0 * np.pi / width  # wave number by which energies along the face are measured
-    for mesh in meshes:
+
+    def answers_of(mesh: SectionMesh) -> tuple[FloatArray, csr_matrix]:
         k0, mixed, k2 = finite_prism._mixed_matrices(mesh, *elastic)
         jumps = EndJumps.of(mesh, k0, mixed, k2, _JUMPS)
         own = pitches.maps[_OFFSETS.index(0)]
         observer = finite_prism._Observer.of(mesh, *elastic)
         whole = [pitches.joined(matrix) for matrix in (k0, mixed + mixed.T, k2)]
         jump = np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]]))
-        found.append((own.T @ jump) / (usual * np.sqrt(np.diag(jumps.stiffness))))
+        found = [(own.T @ jump) / (usual * np.sqrt(np.diag(jumps.stiffness)))]
         for wave in _SHAPE_WAVES:
             k = wave * np.pi / width
             loads = (vstack([observer.load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
             moved = _factor(whole[0] + k * whole[1] + k**2 * whole[2]).solve(loads)
             found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
-        if mixed_energy is None or mesh is meshes[len(meshes) // 2]:
-            mixed_energy = whole[0] + usual**2 * whole[2]
-    answers = np.hstack(found)
+        return np.hstack(found), whole[0] + usual**2 * whole[2]
+
+    each = in_threads(answers_of, meshes)
+    answers, mixed_energy = np.hstack([found for found, _ in each]), each[len(meshes) // 2][1]
     component = np.arange(len(answers)) % 3
     kept = []
     for part in (component < 2, component == 2):

@@ -9,14 +9,14 @@ tapers comes from `taper`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, vstack
 
 from semiwear.compliance.cubics import cubic_weights
+from semiwear.compliance.local_weights import LocalWeights, between_points, seen_by_points
 from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.root import ROOT_FROM, ROOT_STATIONS, at_root, greatest_along_root, loads_by_height
 from semiwear.compliance.section_outline import load_heights
@@ -25,6 +25,7 @@ from semiwear.compliance.taper import Taper
 __all__ = [
     "BodyOnLines",
     "CompliantBody",
+    "ElasticTeeth",
     "LinePlaces",
     "ToothBody",
     "line_compliance",
@@ -32,6 +33,8 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_MOST_KEPT = 2**27  # bytes of compliance between points, about
 
 
 @dataclass(frozen=True)
@@ -158,40 +161,40 @@ class BodyOnLines:
     body : ToothBody
     place, place_slope : (roll, face) arrays
         Height of each contact point as a share of the flank there, and its derivative by the driven profile.
-    height, height_slope : (roll, face, H) arrays
-        Weights of the load heights at each contact point, and their derivatives by the driven profile.
+    height : (roll, face, H) array
+        Weights of the load heights at each contact point.
     section : (roll, face, B) array
         Weights of the sections.
     cosine : (roll, face, N) array
         cos(n pi s/L).
     depth : (roll, face) array [mm]
         Distance from the flank to the mid-surface, where the prism's deflection is read.
-    deflection : (B, H, 5, N, H) array
-        Prism matrices [section, observer, tooth offset, harmonic, load], mm/N.
+    deflection : (5, B, H, N H) array
+        Prism matrices [tooth offset, section, observer, harmonic and load], mm/N.
     stress : (B, N, H, 3 F) array
         Fillet stress [section, harmonic, load, tooth offset and fillet point], MPa/N.
     beyond : BeyondPrism or None
         Its free ends, and the wheel of an inclined tooth.
     splines : (roll, face, S) array, optional
         Values of the splines of a tooth that tapers.
-    tapering, tapering_slope : (roll face, H S) sparse matrices, optional
-        Heights times splines at each contact point, and their derivative by the driven profile.
+    local_heights, local_sections, local_splines : LocalWeights
+        The same weights, of points (roll face,) on the few nodes that are not zero.
     """
 
     body: ToothBody
     place: FloatArray
     place_slope: FloatArray
     height: FloatArray
-    height_slope: FloatArray
     section: FloatArray
     cosine: FloatArray
     depth: FloatArray
     deflection: FloatArray
     stress: FloatArray
+    local_heights: LocalWeights
+    local_sections: LocalWeights
     beyond: BeyondPrism | None = None
     splines: FloatArray | None = None
-    tapering: csr_matrix | None = None
-    tapering_slope: csr_matrix | None = None
+    local_splines: LocalWeights | None = None
 
     @classmethod
     def of(cls, body: ToothBody, places: LinePlaces, beyond: BeyondPrism | None = None) -> BodyOnLines:
@@ -213,16 +216,18 @@ class BodyOnLines:
         return cls(
             body=body,
             splines=splines,
-            tapering=None if splines is None else _products(height, splines),
-            tapering_slope=None if splines is None else _products(slope, splines),
+            local_heights=LocalWeights.of(height, slope),
+            local_sections=LocalWeights.of(section),
+            local_splines=None if splines is None else LocalWeights.of(splines),
             place=place,
             place_slope=place_slope,
             height=height,
-            height_slope=slope,
             section=section,
             cosine=cosine,
             depth=depth,
-            deflection=np.ascontiguousarray(deflection.transpose(0, 3, 2, 1, 4)),
+            deflection=np.ascontiguousarray(deflection.transpose(2, 0, 3, 1, 4)).reshape(
+                deflection.shape[2], len(body.sections), count, -1
+            ),
             stress=np.ascontiguousarray(stress.transpose(0, 1, 4, 2, 3).reshape(*stress.shape[:2], count, -1)),
             beyond=beyond,
         )
@@ -241,43 +246,34 @@ class BodyOnLines:
         matrix, slope : (n, n) arrays, changed
             Not yet symmetric: the caller averages with the transpose.
         """
-        sections, heights, offsets, harmonics, _ = self.deflection.shape
-        height, section = self.height[rolls, faces], self.section[rolls, faces]
+        reach = (len(self.deflection) - 1) // 2
+        points = rolls * self.place.shape[1] + faces
+        heights, sections = self.local_heights.at(points), self.local_sections.at(points)
         cosine = self.cosine[rolls, faces]
-        load = (cosine[:, :, None] * height[:, None, :]).reshape(rolls.size, -1)
-        both = np.concatenate([height, self.height_slope[rolls, faces]])
-        wide = (np.concatenate([section, section])[:, :, None] * both[:, None, :]).reshape(2 * rolls.size, -1)
-        reach = (offsets - 1) // 2
-        cosine_2 = np.concatenate([cosine, cosine])
-        for observer in np.unique(pairs):
+        load = (cosine[:, :, None] * self.height[rolls, faces][:, None, :]).reshape(rolls.size, -1)
+        teeth = np.unique(pairs)
+        for observer in teeth:
             mine = np.flatnonzero(pairs == observer)
-            rows = np.concatenate([mine, mine + rolls.size])
-            for loaded in np.unique(pairs):
+            own = heights.at(mine), sections.at(mine), cosine[mine]
+            for loaded in teeth:
                 offset = self.body.ahead * (int(observer) - int(loaded))
                 if abs(offset) > reach:
                     continue
                 theirs = np.flatnonzero(pairs == loaded)
-                table = self.deflection[:, :, reach + offset].reshape(sections * heights, -1)
-                seen = (wide[rows] @ table).reshape(rows.size, harmonics, heights)
-                seen *= cosine_2[rows][:, :, None]
-                block = seen.reshape(rows.size, -1) @ load[theirs].T
+                block = seen_by_points(self.deflection[reach + offset], *own) @ load[theirs].T
                 if self.body.taper is not None and abs(offset) <= 1:
-                    block += self._by_taper(self.body.taper, offset, (rolls, faces), mine, theirs)
+                    # the table is reciprocal: what tooth A sees of B is what B sees of A
+                    table = self.body.taper.deflection[1 - offset]
+                    assert self.splines is not None and self.local_splines is not None
+                    block += between_points(
+                        table, self.splines.shape[-1], self.local_heights, self.local_splines,
+                        points[mine], points[theirs],
+                    )  # fmt: skip
                 matrix[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[: mine.size]
                 slope[mine[0] : mine[-1] + 1, theirs[0] : theirs[-1] + 1] += block[mine.size :]
         if self.beyond is not None:
             # the loaded side is where the load comes from
             self.beyond.add_compliance(rolls, faces, -self.body.ahead * pairs, matrix, slope)
-
-    def _by_taper(
-        self, taper: Taper, offset: int, points: tuple[IntArray, IntArray], observers: IntArray, loads: IntArray
-    ) -> FloatArray:
-        """Compliance that a taper adds between points, and below its derivative: (2 n, m) array [mm/N]."""
-        assert self.tapering is not None and self.tapering_slope is not None
-        flat = points[0] * self.place.shape[1] + points[1]
-        answer = self.tapering[flat[loads]] @ taper.deflection[1 + offset].T  # of every observer, (m, H S)
-        own = [part[flat[observers]] @ answer.T for part in (self.tapering, self.tapering_slope)]
-        return np.concatenate(own)
 
     def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
         """Greatest tensile tangential stress along the root of the body's tooth [MPa].
@@ -341,16 +337,6 @@ class BodyOnLines:
         return greatest_along_root(result)
 
 
-def _products(heights: FloatArray, splines: FloatArray) -> csr_matrix:
-    """Products (roll face, H S) of weights (roll, face, H) and (roll, face, S), which are zero but for a few."""
-    count = heights.shape[-1] * splines.shape[-1]
-    parts = [
-        csr_matrix((h[:, :, None] * b[:, None, :]).reshape(-1, count))
-        for h, b in zip(heights, splines, strict=True)  # roll by roll: all at once would be large
-    ]
-    return vstack(parts, format="csr")
-
-
 def line_compliance(
     bodies: tuple[CompliantBody, ...], rolls: IntArray, faces: IntArray, pairs: IntArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -368,3 +354,29 @@ def line_compliance(
     for body in bodies:
         body.add_compliance(rolls, faces, pairs, matrix, slope)
     return 0.5 * (matrix + matrix.T), slope
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticTeeth:
+    """Compliant bodies on the contact lines of a pair, and the compliance between points that was asked for.
+
+    It depends on geometry and material alone, so that runs under other loads have it, too.
+
+    Attributes
+    ----------
+    bodies : tuple of CompliantBody
+        Driving one first; empty for rigid teeth.
+    """
+
+    bodies: tuple[CompliantBody, ...] = ()
+    _kept: dict[tuple[bytes, bytes], tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
+
+    def compliance(self, rolls: IntArray, faces: IntArray, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+        """As `line_compliance`; not to be changed in place."""
+        key = rolls.tobytes(), faces.tobytes()
+        found = self._kept.get(key)
+        if found is None:
+            found = line_compliance(self.bodies, rolls, faces, pairs)
+            if (len(self._kept) + 1) * (found[0].nbytes + found[1].nbytes) < _MOST_KEPT:
+                self._kept[key] = found
+        return found

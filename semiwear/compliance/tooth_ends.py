@@ -29,6 +29,7 @@ from semiwear.compliance.root import ROOT_FROM
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch
 from semiwear.geometry.section import RingRim, ToothSection
+from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["EndEffect", "end_effect"]
 
@@ -58,6 +59,7 @@ class EndEffect:
     fillet_share: FloatArray
 
 
+@kept_on_disk
 def end_effect(
     section: ToothSection,
     prism: PrismSection,

@@ -268,7 +268,7 @@ class _Rows:
         candidates, lines = problem.candidates(position, approach), problem.lines
         slices = lines.face.size
         place = np.full(lines.profile.size, -1)
-        place[candidates.index] = np.arange(candidates.index.size)
+        place[candidates.flat] = np.arange(candidates.flat.size)
         rolls, faces, starts = [], [], [0]
         for roll in problem.rolls_of(position):
             near = np.flatnonzero(worn.least[roll] < approach)

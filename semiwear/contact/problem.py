@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import pi
+from math import ceil, log2, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.compliance.slice_compliance import SliceCompliance
-from semiwear.compliance.tooth import CompliantBody, line_compliance
+from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -27,7 +28,7 @@ from semiwear.errors import ConvergenceError, SceneError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
-__all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "usual_approach"]
+__all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "picked", "usual_approach"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -38,6 +39,7 @@ _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not s
 FIRST_CAP = 3.5
 """Typical approaches within which slices are first let touch."""
 _ROOM = 1.5  # times what is first let touch: candidates for usual wear, too
+_RUNGS = 2  # separations below which slices are candidates, to each factor of two
 _FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
 
 
@@ -59,8 +61,8 @@ def _least_separation(lines: ContactLines) -> FloatArray:
     return np.asarray(lines.separation[0] - np.maximum(at_low, at_high))
 
 
-@njit(cache=True, error_model="numpy")
-def _picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", nogil=True)
+def picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
     """Part of a matrix (n, n) between chosen points, each moved [mm]; `slope` is the change of row i by its move."""
     out = np.empty((chosen.size, chosen.size))
     for i in range(chosen.size):
@@ -70,15 +72,14 @@ def _picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
     return out
 
 
-@dataclass(frozen=True)
-class Candidates:
+class Candidates(NamedTuple):
     """Slices that may touch at a mesh position, and how they yield to one another's forces.
 
     Attributes
     ----------
     cap : float [mm]
         Fresh separation below which a slice is a candidate.
-    index : (n,) int array
+    flat : (n,) int array
         Flat indices of the candidates in (roll, face) arrays.
     starts : (lines + 1,) int array
         First candidate of each contact line.
@@ -87,8 +88,6 @@ class Candidates:
         the mid-surface.
     static : (n, n) array [mm/N]
         The same and the far field of the stripe kernel.
-    near_field : float [mm]
-        Distance along a line up to which the stripe kernel is not in `static`.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
     least, profile, lever, length, arc : (n,) arrays [mm]
@@ -98,11 +97,10 @@ class Candidates:
     """
 
     cap: float
-    index: IntArray
+    flat: IntArray
     starts: IntArray
     smooth: FloatArray
     static: FloatArray
-    near_field: float
     slope: FloatArray
     least: FloatArray
     profile: FloatArray
@@ -115,12 +113,12 @@ class Candidates:
         self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
     ) -> FloatArray:
         """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
-        index = self.index[chosen]
+        index = self.flat[chosen]
         moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
-        picked: FloatArray = _picked(matrix, self.slope, chosen, moved)
+        part: FloatArray = picked(matrix, self.slope, chosen, moved)
         if wear_compliance is not None:
-            picked.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
-        return picked
+            part.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
+        return part
 
 
 @dataclass(frozen=True)
@@ -133,8 +131,8 @@ class ContactProblem:
         Lines of all roll positions: `pairs` mesh cycles of `per_cycle` positions.
     per_cycle : int
         Mesh positions in a cycle.
-    bodies : tuple of CompliantBody
-        Tooth compliance of both bodies; empty for rigid teeth.
+    teeth : ElasticTeeth
+        Tooth compliance of both bodies.
     torque : (mesh_position,) array [N mm]
     reach : float [mm]
         Separation beyond which no slice can touch, however loaded and usually worn.
@@ -156,7 +154,7 @@ class ContactProblem:
 
     lines: ContactLines
     per_cycle: int
-    bodies: tuple[CompliantBody, ...]
+    teeth: ElasticTeeth
     torque: FloatArray
     reach: float
     modulus: float
@@ -188,6 +186,11 @@ class ContactProblem:
         return replace(self, lines=lines, cells=cells, _kept={})
 
     @property
+    def bodies(self) -> tuple[CompliantBody, ...]:
+        """Tooth compliance of each body; empty for rigid teeth."""
+        return self.teeth.bodies
+
+    @property
     def pairs(self) -> int:
         """Tooth pairs considered at once."""
         return self.lines.roll.size // self.per_cycle
@@ -196,6 +199,11 @@ class ContactProblem:
     def typical_approach(self) -> float:
         """Order of the approach [mm]."""
         return usual_approach(self.usual_load, self.modulus)
+
+    @property
+    def near_field(self) -> float:
+        """Distance along a line up to which the stripe kernel follows half-widths [mm]."""
+        return _NEAR_FIELD * self.usual_half_width
 
     @cached_property
     def least_curvature(self) -> float:
@@ -252,12 +260,14 @@ class ContactProblem:
         """
         rolls = self.rolls_of(position)
         least = self._least[rolls]
-        nearest, cap, doublings = float(least.min()), _ROOM * FIRST_CAP * self.typical_approach, 0
-        while nearest + cap < approach:
-            cap, doublings = 2.0 * cap, doublings + 1
-        known = self._kept.get((position, doublings))
+        nearest = float(least.min())
+        wanted = max(_ROOM * FIRST_CAP * self.typical_approach, approach - nearest)
+        # on few lengths, so that other loads ask for the same slices
+        rung = ceil(_RUNGS * log2(wanted / self.base_pitch))
+        known = self._kept.get((position, rung))
         if known is None:
-            known = self._kept[position, doublings] = self._found(position, nearest + cap)
+            cap = nearest + self.base_pitch * 2.0 ** (rung / _RUNGS)
+            known = self._kept[position, rung] = self._found(position, cap)
         return known
 
     @cached_property
@@ -274,20 +284,20 @@ class ContactProblem:
             )
         at = (rolls[pair], face)
         starts = np.searchsorted(pair, np.arange(self.pairs + 1))
-        smooth, slope = line_compliance(self.bodies, *at, pair)
+        smooth, slope = self.teeth.compliance(*at, pair)
+        smooth = smooth.copy()
         arc, length = lines.arc[at], lines.length[at]
         subtract_mid_surface(smooth, starts, arc, length, *self._mid_surface(at, _LEAST_DEPTH * usual))
         for further in self.more:
             smooth += further.matrix(at, starts)
         static = smooth.copy()
-        add_far_stripe(static, starts, arc, length, usual, _NEAR_FIELD * usual, 1.0 / (pi * self.modulus))
+        add_far_stripe(static, starts, arc, length, usual, self.near_field, 1.0 / (pi * self.modulus))
         return Candidates(
             cap=cap,
-            index=np.ravel_multi_index(at, lines.profile.shape),
+            flat=np.ravel_multi_index(at, lines.profile.shape),
             starts=starts,
             smooth=smooth,
             static=static,
-            near_field=_NEAR_FIELD * usual,
             slope=slope,
             least=self._least[at],
             profile=lines.profile[at],

@@ -27,7 +27,7 @@ _SHARP = 5e-8  # of the base pitch: a nanometre at a module of some mm
 _STEP = 0.02  # of the flank's height, for the five-point differences
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactLines:
     """Contact lines of one tooth pair; arrays are (roll, face) unless said otherwise.
 

@@ -12,6 +12,7 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, locate, slope_at
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
+from semiwear.threads import in_shares
 
 __all__ = ["DrivingFlank", "driving_flank", "driving_grid", "station_of"]
 
@@ -47,21 +48,23 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
     return low, x - low
 
 
-@njit(cache=True, error_model="numpy")
-def _meet(near, profile, driving_profile, driving_slope, driving_face, nodes, faces, own, split, depth, out):  # type: ignore[no-untyped-def]
-    rolls, slices = near.shape
+@njit(cache=True, error_model="numpy", nogil=True)
+def _meet(near, profile, driving_profile, driving_slope, driving_face, nodes, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
-    for k in range(rolls):
-        for i in range(slices):
+    for i in slices:
+        before_low, before_weight = -1, 0.0
+        for k in range(near.shape[0]):
             if not near[k, i]:
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
-            for n in range(own.shape[0]):
-                here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
-            for n in range(own.shape[0]):
-                slope[n] = slope_at(here, own, split, n)
+            if low != before_low or weight != before_weight:  # on a spur gear a slice meets one and the same
+                for n in range(own.shape[0]):
+                    here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
+                for n in range(own.shape[0]):
+                    slope[n] = slope_at(here, own, split, n)
+                before_low, before_weight = low, weight
             for p in range(nodes.shape[1]):
                 place = driving_profile[k, i] + driving_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
@@ -99,16 +102,16 @@ class DrivingFlank:
         slices : int array, optional
             Slices to do; the others are zero, as are those that cannot touch.
         """
-        lines, near = self.lines, self.near
-        if slices is not None:
-            chosen = np.zeros(near.shape[1], dtype=bool)
-            chosen[slices] = True
-            near = near & chosen
+        lines = self.lines
         out = np.zeros((*lines.profile.shape, self.driven.profile.shape[1]))
-        _meet(
-            near, lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face, self.driven.profile,
-            self.grid.face, self.grid.profile[0], self.grid.split[0], depth, out,
-        )  # fmt: skip
+
+        def meet(share: IntArray) -> None:
+            _meet(
+                self.near, lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face,
+                self.driven.profile, self.grid.face, self.grid.profile[0], self.grid.split[0], depth, share, out,
+            )  # fmt: skip
+
+        in_shares(meet, np.arange(self.near.shape[1]) if slices is None else slices)
         return out
 
 

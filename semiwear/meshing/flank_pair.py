@@ -141,6 +141,9 @@ class PrismBody:
 class FlankPair(Protocol):
     """Two flanks in mesh."""
 
+    def __hash__(self) -> int:
+        """Of what makes the pair: contact lines of equal pairs are traced once."""
+
     @property
     def placement(self) -> Placement:
         """Rigid displacement of the pinion from its nominal place."""

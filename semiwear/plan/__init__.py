@@ -22,7 +22,7 @@ from semiwear.contact.patch_contact import PATCH
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
-from semiwear.meshing.contact_lines import ContactLines, face_stations, trace_contact_lines
+from semiwear.meshing.contact_lines import ContactLines, face_stations
 from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
@@ -32,6 +32,7 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices, table
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
+from semiwear.plan.kept_lines import contact_lines
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -138,15 +139,15 @@ class Plan:
         if face is None:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
         shape = self._shape(pair, rolls, face)
-        lines = shape.fine.every(rolls.substeps)
-        bodies = tooth_compliance(scene, pair, lines)
+        lines = shape.lines
+        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1])
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
         patches = numerics.fidelity == "patch"
         problem = ContactProblem(
             lines=lines,
             per_cycle=rolls.phase.size,
-            bodies=bodies,
+            teeth=elastic_teeth,
             torque=np.full(rolls.phase.size, torque),
             reach=reach,
             modulus=modulus,
@@ -154,7 +155,7 @@ class Plan:
             usual_half_width=half_width,
             base_pitch=pair.base_pitch,
             max_iterations=numerics.max_iterations,
-            more=effects.further_compliance(scene, pair, lines, bodies, half_width, self.clock),
+            more=effects.further_compliance(scene, pair, lines, elastic_teeth.bodies, half_width, self.clock),
             cells=PatchCells(lines, shape.grid, whole / numerics.cells_per_half_width) if patches else None,
         )
         return LoadedTeeth(
@@ -244,16 +245,17 @@ class Plan:
 
     def _shape(self, pair: FlankPair, rolls: RollGrid, face: FloatArray) -> _Shape:
         scene = self.scene
-        fine = trace_contact_lines(pair, rolls.fine_roll, face)
+        fine, lines = contact_lines(pair, rolls, face)
         grid = flank_grid(pair, face, scene.numerics.profile_points)
         sequences = effects.pitch_sequences(scene, pair, rolls.pairs)
         if sequences:
             fine = _pushed_back(fine, sequences[0].gap)
+            lines = fine.every(rolls.substeps)
         modification = None
         if effects.deviates(scene):
             with self.clock.measure("modification"):
                 modification = effects.deviation_depth(scene, pair, fine, grid)
-        return _Shape(fine, grid, modification)
+        return _Shape(fine, lines, grid, modification)
 
     def _driving(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> DrivingFlank | None:
         wear = self.scene.wear
@@ -272,7 +274,7 @@ class Plan:
         unworn = fresh_flanks(shape.fine, shape.grid, shape.modification)
         touch = footprints(shape.fine, unworn, half_width, slices_near(problem, shape.fine, unworn))
         least = touch.every(rolls.substeps).least
-        least = least * (reference_lever(pair) / shape.fine.every(rolls.substeps).lever_arm)
+        least = least * (reference_lever(pair) / shape.lines.lever_arm)
         return float(least.min(axis=1).reshape(rolls.pairs, -1).min(axis=0).mean())
 
     def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
@@ -309,9 +311,10 @@ class Plan:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Fresh contact lines on the fine roll grid, the driven flank's nodes, and what the unworn flanks lack there."""
+    """Fresh contact lines, on the fine roll grid and at the solved positions, nodes, and what unworn flanks lack."""
 
     fine: ContactLines
+    lines: ContactLines
     grid: FlankGrid
     modification: FloatArray | None
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -187,7 +188,12 @@ def angular_velocity(scene: Scene) -> float:
 
 def speeds_of(scene: Scene, pair: FlankPair, lines: ContactLines) -> SurfaceSpeeds:
     """Velocities in the contact lines at the speed of the scene."""
-    return SurfaceSpeeds.of(pair, lines, angular_velocity(scene))
+    return _speeds(pair, lines, angular_velocity(scene))
+
+
+@lru_cache(maxsize=4)
+def _speeds(pair: FlankPair, lines: ContactLines, angular: float) -> SurfaceSpeeds:
+    return SurfaceSpeeds.of(pair, lines, angular)
 
 
 def friction(scene: Scene) -> Friction | None:

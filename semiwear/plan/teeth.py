@@ -12,13 +12,14 @@ from semiwear.compliance.influence import InfluenceOnLines, body_influence, read
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
 from semiwear.compliance.taper import tapered
-from semiwear.compliance.tooth import BodyOnLines, CompliantBody, LinePlaces, ToothBody
+from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.scene import GearPair, Material, Placement, Scene
+from semiwear.threads import in_threads
 
 __all__ = ["elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
 
@@ -31,29 +32,46 @@ def elastic(material: Material) -> tuple[float, float]:
     return material.youngs_modulus_MPa, material.poissons_ratio
 
 
-def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> tuple[CompliantBody, ...]:
-    """Bodies on contact lines, driving one first; none for rigid teeth."""
+def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> ElasticTeeth:
+    """Bodies on contact lines; none for rigid teeth. Prisms on the same lines are the same object."""
     if scene.numerics.tooth_compliance == "rigid":
-        return ()
+        return ElasticTeeth()
     if scene.numerics.tooth_compliance != "prism":
-        return _influence(scene, pair, lines)
+        return ElasticTeeth(_influence(scene, pair, lines))
+    materials = scene.material.pinion, scene.material.gear
+    return _prisms_on_lines(
+        scene.gear_pair, scene.operation.loaded_flank, pair, materials, scene.numerics.harmonics, lines
+    )
+
+
+@lru_cache(maxsize=4)
+def _prisms_on_lines(
+    table: GearPair,
+    loaded_flank: str,
+    pair: FlankPair,
+    materials: tuple[Material, Material],
+    harmonics: int,
+    lines: ContactLines,
+) -> ElasticTeeth:
+    # the coast flank is the drive flank of the other hand
+    loaded, _ = on_loaded_flank(table, Placement(), loaded_flank)
     bodies = []
-    for index, material in enumerate((scene.material.pinion, scene.material.gear)):
-        body = toothed(scene.gear_pair, index, material, scene.numerics.harmonics)
+    for index, material in enumerate(materials):
+        body = toothed(table, index, material, harmonics)
         places = _places(lines, index)
         # a tooth that tapers has its ends in the taper
-        beyond = None if body.taper is not None else _beyond(scene, pair, index, material, places)
+        beyond = None if body.taper is not None else _beyond(loaded, pair, index, material, harmonics, places)
         bodies.append(BodyOnLines.of(body, places, beyond))
-    return tuple(bodies)
+    return ElasticTeeth(tuple(bodies))
 
 
-def _beyond(scene: Scene, pair: FlankPair, index: int, material: Material, places: LinePlaces) -> BeyondOnLines:
+def _beyond(
+    table: GearPair, pair: FlankPair, index: int, material: Material, harmonics: int, places: LinePlaces
+) -> BeyondOnLines:
     """Compliance beyond the prism of a tooth of one section, or of sections that are alike."""
     shape = pair.prism_body(index)
-    # the coast flank is the drive flank of the other hand
-    table, _ = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
-    body = toothed(table, index, material, scene.numerics.harmonics)
-    ends = free_ends(table, index, material, scene.numerics.harmonics)
+    body = toothed(table, index, material, harmonics)
+    ends = free_ends(table, index, material, harmonics)
     along, height = places.face - (shape.start + 0.5 * shape.width), body.heights(places)
     if shape.foot is None:
         return BeyondOnLines.of(ends, shape.width, along, height)
@@ -93,17 +111,18 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     """The prisms of a body's sections; kept between runs as `toothed` are."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
-    found = tuple(
-        prism_section(
-            section,
+
+    def prism(section: int) -> PrismSection:
+        return prism_section(
+            shape.sections[section],
             width=shape.tooth_length,
             youngs_modulus=youngs_modulus,
             poissons_ratio=poissons_ratio,
             harmonics=harmonics,
-            name=f"{BODIES[index]} section at {face:.4g} mm",
+            name=f"{BODIES[index]} section at {shape.faces[section]:.4g} mm",
         )
-        for face, section in zip(shape.faces, shape.sections, strict=True)
-    )
+
+    found = tuple(in_threads(prism, range(len(shape.sections))))
     if shape.foot is None:
         return found
     # a prism is as long as the tooth on the reference cylinder

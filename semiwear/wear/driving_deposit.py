@@ -14,7 +14,7 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
-from semiwear.wear.between_rolls import lay, node_width, shifts_of, step_of
+from semiwear.wear.between_rolls import lay, lay_points, lies_within, node_width, shifts_of, step_of
 from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of
 
 __all__ = ["spread_over_driving_flank"]
@@ -46,10 +46,21 @@ class _Driving(NamedTuple):
     split: int
 
 
+@njit(cache=True, error_model="numpy")
+def _lay_apart(driving, place, shift, rising, part, pieces, into):  # type: ignore[no-untyped-def]
+    """Lay stretches that move apart; shifts are in the order of the driven flank. Returns what is laid."""
+    laid = 0.0
+    for c in range(pieces):
+        at = c if rising else pieces - 1 - c
+        laid += lay(driving.nodes, driving.split, place[at], shift[c], part[at], into)
+    return laid
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, what, half_width, slices, driving, length, out, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
     mass, middle, shift = space.mass, space.middle, space.shift
+    place, amount, part = np.empty((3, mass.size))
     rolls, stations, places = flank.profile.shape[0], driving.stations.shape[0], driving.places
     step = driving.stations[1] - driving.stations[0]
     for i in slices:
@@ -65,24 +76,35 @@ def _spread(flank, what, half_width, slices, driving, length, out, taken):  # ty
             wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
             station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
             rate = what.rate[:, i]
-            shifts_of(
+            alike = shifts_of(
                 middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
                 step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
                 step_of(places[2, :, i], rate, k), shift,
             )  # fmt: skip
             scale = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm
+            rising, total, laid = driving.slope[k, i] > 0.0, 0.0, 0.0
             for c in range(pieces):
-                place = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
-                each = mass[c] * factor_at(what, k, i, middle[c])
-                amount, whole, laid = scale * each, rate[k] * length[k, i] * each, 0.0
-                for side in range(2):
-                    # nothing is kept beyond the width of the last station
-                    share = max(1.0 - abs(weight - side), 0.0)
-                    if share > 0.0:
-                        into = out[station + side]
-                        laid += lay(driving.nodes, driving.split, place, shift[c], share * amount, into)
-                taken[0] += whole
-                taken[1] += whole * (1.0 - laid / amount) if amount > 0.0 else 0.0
+                at = c if rising else pieces - 1 - c
+                place[at] = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
+                amount[at] = scale * mass[c] * factor_at(what, k, i, middle[c])
+                total += amount[at]
+            together = alike and lies_within(driving.nodes, place, pieces, shift[0])
+            for side in range(2):
+                # nothing is kept beyond the width of the last station
+                share = max(1.0 - abs(weight - side), 0.0)
+                if share == 0.0:
+                    continue
+                for c in range(pieces):
+                    part[c] = share * amount[c]
+                into = out[station + side]
+                if together:
+                    lay_points(driving.nodes, driving.split, place, part, pieces, abs(shift[0]), into)
+                    laid += share * total
+                else:
+                    laid += _lay_apart(driving, place, shift, rising, part, pieces, into)
+            whole = rate[k] * length[k, i] / scale  # what a unit laid stands for
+            taken[0] += whole * total
+            taken[1] += whole * (total - laid)
 
 
 def spread_over_driving_flank(

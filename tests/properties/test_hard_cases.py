@@ -128,13 +128,13 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     assert teeth.fidelity is LINE
     turned = float(loads.rotation[position] * teeth.lines.lever_arm.max())
     system = problem.candidates(position, turned)
-    everything = np.arange(system.index.size)
+    everything = np.arange(system.flat.size)
     matrix = system.compliance(system.static, everything, worn, None)
-    width = np.where(force > 0.0, loads.half_width.ravel()[system.index], 0.1 * problem.usual_half_width)
+    width = np.where(force > 0.0, loads.half_width.ravel()[system.flat], 0.1 * problem.usual_half_width)
     factor = 1.0 / (pi * problem.modulus)
-    pairs = near_pairs(system.starts, system.arc, system.length, system.near_field)
+    pairs = near_pairs(system.starts, system.arc, system.length, teeth.problem.near_field)
     add_near_stripe(matrix, pairs, width, factor, *stripe_table())
-    gap = worn.gap.ravel()[system.index]
+    gap = worn.gap.ravel()[system.flat]
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
 
@@ -156,16 +156,16 @@ def test_line_loads_press_where_the_gap_is_closed(case: HardCase) -> None:
     for position in range(teeth.rolls.phase.size):
         rolls = teeth.problem.rolls_of(position)
         system = teeth.problem.candidates(position, float(loads.rotation[position] * teeth.lines.lever_arm.max()))
-        force = loads.force.ravel()[system.index]
+        force = loads.force.ravel()[system.flat]
         slack, system = displacement_anew(teeth, force, state, position)
-        approach = float((loads.rotation[position] * system.lever - worn.gap.ravel()[system.index]).max())
+        approach = float((loads.rotation[position] * system.lever - worn.gap.ravel()[system.flat]).max())
         assert approach > 0.0
         assert (force >= 0.0).all()
         assert np.abs(slack[force > 0.0]).max() < WIDTHS * approach
         assert slack.min() > -WIDTHS * approach
         # what is no candidate is farther than the approach
         others = np.ones(worn.gap.size, dtype=bool)
-        others[system.index] = False
+        others[system.flat] = False
         shift = (loads.rotation[position] * teeth.lines.lever_arm)[rolls]
         apart = (worn.least[rolls] - shift)[others.reshape(worn.gap.shape)[rolls]]
         assert apart.size == 0 or apart.min() > -WIDTHS * approach

@@ -266,8 +266,8 @@ def test_real_lines_stay_positive_definite(small):
     )  # fmt: skip
     for position in (0, 5):
         system = problem.candidates(position, 0.1)
-        at = np.unravel_index(system.index, lines.profile.shape)
-        width = np.full(system.index.size, problem.usual_half_width)
+        at = np.unravel_index(system.flat, lines.profile.shape)
+        width = np.full(system.flat.size, problem.usual_half_width)
         matrix = system.smooth.copy()
         factor = 1.0 / (pi * problem.modulus)
         pairs = near_pairs(system.starts, system.arc, system.length, np.inf)

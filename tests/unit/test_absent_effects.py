@@ -16,7 +16,7 @@ import pytest
 import semiwear as sw
 from semiwear.contact import line_contact
 from semiwear.contact.line_contact import LINE
-from semiwear.plan import plan
+from semiwear.plan import effects, plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
 
@@ -106,6 +106,7 @@ def counted(monkeypatch):
 
     for entry in CLASSES:
         count(*entry)
+    effects._speeds.cache_clear()  # speeds of the same lines are kept between runs
     return counts
 
 
@@ -136,7 +137,7 @@ def test_an_effect_builds_its_own_classes_alone(counted, name, built):
 def contact_calls(monkeypatch, scene):
     """Calls of the contact solver and of its kernel in a run."""
     calls = {"solve": 0, "kernel": 0}
-    kernel = line_contact._share_among
+    kernel = line_contact.share_torque
 
     def counted_solve(*args, **kwargs):
         calls["solve"] += 1
@@ -148,7 +149,7 @@ def contact_calls(monkeypatch, scene):
 
     with monkeypatch.context() as patched:
         patched.setattr(importlib.import_module("semiwear.plan"), "LINE", replace(LINE, solve=counted_solve))
-        patched.setattr(line_contact, "_share_among", counted_kernel)
+        patched.setattr(line_contact, "share_torque", counted_kernel)
         sw.simulate(scene)
     return calls
 

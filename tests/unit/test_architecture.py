@@ -20,7 +20,7 @@ ROOT = PACKAGE.parent
 LAYERS = (
     ("errors", "untyped"),
     ("references",),
-    ("targets", "sources", "kernel_cache", "threads", "closed_forms"),
+    ("targets", "sources", "kernel_cache", "kept_on_disk", "threads", "closed_forms"),
     ("scene",),
     ("geometry",),
     ("meshing",),

@@ -27,7 +27,7 @@ def answers() -> dict[tuple[float, float], tuple[float, float]]:
     scene = sw.load_scene("face_gear_25x160")
     pair = flank_pair(scene.gear_pair, Placement())
     lines = trace_contact_lines(pair, np.array([0.0]), np.linspace(481.0, 559.0, 3))
-    teeth = tooth_compliance(scene, pair, lines)[1].body
+    teeth = tooth_compliance(scene, pair, lines).bodies[1].body
     with PATH.open(encoding="utf-8") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     found = {}

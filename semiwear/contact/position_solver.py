@@ -1,0 +1,167 @@
+"""Load sharing of one mesh position: which of its candidates may touch, and the loads on them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
+from semiwear.contact.problem import picked
+from semiwear.kernel_cache import njit
+
+__all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
+
+FloatArray = NDArray[np.float64]
+
+LEAST_WIDTH = 0.1
+"""Half-width of slices hardly loaded, of the usual one."""
+MARGIN = 1.15
+"""Of the expected approach, within which slices are let touch."""
+_FIRST = 0.25  # of the slices are first taken to press where no loads are known, the nearest ones
+
+
+class WornSlices(NamedTuple):
+    """Slices of all roll positions as they are worn, flat (roll face,) arrays.
+
+    Attributes
+    ----------
+    gap, profile : arrays [mm]
+        Least separation and where it is.
+    curvature : array [1/mm]
+    wear : array [mm/N]
+        Wear of a step that a force causes; empty where no step is taken.
+    """
+
+    gap: FloatArray
+    curvature: FloatArray
+    profile: FloatArray
+    wear: FloatArray
+
+
+class SharingRules(NamedTuple):
+    """Rules of load sharing that hold for all mesh positions.
+
+    Attributes
+    ----------
+    near : NearField
+    usual_half_width : float [mm]
+    least_curvature : float [1/mm]
+    tolerance : float
+        Of half-widths between two solutions.
+    max_iterations : int
+    """
+
+    near: NearField
+    usual_half_width: float
+    least_curvature: float
+    tolerance: float
+    max_iterations: int
+
+
+@njit(cache=True, error_model="numpy")
+def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
+    """Loads of chosen candidates; the results of `share_torque`."""
+    n, usual = chosen.size, rules.usual_half_width
+    force, half_width = all_force.ravel(), all_width.ravel()
+    gap, lever, length, arc, curvature, moved, width = np.empty((7, n))
+    active, loaded, touching = np.empty(n, dtype=np.bool_), False, np.inf
+    for i in range(n):
+        c = chosen[i]
+        at = found.flat[c]
+        gap[i], lever[i], length[i], arc[i] = worn.gap[at], found.lever[c], found.length[c], found.arc[c]
+        curvature[i] = max(worn.curvature[at], rules.least_curvature)
+        moved[i] = min(max(worn.profile[at] - found.profile[c], -found.farthest_move), found.farthest_move)
+        active[i] = force[at] > 0.0
+        loaded |= active[i]
+        touching = min(touching, gap[i] / lever[i])
+    # from where the first slice touches: a misplaced pinion may be millimetres off, a light approach nanometres
+    for i in range(n):
+        gap[i] -= touching * lever[i]
+    static = picked(found.static, found.slope, chosen, moved)
+    nearest = 0.0 if loaded else np.quantile(gap, _FIRST)
+    for i in range(n):
+        at = found.flat[chosen[i]]
+        if worn.wear.size > 0:
+            static[i, i] += worn.wear[at]
+        if loaded:
+            width[i] = max(half_width[at], LEAST_WIDTH * usual)
+        else:
+            active[i], width[i] = gap[i] <= nearest, usual
+    starts = np.searchsorted(chosen, found.starts)
+    floor = np.full(n, LEAST_WIDTH * usual)
+    status, rotation, load, slack, iterations, change = solve_line_loads(
+        Slices(static, gap, lever, arc, length, floor, curvature, starts),
+        rules.near, torque, rules.tolerance, rules.max_iterations, active, width,
+    )  # fmt: skip
+    if status != 0:
+        return status, 0.0, iterations, change, 0.0, 0.0
+    for roll in rolls:
+        all_force[roll] = 0.0
+    balance, product, highest, deepest, approach = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        at = found.flat[chosen[i]]
+        force[at], half_width[at] = load[i], width[i] if load[i] > 0.0 else 0.0
+        balance += lever[i] * load[i]
+        # the Hertz pressure goes with the root of line load times curvature
+        pressure = np.sqrt(load[i] / length[i] * curvature[i])
+        highest, product = max(highest, pressure), max(product, pressure * abs(slack[i]))
+        deepest = max(deepest, -slack[i])
+        approach = max(approach, lever[i] * rotation - gap[i])
+    complementarity = max(product / highest, deepest) / approach
+    return status, touching + rotation, iterations, change, abs(balance / torque - 1.0), complementarity
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_width):  # type: ignore[no-untyped-def]
+    """Forces on the slices of a mesh position that balance a torque.
+
+    Parameters
+    ----------
+    found : Candidates
+    worn : WornSlices
+    torque : float [N mm]
+    rules : SharingRules
+    rolls : (pairs,) int array
+        Roll positions of all pairs.
+    expected : float [rad]
+        Rotation about which it will be, where loads are known.
+    cap : float [mm]
+        Separation below which slices are let touch where none are.
+    force, half_width : (roll, face) arrays [N], [mm], changed
+        Those of the start, then of the solution.
+
+    Returns
+    -------
+    status : int
+        `LineStatus`.
+    rotation : float [rad]
+    iterations : int
+    change : float
+        Last relative change of half-widths.
+    balance : float
+        Relative error of the torque.
+    complementarity : float
+        As in `TeethLoads`.
+    """
+    n = found.flat.size
+    least, loaded = np.inf, False
+    for i in range(n):
+        least = min(least, worn.gap[found.flat[i]])
+        loaded |= force.ravel()[found.flat[i]] > 0.0
+    # only what is nearer than the approach can touch; where the start knows it, that spares much
+    near = np.empty(n, dtype=np.bool_)
+    for i in range(n):
+        if loaded:
+            near[i] = worn.gap[found.flat[i]] < least + MARGIN * (expected * found.lever[i] - least)
+        else:
+            near[i] = found.least[i] < cap
+    chosen = np.flatnonzero(near) if near.any() else np.arange(n)
+    answer = _share_among(found, chosen, worn, torque, rules, rolls, force, half_width)
+    if answer[0] != 0 or chosen.size == n:
+        return answer
+    for i in range(n):
+        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < 0.0:
+            return _share_among(found, np.arange(n), worn, torque, rules, rolls, force, half_width)
+    return answer

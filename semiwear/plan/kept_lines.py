@@ -1,0 +1,28 @@
+"""Contact lines of unworn flanks, kept between plans: they depend on geometry alone."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
+from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.roll_grid import RollGrid
+
+__all__ = ["contact_lines"]
+
+
+def contact_lines(pair: FlankPair, rolls: RollGrid, face: NDArray[np.float64]) -> tuple[ContactLines, ContactLines]:
+    """Contact lines on the fine roll grid, and those of them at the positions that are solved; not to be changed.
+
+    The same objects are returned for equal arguments, so that what is prepared for them can be kept, too.
+    """
+    return _traced(pair, rolls.fine_roll.tobytes(), face.tobytes(), rolls.substeps)
+
+
+@lru_cache(maxsize=8)
+def _traced(pair: FlankPair, roll: bytes, face: bytes, substeps: int) -> tuple[ContactLines, ContactLines]:
+    fine = trace_contact_lines(pair, np.frombuffer(roll).copy(), np.frombuffer(face).copy())
+    return fine, fine.every(substeps)
