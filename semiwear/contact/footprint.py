@@ -36,7 +36,7 @@ from semiwear.contact.gap import (
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import locate
+from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 
@@ -44,6 +44,7 @@ __all__ = [
     "Footprints",
     "Reach",
     "depth_of",
+    "footprint_windows",
     "footprints",
     "open_part",
     "reach_space",
@@ -54,8 +55,10 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
+_BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
@@ -291,6 +294,56 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.curvature[k, i] = 2.0 * depth / found.half_width[k, i] ** 2
             found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
             found.edge[k, i] = cut
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _windows(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore[no-untyped-def]
+    last = nodes.shape[1]
+    for k in range(loaded.shape[0]):
+        for i in range(loaded.shape[1]):
+            if not loaded[k, i] or not np.isfinite(flank.separation[0, k, i]):
+                continue
+            bend, width = flank.separation[2, k, i], half_width / flank.spacing[k, i]
+            reach = width + rises_within(deepest + depth_of(bend, width), bend)  # as in `reached`
+            low, high = flank.low[k, i], flank.high[k, i]
+            start = max(low, min(flank.profile[k, i] - reach, high))
+            stop = min(high, max(flank.profile[k, i] + reach, low))
+            # an edge is followed on its rounding, and into the flank for as far
+            if start <= low:
+                start = low - flank.low_radius[k, i] / flank.spacing[k, i]
+                stop = max(stop, low + flank.low_radius[k, i] / flank.spacing[k, i])
+            if stop >= high:
+                stop = high + flank.high_radius[k, i] / flank.spacing[k, i]
+                start = min(start, high - flank.high_radius[k, i] / flank.spacing[k, i])
+            windows[k, i, 0] = max(np.searchsorted(nodes[i], start) - _BESIDE, 0)
+            windows[k, i, 1] = min(np.searchsorted(nodes[i], stop) + _BESIDE, last)
+
+
+def footprint_windows(
+    lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float
+) -> IntArray:
+    """Nodes between which the footprints of loaded slices lie: the first, and the one behind the last.
+
+    Parameters
+    ----------
+    lines : ContactLines
+    grid : FlankGrid
+        Whose nodes.
+    loaded : (roll, face) bool array
+    deepest : float [mm]
+        What the shape of the flanks varies by, at most.
+    half_width : float [mm]
+        As in `footprints`.
+
+    Returns
+    -------
+    (roll, face, 2) int array
+        Equal where a slice is not loaded.
+    """
+    windows = np.zeros((*loaded.shape, 2), dtype=np.int64)
+    fresh = Removed(grid, np.zeros((1, *grid.profile.shape)), np.zeros(len(loaded), dtype=np.int64))
+    _windows(loaded, gap_of_flanks(lines, fresh), grid.profile, deepest, half_width, windows)
+    return windows
 
 
 def footprints(lines: ContactLines, removed: Removed, half_width: float, near: BoolArray) -> Footprints:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.fidelity import Fidelity
-from semiwear.contact.footprint import Footprints, footprints
+from semiwear.contact.footprint import Footprints, footprint_windows, footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
@@ -101,8 +101,19 @@ class LoadedTeeth:
         if driving_wear is None or self.driving is None:
             return removed
         grid = self.driving.driven
-        depth = self.driving.met(driving_wear, slices)
-        depth += grid.from_grid(removed.depth)
+        depth = self.driving.met(driving_wear, grid.from_grid(removed.depth), slices)
+        return Removed.met(grid, depth, self.fine.roll.size)
+
+    def removed_in_footprints(
+        self, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, slices: IntArray
+    ) -> Removed:
+        """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only."""
+        assert self.driving is not None
+        grid, removed = self.driving.driven, fresh_flanks(self.fine, self.grid, self.modification, wear)
+        own = grid.from_grid(removed.depth)
+        deepest = float(own.max()) + float(driving_wear.max())  # nothing else stands at zero
+        windows = footprint_windows(self.fine, grid, loaded, deepest, self.half_width)
+        depth = self.driving.met(driving_wear, own, slices, windows)
         return Removed.met(grid, depth, self.fine.roll.size)
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:

@@ -49,13 +49,16 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _meet(near, profile, driving_profile, driving_slope, driving_face, nodes, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
+def _meet(lines, windows, nodes, driven, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
+    profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
     for i in slices:
         before_low, before_weight = -1, 0.0
-        for k in range(near.shape[0]):
-            if not near[k, i]:
+        for k in range(profile.shape[0]):
+            first, end = windows[k, i]
+            onto = driven[k if driven.shape[0] > 1 else 0, i]
+            if first == end:
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
@@ -65,11 +68,11 @@ def _meet(near, profile, driving_profile, driving_slope, driving_face, nodes, fa
                 for n in range(own.shape[0]):
                     slope[n] = slope_at(here, own, split, n)
                 before_low, before_weight = low, weight
-            for p in range(nodes.shape[1]):
+            for p in range(first, end):
                 place = driving_profile[k, i] + driving_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
-                out[k, i, p] = max(cubic(here[cell], here[cell + 1], before, slope[cell + 1], x), 0.0)
+                out[k, i, p] = onto[p] + max(cubic(here[cell], here[cell + 1], before, slope[cell + 1], x), 0.0)
 
 
 @dataclass(frozen=True)
@@ -92,26 +95,35 @@ class DrivingFlank:
     lines: ContactLines
     near: BoolArray
 
-    def met(self, depth: FloatArray, slices: IntArray | None = None) -> FloatArray:
-        """A depth on the driving flank where the nodes of `driven` meet it, (roll, face, profile) [mm].
+    def met(
+        self, depth: FloatArray, driven: FloatArray, slices: IntArray | None = None, windows: IntArray | None = None
+    ) -> FloatArray:
+        """Depth of both flanks where the nodes of `driven` meet, (roll, face, profile) [mm].
 
         Parameters
         ----------
         depth : (face, profile) array [mm]
-            On `grid`.
+            Of the driving flank on `grid`.
+        driven : (rows, face, profile) array [mm]
+            Of the driven one on the nodes of `driven`; one row, or one a roll position.
         slices : int array, optional
-            Slices to do; the others are zero, as are those that cannot touch.
+            Slices to do; the others are those of the driven flank, as are slices that cannot touch.
+        windows : (roll, face, 2) int array, optional
+            First node and the one behind the last to do; everything else is zero.
         """
-        lines = self.lines
-        out = np.zeros((*lines.profile.shape, self.driven.profile.shape[1]))
+        lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
+        if windows is None:
+            out = np.array(np.broadcast_to(driven, shape))
+            windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
+        else:
+            out = np.zeros(shape)
+        places = lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face
+        own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:
-            _meet(
-                self.near, lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face,
-                self.driven.profile, self.grid.face, self.grid.profile[0], self.grid.split[0], depth, share, out,
-            )  # fmt: skip
+            _meet(places, windows, self.driven.profile, driven, *own, depth, share, out)
 
-        in_shares(meet, np.arange(self.near.shape[1]) if slices is None else slices)
+        in_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
 
 

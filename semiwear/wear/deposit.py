@@ -23,7 +23,16 @@ from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
 
-__all__ = ["Nodes", "Spread", "factor_at", "piece_space", "pieces_of", "spread_over_flank"]
+__all__ = [
+    "Nodes",
+    "Spread",
+    "factor_at",
+    "lay_footprint",
+    "over_widths",
+    "piece_space",
+    "pieces_of",
+    "spread_over_flank",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -142,13 +151,42 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     return pieces
 
 
+@njit(cache=True, error_model="numpy")
+def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, out, taken):  # type: ignore[no-untyped-def]
+    """Add a footprint to the nodes of its slice (points,), and to what is taken, (2,); its shares are used up."""
+    mass, middle, shift = space.mass, space.middle, space.shift
+    nodes, split, rate = grid.nodes[i], grid.split[i], what.rate[:, i]
+    whole = shifts_of(
+        middle, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
+        step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
+        step_of(flank.high[:, i], rate, k), shift,
+    )  # fmt: skip
+    total, laid = 0.0, 0.0
+    for c in range(pieces):
+        mass[c] *= rate[k] / gap.per_mm * factor_at(what, k, i, middle[c])
+        total += mass[c]
+    if whole and lies_within(nodes, middle, pieces, shift[0]):
+        lay_points(nodes, split, middle, mass, pieces, abs(shift[0]), out)
+        laid = total
+    else:
+        for c in range(pieces):
+            laid += lay(nodes, split, middle[c], shift[c], mass[c], out)
+    taken[0] += total * gap.per_mm * length
+    taken[1] += (total - laid) * gap.per_mm * length
+
+
+@njit(cache=True, error_model="numpy")
+def over_widths(nodes, amounts):  # type: ignore[no-untyped-def]
+    """Turn amounts at the nodes of a slice into densities."""
+    for p in range(nodes.shape[0]):
+        amounts[p] /= node_width(nodes, p)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
-    mass, middle, shift = space.mass, space.middle, space.shift
     rolls = flank.profile.shape[0]
     for i in slices:
-        nodes, split = grid.nodes[i], grid.split[i]
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
                 forget_row(space.reach.row)
@@ -157,26 +195,8 @@ def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type:
                 continue
             gap = slice_gap(flank, k, i)
             pieces = pieces_of(gap, half_width, what.closes[k, i], space)
-            rate = what.rate[:, i]
-            whole = shifts_of(
-                middle, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
-                step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
-                step_of(flank.high[:, i], rate, k), shift,
-            )  # fmt: skip
-            total, laid = 0.0, 0.0
-            for c in range(pieces):
-                mass[c] *= rate[k] / gap.per_mm * factor_at(what, k, i, middle[c])
-                total += mass[c]
-            if whole and lies_within(nodes, middle, pieces, shift[0]):
-                lay_points(nodes, split, middle, mass, pieces, abs(shift[0]), out[i])
-                laid = total
-            else:
-                for c in range(pieces):
-                    laid += lay(nodes, split, middle[c], shift[c], mass[c], out[i])
-            taken[i, 0] += total * gap.per_mm * length[k, i]
-            taken[i, 1] += (total - laid) * gap.per_mm * length[k, i]
-        for p in range(nodes.shape[0]):
-            out[i, p] /= node_width(nodes, p)
+            lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, out[i], taken[i])
+        over_widths(grid.nodes[i], out[i])
 
 
 def spread_over_flank(

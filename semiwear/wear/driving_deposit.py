@@ -1,4 +1,4 @@
-"""Deposit on the driving flank: the same footprints, seen from the other body."""
+"""Deposit on both flanks: of the driving one by the same footprints, seen from the other body."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
+from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import lay, lay_points, lies_within, node_width, shifts_of, step_of
-from semiwear.wear.deposit import Spread, factor_at, piece_space, pieces_of
+from semiwear.wear.deposit import Nodes, Spread, factor_at, lay_footprint, over_widths, piece_space, pieces_of
 
-__all__ = ["spread_over_driving_flank"]
+__all__ = ["spread_over_both_flanks"]
 
 FloatArray = NDArray[np.float64]
 
@@ -56,74 +57,84 @@ def _lay_apart(driving, place, shift, rising, part, pieces, into):  # type: igno
     return laid
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, what, half_width, slices, driving, length, out, taken):  # type: ignore[no-untyped-def]
-    space = piece_space(flank.nodes)
+@njit(cache=True, error_model="numpy")
+def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out, taken):  # type: ignore[no-untyped-def]
+    """Add a footprint to the stations of the driving flank that it meets, and to what is taken, (2,)."""
     mass, middle, shift = space.mass, space.middle, space.shift
-    place, amount, part = np.empty((3, mass.size))
-    rolls, stations, places = flank.profile.shape[0], driving.stations.shape[0], driving.places
+    place, amount, part = memory
+    stations, places, rate = driving.stations.shape[0], driving.places, what.rate[:, i]
     step = driving.stations[1] - driving.stations[0]
+    below, above = max(i - 1, 0), min(i + 1, stations - 1)
+    # as many driven slices meet a station as lie in its width
+    wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
+    station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
+    alike = shifts_of(
+        middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
+        step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
+        step_of(places[2, :, i], rate, k), shift,
+    )  # fmt: skip
+    scale = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm
+    rising, total, laid = driving.slope[k, i] > 0.0, 0.0, 0.0
+    for c in range(pieces):
+        at = c if rising else pieces - 1 - c
+        place[at] = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
+        amount[at] = scale * mass[c] * factor_at(what, k, i, middle[c])
+        total += amount[at]
+    together = alike and lies_within(driving.nodes, place, pieces, shift[0])
+    for side in range(2):
+        # nothing is kept beyond the width of the last station
+        share = max(1.0 - abs(weight - side), 0.0)
+        if share == 0.0:
+            continue
+        for c in range(pieces):
+            part[c] = share * amount[c]
+        into = out[station + side]
+        if together:
+            lay_points(driving.nodes, driving.split, place, part, pieces, abs(shift[0]), into)
+            laid += share * total
+        else:
+            laid += _lay_apart(driving, place, shift, rising, part, pieces, into)
+    whole = rate[k] * length / scale  # what a unit laid stands for
+    taken[0] += whole * total
+    taken[1] += whole * (total - laid)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _spread(flank, what, half_width, slices, driving, grid, length, out, own, taken):  # type: ignore[no-untyped-def]
+    space = piece_space(flank.nodes)
+    memory = np.empty((3, space.mass.size))
     for i in slices:
-        for k in range(rolls):
+        for k in range(flank.profile.shape[0]):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
                 forget_row(space.reach.row)
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
             pieces = pieces_of(gap, half_width, what.closes[k, i], space)
-            below, above = max(i - 1, 0), min(i + 1, stations - 1)
-            # as many driven slices meet a station as lie in its width
-            wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
-            station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
-            rate = what.rate[:, i]
-            alike = shifts_of(
-                middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
-                step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
-                step_of(places[2, :, i], rate, k), shift,
-            )  # fmt: skip
-            scale = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm
-            rising, total, laid = driving.slope[k, i] > 0.0, 0.0, 0.0
-            for c in range(pieces):
-                at = c if rising else pieces - 1 - c
-                place[at] = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
-                amount[at] = scale * mass[c] * factor_at(what, k, i, middle[c])
-                total += amount[at]
-            together = alike and lies_within(driving.nodes, place, pieces, shift[0])
-            for side in range(2):
-                # nothing is kept beyond the width of the last station
-                share = max(1.0 - abs(weight - side), 0.0)
-                if share == 0.0:
-                    continue
-                for c in range(pieces):
-                    part[c] = share * amount[c]
-                into = out[station + side]
-                if together:
-                    lay_points(driving.nodes, driving.split, place, part, pieces, abs(shift[0]), into)
-                    laid += share * total
-                else:
-                    laid += _lay_apart(driving, place, shift, rising, part, pieces, into)
-            whole = rate[k] * length[k, i] / scale  # what a unit laid stands for
-            taken[0] += whole * total
-            taken[1] += whole * (total - laid)
+            _lay_on_driving(what, driving, gap, k, i, length[k, i], pieces, space, memory, out, taken[0])
+            lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, own[i], taken[1])
+        over_widths(grid.nodes[i], own[i])
 
 
-def spread_over_driving_flank(
+def spread_over_both_flanks(
     lines: ContactLines,
+    grid: FlankGrid,
     driving: DrivingFlank,
     removed: Removed,
     half_width: float,
     what: Spread,
     slices: NDArray[np.int64],
     taken: FloatArray | None = None,
-) -> FloatArray:
-    """Density on the nodes of the driving flank of what each line spreads over its footprint, summed over rolls.
+) -> tuple[FloatArray, FloatArray]:
+    """Densities on the nodes of both flanks of what each line spreads over its footprint, summed over rolls.
 
-    Parameters are as in `spread.spread_over_flank`, with the flank in place of the grid.
+    Parameters are as in `deposit.spread_over_flank`, with the driving flank after the grid, and `taken` (2, 2): of
+    the driving and of the driven flank.
 
     Returns
     -------
-    (face, profile) array
-        Right in stations all of whose slices are done.
+    driving, driven : (face, profile) arrays
+        The driving one right in stations all of whose slices are done.
     """
     places = np.stack(
         [
@@ -131,15 +142,15 @@ def spread_over_driving_flank(
             for place in (what.place, lines.low, lines.high)
         ]
     )
-    own = _Driving(
+    met = _Driving(
         lines.driving_profile, lines.driving_slope, lines.driving_face, places, driving.grid.face,
         driving.grid.profile[0], int(driving.grid.split[0]),
     )  # fmt: skip
-    flank = gap_of_flanks(lines, removed)
+    flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
 
     def spread(share: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-        out, part = np.zeros(driving.grid.profile.shape), np.zeros(2)
-        _spread(flank, what, half_width, share, own, lines.length, out, part)
+        out, part = np.zeros(driving.grid.profile.shape), np.zeros((2, 2))
+        _spread(flank, what, half_width, share, met, nodes, lines.length, out, own, part)
         return out, part
 
     out = np.zeros(driving.grid.profile.shape)
@@ -147,5 +158,5 @@ def spread_over_driving_flank(
         out += amount
         if taken is not None:
             taken += part
-    width: FloatArray = np.array([node_width(own.nodes, p) for p in range(own.nodes.size)])
-    return out / width
+    width: FloatArray = np.array([node_width(met.nodes, p) for p in range(met.nodes.size)])
+    return out / width, own

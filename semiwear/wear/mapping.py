@@ -25,7 +25,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.swept_line import Sweep, driving_wear_of_mesh, wear_of_mesh
+from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 
 __all__ = [
     "Growth",
@@ -171,12 +171,13 @@ class InterpolatedWear:
         if driving is not None:
             slices = _with_neighbours(slices, driven.shape[0])
         for _ in range(cycles):
-            removed = teeth.removed(driven, driving, slices)
             what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
-            mesh = wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])
             if driving is not None and teeth.driving is not None:
-                driving_mesh = driving_wear_of_mesh(teeth.fine, teeth.driving, removed, *what, taken[DRIVING])
+                removed = teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices)
+                driving_mesh, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
                 driving = self.grow_driving(driving, wear_depth(multipliers.driving / cycles, driving_mesh))
+            else:
+                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(driven), *what, taken[DRIVEN])
             driven = self.grow(driven, wear_depth(multipliers.driven / cycles, mesh))
         on_edges[DRIVEN] = multipliers.driven / cycles * taken[DRIVEN, 1]
         on_edges[DRIVING] = multipliers.driving / cycles * taken[DRIVING, 1]
@@ -238,7 +239,7 @@ def driving_wear_at(
     assert teeth.driving is not None
     slices = _with_neighbours(slices, worn.driven.shape[0])
     what = (motion, _line_load(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
-    return driving_wear_of_mesh(teeth.fine, teeth.driving, teeth.removed(*worn, slices), *what)
+    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, teeth.removed(*worn, slices), *what)[0]
 
 
 def _cells(passage: WeightedLoads) -> PatchCells:

@@ -32,9 +32,9 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.surface_speed import line_speed
 from semiwear.wear.deposit import Spread, spread_over_flank
-from semiwear.wear.driving_deposit import spread_over_driving_flank
+from semiwear.wear.driving_deposit import spread_over_both_flanks
 
-__all__ = ["Sweep", "driving_wear_of_mesh", "fresh_sweep", "own_wear", "sweep", "wear_of_mesh"]
+__all__ = ["Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -167,8 +167,9 @@ def wear_of_mesh(
     return spread_over_flank(lines, grid, removed, half_width, what, slices, taken)
 
 
-def driving_wear_of_mesh(
+def wear_of_both_flanks(
     lines: ContactLines,
+    grid: FlankGrid,
     driving: DrivingFlank,
     removed: Removed,
     motion: Sweep,
@@ -177,10 +178,13 @@ def driving_wear_of_mesh(
     modulus: float,
     slices: IntArray,
     taken: FloatArray | None = None,
-) -> FloatArray:
-    """The same on the nodes of the driving flank, over one mesh of one of its teeth [N/mm]."""
+) -> tuple[FloatArray, FloatArray]:
+    """The same on the nodes of the driving and of the driven flank, each over one mesh of one of its teeth [N/mm].
+
+    What is taken, (2, 2), is that of the driving and of the driven flank.
+    """
     what = _what(motion, line_load, modulus)
-    return spread_over_driving_flank(lines, driving, removed, half_width, what, slices, taken)
+    return spread_over_both_flanks(lines, grid, driving, removed, half_width, what, slices, taken)
 
 
 @njit(cache=True, error_model="numpy")

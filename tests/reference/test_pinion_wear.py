@@ -12,7 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.mapping import Worn
-from semiwear.wear.swept_line import driving_wear_of_mesh, fresh_sweep, sweep
+from semiwear.wear.swept_line import fresh_sweep, sweep, wear_of_both_flanks
 from tests.strategies.effect_scenes import PLAIN
 
 PINION_TEETH, GEAR_TEETH = 25, 160
@@ -150,8 +150,8 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
     motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
     removed = teeth.removed(state.wear, state.driving_wear)
-    mesh = driving_wear_of_mesh(
-        lines, teeth.driving, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
+    mesh, _ = wear_of_both_flanks(
+        lines, teeth.grid, teeth.driving, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
     )
     expected = swept_depth_on_pinion(teeth, line_load)
     clear = off_the_cusp(teeth, expected)
@@ -208,8 +208,8 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     motion = sweep(lines, state.fine, pair.roll_per_time)
     removed = teeth.removed(state.wear, state.driving_wear)
     slices = np.arange(teeth.grid.face.size)
-    mesh = driving_wear_of_mesh(
-        lines, teeth.driving, removed, motion, load, teeth.half_width, teeth.problem.modulus, slices
+    mesh, _ = wear_of_both_flanks(
+        lines, teeth.grid, teeth.driving, removed, motion, load, teeth.half_width, teeth.problem.modulus, slices
     )
     met = pair.meeting(lines.face[None, :], lines.profile, lines.roll[:, None])
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from semiwear.plan import plan
 from semiwear.simulate import simulate
 from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, shifts_of
-from semiwear.wear.swept_line import driving_wear_of_mesh, sweep, wear_of_mesh
+from semiwear.wear.swept_line import sweep, wear_of_both_flanks, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
 SPLIT = 40
@@ -183,7 +183,7 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
         meshes = []
         for ripple in (1e-8 * wave, 1e-3 * wave):
             removed = teeth.removed(state.wear, depth + ripple)
-            meshes.append(driving_wear_of_mesh(teeth.fine, teeth.driving, removed, *what)[SLICE])
+            meshes.append(wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what)[0][SLICE])
         return np.sum(((meshes[1] - meshes[0]) * wave)[near_root])
 
     long = answer(10.0)
