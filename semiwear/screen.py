@@ -26,6 +26,7 @@ from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.simulate import NoProgress, Progress
+from semiwear.threads import using_threads
 from semiwear.untyped import Table, Value
 from semiwear.wear.mapping import Worn
 
@@ -211,8 +212,12 @@ def screen(
     """
     if not 0.0 < threshold < np.inf:
         raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")
-    hears, total = progress or NoProgress(), len(EFFECTS) + 1
-    base = _mesh_cycle(scene)
+    with using_threads(scene.numerics.threads):
+        return _screening(scene, threshold, speed_rpm, progress or NoProgress())
+
+
+def _screening(scene: Scene, threshold: float, speed_rpm: float, hears: Progress) -> Screening:
+    total, base = len(EFFECTS) + 1, _mesh_cycle(scene)
     before = _least_seconds(scene)
     hears.step(1, total, "the scene as it is")
     rows = []
