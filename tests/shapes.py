@@ -63,8 +63,11 @@ def misfit(shapes: Mapping[str, Shape], values: Mapping[str, object]) -> str:
 
 
 @contextmanager
-def held(modules: list[ModuleType]) -> Iterator[dict[type, int]]:
-    """Hold every dataclass of some modules to its docstring; how many instances of each were looked at."""
+def held(modules: list[ModuleType], *tuples: type) -> Iterator[dict[type, int]]:
+    """Hold every dataclass of some modules to its docstring; how many instances of each were looked at.
+
+    Of named tuples those that are given: what kernels make for themselves cannot be watched.
+    """
     seen: dict[type, int] = {}
     undo = []
     for owner in {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}:
@@ -74,11 +77,16 @@ def held(modules: list[ModuleType]) -> Iterator[dict[type, int]]:
         if shapes:
             undo.append((owner, owner.__init__))
             owner.__init__ = _watched(owner, shapes, seen)
+    news = [(owner, owner.__new__) for owner in tuples]
+    for owner, _ in news:
+        owner.__new__ = _watched_tuple(owner, documented(owner), seen)
     try:
         yield seen
     finally:
         for owner, begin in undo:
             owner.__init__ = begin
+        for owner, new in news:
+            owner.__new__ = new
 
 
 def _watched(owner, shapes, seen):
@@ -86,8 +94,23 @@ def _watched(owner, shapes, seen):
 
     def watched(self, *arguments, **named):
         begin(self, *arguments, **named)
-        said = misfit(shapes, {name: getattr(self, name, None) for name in shapes})
-        assert not said, f"{owner.__module__}.{owner.__qualname__}: {said}"
-        seen[owner] = seen.get(owner, 0) + 1
+        _look_at(self, owner, shapes, seen)
 
     return watched
+
+
+def _watched_tuple(owner, shapes, seen):
+    new = owner.__new__
+
+    def watched(kind, *arguments, **named):
+        made = new(kind, *arguments, **named)
+        _look_at(made, owner, shapes, seen)
+        return made
+
+    return watched
+
+
+def _look_at(made, owner, shapes, seen):
+    said = misfit(shapes, {name: getattr(made, name, None) for name in shapes})
+    assert not said, f"{owner.__module__}.{owner.__qualname__}: {said}"
+    seen[owner] = seen.get(owner, 0) + 1

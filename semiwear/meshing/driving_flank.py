@@ -113,11 +113,11 @@ class DrivingFlank:
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:
-            out = np.array(np.broadcast_to(driven, shape))
+            out = np.array(np.broadcast_to(driven, shape), order="C")
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         else:
             out = np.zeros(shape)
-        places = lines.profile, lines.driving_profile, lines.driving_slope, lines.driving_face
+        places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:

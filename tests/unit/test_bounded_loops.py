@@ -91,10 +91,10 @@ def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None})).loaded_teeth()
     worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]
 
-    def farther(problem, position, candidates, *_):
-        return 2.0 * candidates.cap / float(candidates.lever.max())
+    def farther(candidates, *_):
+        return 0, 2.0 * candidates.cap / float(candidates.lever.max()), 1, 0.0, 0.0, 0.0
 
-    monkeypatch.setattr(line_contact, "_share_torque", farther)
+    monkeypatch.setattr(line_contact, "share_torque", farther)
     with within(20.0), pytest.raises(ConvergenceError, match="mesh position 0/8: the approach"):
         teeth.fidelity.solve(teeth.problem, worn, positions=[0])
 
