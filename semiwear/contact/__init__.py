@@ -4,18 +4,24 @@ Textbook functions on plain arrays, which need no scene: `solve_half_space` for 
 and the kernels of the half-space.
 """
 
-from semiwear.closed_forms import (
-    EllipticContact,
-    effective_modulus,
-    elliptic_contact,
-    line_contact_half_width,
-    line_contact_pressure,
-    love_coefficients,
-    rectangle_stress,
-    stripe_kernel,
-)
-from semiwear.contact.certificate import ContactCertificate
-from semiwear.contact.half_space import ContactStatus, HalfSpaceContact, extrapolate, solve_half_space
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from semiwear.closed_forms import (
+        EllipticContact,
+        effective_modulus,
+        elliptic_contact,
+        line_contact_half_width,
+        line_contact_pressure,
+        love_coefficients,
+        rectangle_stress,
+        stripe_kernel,
+    )
+    from semiwear.contact.certificate import ContactCertificate
+    from semiwear.contact.half_space import ContactStatus, HalfSpaceContact, extrapolate, solve_half_space
 
 __all__ = [
     "ContactCertificate",
@@ -32,3 +38,23 @@ __all__ = [
     "solve_half_space",
     "stripe_kernel",
 ]
+
+_HALF_SPACE = ("ContactStatus", "HalfSpaceContact", "extrapolate", "solve_half_space")
+
+
+def __getattr__(name: str) -> object:
+    """Public names, loaded when they are asked for: gears need no half-space."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    place = "closed_forms"
+    if name in _HALF_SPACE:
+        place = "contact.half_space"
+    elif name == "ContactCertificate":
+        place = "contact.certificate"
+    found = getattr(import_module(f"semiwear.{place}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
