@@ -38,6 +38,7 @@ _CAUTION = 0.7  # and along later ones, relative to the length that was best bef
 _ERROR_PER_STEP = 1.4  # at most, measured: error over preconditioned residual, since the preconditioner falls short
 _ATTEMPTS = 12  # directions and lengths tried until the energy falls
 _ROUNDING = 1e-14  # of the load
+_FINEST = 1e-13  # error in which further steps only gather rounding
 
 
 class Compliance(Protocol):
@@ -60,7 +61,7 @@ class ComplementarityStatus(Enum):
 
     CONVERGED = "the pressure is within the tolerance"
     NO_CONTACT = "nothing touches: no load, or an approach less than the least gap"
-    NOT_CONVERGED = "iterations exhausted before the tolerance was reached"
+    NOT_CONVERGED = "iterations exhausted, or rounding met, before the tolerance was reached"
     NOT_POSITIVE = "the compliance is not positive definite in the product with the cell areas"
 
 
@@ -322,13 +323,12 @@ def solve_complementarity(  # noqa: C901
             step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
         )
         error = _ERROR_PER_STEP * float(np.sqrt(size / pressed)) if pressed > 0.0 else np.inf
-        small = error <= tolerance or size == 0.0
+        small = error <= max(tolerance, _FINEST) or size == 0.0
         if exact and small:
-            touching = pressed > 0.0
-            return finish(
-                ComplementarityStatus.CONVERGED if touching else ComplementarityStatus.NO_CONTACT,
-                error if touching else 0.0,
-            )
+            if not pressed > 0.0:
+                return finish(ComplementarityStatus.NO_CONTACT, 0.0)
+            within = error <= tolerance
+            return finish(ComplementarityStatus.CONVERGED if within else ComplementarityStatus.NOT_CONVERGED, error)
         if small or iteration >= max_iterations:
             displacement, exact, last_product = verified(), True, 0.0
             if not small:
@@ -349,6 +349,11 @@ def solve_complementarity(  # noqa: C901
                 search[:] = residual * (product / float((area * residual * residual).sum()))
             else:
                 reach *= 0.25
+        if not work > 0.0:  # what is left is rounding, of the recurrence at first
+            if exact:
+                return finish(ComplementarityStatus.NOT_CONVERGED, error)
+            displacement, exact, last_product, reach = verified(), True, 0.0, _FIRST_REACH
+            continue
         image = compliance.apply(move.reshape(shape), roughly=True).ravel()
         wanted = _advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
         if not wanted > 0.0:

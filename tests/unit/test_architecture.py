@@ -139,6 +139,7 @@ LATE = {
     "semiwear",
     "semiwear.check",
     "semiwear.cli",
+    "semiwear.contact",
     "semiwear.plan",
     "semiwear.plan.effects",
     "semiwear.compliance.lanes",

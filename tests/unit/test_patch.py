@@ -187,6 +187,17 @@ def test_an_indefinite_half_space_is_told():
     assert found.sharing.status is ComplementarityStatus.NOT_POSITIVE
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_rounding_is_not_taken_for_an_indefinite_compliance(seed):
+    """A tolerance that double precision cannot meet: told so, with the solution as far as it goes."""
+    dense = two_pairs(seed)
+    start = np.ones(dense.gap.shape)
+    found = share_torque(dense.system, dense.gap, dense.levers, dense.torque, start, 2000, 1e-30, again=False)
+    exact = dense.share(start, 1e-9).sharing.pressure
+    assert found.sharing.status is not ComplementarityStatus.NOT_POSITIVE
+    np.testing.assert_allclose(found.sharing.pressure, exact, atol=1e-7 * exact.max())
+
+
 # ---------------------------------------------------------------- cells and their gap
 
 
