@@ -5,6 +5,7 @@
     python validation/bench_main.py main --against v0.1  # a stored commit, in pairs
     python validation/bench_main.py --cold               # first runs in new processes
     python validation/bench_main.py --growth growth.svg  # over slices, roll positions and so on (extra plot)
+    python validation/bench_main.py --doubling           # what twice the resolution changes
 
 Every case runs in a process of its own that lives on, so that kernels are compiled and kept compliance is there; its
 first run is not counted. Where two are compared, their runs take turns, and ratios are of each turn.
@@ -30,7 +31,9 @@ import numpy as np
 
 sys.path.insert(0, os.fspath(Path(__file__).parents[1]))  # as a script it finds its own folder only
 
+import semiwear as sw
 from validation.bench_cases import CASES, GROWTH, BenchCase, Growth
+from validation.problems import KINDS
 
 ROOT = Path(__file__).resolve().parents[1]
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -261,6 +264,19 @@ def draw_growth(found: dict[str, dict[str, Any]], path: str) -> None:
     plt.close(figure)
 
 
+def doubling() -> dict[str, float]:
+    """Greatest change of each kind of history when roll positions and slices double, over its greatest magnitude."""
+    scene = sw.load_scene("face_gear_25x160")
+    twice = {f"numerics.{name}": 2 * getattr(scene.numerics, name) for name in ("roll_positions", "face_slices")}
+    coarse, fine = sw.simulate(scene)["history"], sw.simulate(scene.replace(twice))["history"]
+    changes = {}
+    for kind, names in KINDS.items():
+        greatest = max(float(abs(fine[name]).max()) for name in names)
+        changes[kind] = max(float(abs(fine[name] - coarse[name]).max()) for name in names) / greatest
+        print(f"{kind:20s} {100.0 * changes[kind]:5.2f} %")
+    return changes
+
+
 def _print_warm(row: dict[str, Any]) -> None:
     if "error" in row:
         print(f"{row['case']:12s} {row['threads']:2d}  {row['error'].splitlines()[0]}", flush=True)
@@ -282,6 +298,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--cold", action="store_true", help="first runs in new processes instead")
     parser.add_argument("--against", metavar="COMMIT", help="a stored commit instead, in pairs")
     parser.add_argument("--growth", metavar="PICTURE", help="time and memory over what makes a run larger instead")
+    parser.add_argument("--doubling", action="store_true", help="what twice the resolution changes instead")
     parser.add_argument("--json", metavar="FILE", help="write the figures")
     options = parser.parse_args(arguments)
     known = {case.name for case in CASES} | ({kind.name for kind in GROWTH} if options.growth else set())
@@ -300,6 +317,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     figures: dict[str, Any] = {"when": time.strftime("%Y-%m-%d"), "processors": os.cpu_count()}
     if options.cold:
         figures["cold"] = cold()
+    elif options.doubling:
+        figures["doubling"] = doubling()
     elif options.growth:
         kinds = [kind for kind in GROWTH if not options.cases or kind.name in options.cases]
         figures["growth"] = growth(kinds, options.repeat)
