@@ -61,9 +61,11 @@ def in_lanes(
     along_y = np.concatenate([parts * np.arange(shape[1]) + part for part in range(parts)])
     along_y = np.minimum(along_y, parts * shape[1] - along_y)
     blocks = -(-along_x.size // lanes)
-    ordered = np.zeros((blocks * lanes, along_y.size), dtype)
-    ordered[: along_x.size] = 0.5 * factors[along_x[:, None], along_y]  # two columns from one take a half
-    return np.ascontiguousarray(ordered.reshape(blocks, lanes, -1).transpose(0, 2, 1)).ravel()
+    ordered = np.zeros((blocks, along_y.size, lanes), dtype)
+    for block, into in enumerate(ordered):  # one after the other, which takes no memory besides
+        rows = along_x[block * lanes : (block + 1) * lanes]
+        into[:, : rows.size] = 0.5 * factors[rows[:, None], along_y].T  # two columns from one take a half
+    return ordered.ravel()
 
 
 def work_size(shape: tuple[int, int], dtype: DTypeLike) -> tuple[int, int, int]:

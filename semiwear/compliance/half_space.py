@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections import OrderedDict
+from collections.abc import Hashable
 from math import frexp, ldexp
-from threading import local
+from threading import Lock, local
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -19,8 +20,7 @@ __all__ = ["HalfSpace", "fast_length"]
 FloatArray = NDArray[np.float64]
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
-_KEPT_SPECTRA = 24
-_tables: dict[tuple[float, float], FloatArray] = {}
+_MOST_KEPT = 256 * 2**20  # bytes of coefficients and spectra together
 _LINE = 64  # bytes of a line of the cache
 
 
@@ -29,21 +29,44 @@ def fast_length(length: int) -> int:
     return int(fft.next_fast_len(length, real=True))
 
 
-@lru_cache(maxsize=_KEPT_SPECTRA)
-def _kernel(px: int, py: int, dx: float, dy: float) -> FloatArray:
-    """Love's coefficients: those of cells twice as large, on coarser grids, are twice as large."""
+class _KeptArrays:
+    """Arrays that were used last, up to a number of bytes together."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._arrays, self._lock = most, OrderedDict[Hashable, Reals](), Lock()
+
+    def get(self, key: Hashable) -> Reals | None:
+        with self._lock:
+            if key in self._arrays:
+                self._arrays.move_to_end(key)
+            return self._arrays.get(key)
+
+    def keep(self, key: Hashable, array: Reals) -> Reals:
+        """The array, read-only."""
+        array.flags.writeable = False
+        with self._lock:
+            self._arrays.pop(key, None)
+            self._arrays[key] = array
+            total = sum(kept.nbytes for kept in self._arrays.values())
+            while total > self._most:
+                total -= self._arrays.popitem(last=False)[1].nbytes
+        return array
+
+
+_kept = _KeptArrays(_MOST_KEPT)
+
+
+def _coefficients(px: int, py: int, dx: float, dy: float) -> tuple[FloatArray, float]:
+    """Love's coefficients over a factor: those of cells twice as large, on coarser grids, are twice as large."""
     exponent = frexp(dx)[1]
     unit = ldexp(dx, -exponent), ldexp(dy, -exponent)
-    table = _tables.get(unit)
+    table = _kept.get(unit)
     if table is None or table.shape[0] <= px or table.shape[1] <= py:
         size = (px + 1, py + 1) if table is None else (max(px + 1, table.shape[0]), max(py + 1, table.shape[1]))
-        while len(_tables) >= _KEPT_SPECTRA:
-            _tables.pop(next(iter(_tables)), None)
-        table = _tables[unit] = love_coefficients(size, unit)
-    return table[: px + 1, : py + 1] * ldexp(1.0, exponent)
+        table = _kept.keep(unit, love_coefficients(size, unit))
+    return table[: px + 1, : py + 1], ldexp(1.0, exponent)
 
 
-@lru_cache(maxsize=_KEPT_SPECTRA)
 def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArray:
     """Spectrum of Love's coefficients on the zero-padded grid, or the inverse one of the preconditioner.
 
@@ -52,34 +75,45 @@ def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArr
     coefficients average those of each diagonal. Unlike |q| or a wrapped kernel it is positive definite for every
     shape of cell and grid, since the half-space is.
     """
-    kernel = _kernel(px, py, dx, dy)
+    table, factor = _coefficients(px, py, dx, dy)
     if not inverse:
-        return np.asarray(fft.dctn(kernel, type=1)) / (4 * px * py)
-    away_x, away_y = (np.arange(px) / px)[:, None], np.arange(py) / py
-    periodic = (1.0 - away_x) * kernel[:-1] + away_x * kernel[:0:-1]
-    periodic = (1.0 - away_y) * periodic[:, :-1] + away_y * periodic[:, :0:-1]
-    return np.asarray(1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * (px * py)))
+        spectrum = np.asarray(fft.dctn(table, type=1))
+        spectrum *= factor
+        spectrum /= 4 * px * py
+        return spectrum
+    periodic = table
+    for axis, n in enumerate((px, py)):
+        away = np.arange(n) / n
+        periodic = np.swapaxes(periodic, 0, axis)  # along the first axis, and back
+        near, far = periodic[:-1], periodic[:0:-1]
+        periodic = (1.0 - away)[:, None] * near
+        periodic += away[:, None] * far
+        periodic = np.swapaxes(periodic, 0, axis)
+    return np.asarray(1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * factor * (px * py)))
 
 
-@lru_cache(maxsize=4 * _KEPT_SPECTRA)
 def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
-    factors = in_lanes(_spectrum(px, py, dx, dy, inverse), (px, py), not inverse, dtype)
-    factors.flags.writeable = False
-    return factors
+    key = (px, py, dx, dy, inverse, dtype)
+    found = _kept.get(key)
+    if found is None:
+        found = _kept.keep(key, in_lanes(_spectrum(px, py, dx, dy, inverse), (px, py), not inverse, dtype))
+    return found
 
 
 class _WorkSpace(local):
     """Memory of a thread, kept: fresh pages cost as much as a transform."""
 
     def __init__(self) -> None:
-        self._kept: dict[bool, Reals] = {True: np.zeros(0, np.float32), False: np.zeros(0)}
+        self._kept = np.zeros(0, np.uint8)
 
-    def of(self, size: int, single: bool) -> Reals:
-        if self._kept[single].size < size:
-            memory = np.zeros(size + _LINE, self._kept[single].dtype)
-            first = -memory.ctypes.data % _LINE // memory.itemsize  # vectors must not straddle lines of the cache
-            self._kept[single] = memory[first : first + size]
-        return self._kept[single]
+    def of(self, size: int, dtype: type) -> Reals:
+        wanted = size * np.dtype(dtype).itemsize
+        if self._kept.size < wanted:
+            self._kept = np.zeros(0, np.uint8)  # let go before more is taken
+            memory = np.zeros(wanted + _LINE, np.uint8)
+            first = -memory.ctypes.data % _LINE  # vectors must not straddle lines of the cache
+            self._kept = memory[first : first + wanted]
+        return np.asarray(self._kept[:wanted].view(dtype))
 
 
 _work = _WorkSpace()
@@ -119,7 +153,8 @@ class HalfSpace:
     def of_one_cell(self) -> float:
         """Displacement of a cell under its own pressure [mm/MPa], on the first grid."""
         dx, dy = self._cells[0]
-        return float(_kernel(*self._periodic, float(dx), float(dy))[0, 0]) / self._modulus
+        table, factor = _coefficients(*self._periodic, float(dx), float(dy))
+        return float(table[0, 0]) * factor / self._modulus
 
     def apply(self, pressure: FloatArray, *, roughly: bool = False) -> Reals:
         """Displacement [mm] of a pressure [MPa], both of the grid's shape; in single precision if roughly."""
@@ -143,7 +178,7 @@ class HalfSpace:
     def _convolve(self, grids: FloatArray, inverse: bool, roughly: bool) -> Reals:
         plan = self._plans.get((inverse, roughly)) or self._plan(inverse, roughly)
         factors, turn_x, turn_y, size, spectrum, buffer = plan
-        work = _work.of(size, roughly)
+        work = _work.of(size, np.float32 if roughly else np.float64)
         result, grids = np.empty(self.shape, work.dtype), np.ascontiguousarray(grids, float)
         if grids.ndim == 2:
             convolve(grids, result, factors[0], not inverse, turn_x, turn_y, work, spectrum, buffer)

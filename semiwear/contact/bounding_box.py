@@ -164,18 +164,20 @@ def _solve_patch(problem: DimensionlessContact, wanted: BoolArray, whole: HalfSp
 def _solve_box(
     problem: DimensionlessContact, box: Box, start: FloatArray, max_iterations: int, whole: HalfSpace
 ) -> _Part:
-    """Contact of the cells in a box."""
-    pressure, covered = np.zeros(problem.gap.shape), np.zeros(problem.gap.shape, bool)
+    """Contact of the cells in a box; the pressure to start from is overwritten."""
+    pressure, covered = start, np.zeros(problem.gap.shape, bool)
+    covered[box] = True
+    pressure[~covered] = 0.0
     displacement = pressure  # until the solver asks for it, as it does at the end
 
     def displacement_of_all(in_box: FloatArray) -> FloatArray:
         nonlocal displacement
         pressure[box] = in_box
         displacement = whole.apply(pressure)
-        return displacement[box].copy()  # the solver goes on with it if need be
+        return displacement[box]  # the solver goes on with it if need be, and then asks again
 
     solved = solve_complementarity(
-        *_on_grid(problem.gap[box], problem.cell),
+        *_on_grid(problem.gap[box], problem.cell, whole),
         load=1.0 if problem.by_load else None,
         approach=None if problem.by_load else 1.0,
         allowed=problem.allowed[box],
@@ -184,13 +186,15 @@ def _solve_box(
         max_iterations=max_iterations,
         verify=displacement_of_all,
     )
-    pressure[box], covered[box] = solved.pressure, True
+    pressure[box] = solved.pressure
     return _Part(pressure, displacement, covered, solved.approach, solved.iterations, solved.error)
 
 
-def _on_grid(gap: FloatArray, cell: tuple[float, float]) -> tuple[HalfSpace, FloatArray, Preconditioner]:
+def _on_grid(
+    gap: FloatArray, cell: tuple[float, float], whole: HalfSpace | None = None
+) -> tuple[HalfSpace, FloatArray, Preconditioner]:
     """Half-space under a gap, the gap, and the periodic neighbour of the half-space that preconditions it."""
-    half_space = HalfSpace(gap.shape, cell)
+    half_space = whole if whole is not None and whole.shape == gap.shape else HalfSpace(gap.shape, cell)
     return half_space, gap, lambda residual, free: half_space.precondition(residual, roughly=True)
 
 

@@ -283,7 +283,9 @@ def solve_complementarity(  # noqa: C901
     by_load = load is not None
     shape = gap.shape
     allowed_flat = np.ones(gap.size, bool) if allowed is None else np.ascontiguousarray(allowed, bool).ravel()
-    gap_flat = np.where(allowed_flat, gap.ravel(), np.inf)  # a cell infinitely far away never becomes free
+    gap_flat = np.ascontiguousarray(gap, float).ravel()
+    if not allowed_flat.all():  # a cell infinitely far away never becomes free
+        gap_flat = np.where(allowed_flat, gap_flat, np.inf)
     lever_flat, direction_flat = _flat(lever, shape), _flat(direction, shape)
     pressure = np.zeros(gap.size)
     if start is not None:
@@ -296,8 +298,21 @@ def solve_complementarity(  # noqa: C901
             total = float((lever_flat * pressure).sum())
         pressure *= target / total if total > 0.0 else 0.0
 
-    def verified() -> FloatArray:
-        return (verify or compliance.apply)(pressure.reshape(shape)).ravel()
+    free, search = np.empty(gap.size, bool), np.zeros(0)
+    residual, last_residual, move = (np.zeros(gap.size) for _ in range(3))
+    iteration, last_product, reach, exact = 0, 0.0, _FIRST_REACH, verify is None
+    if pressure.any():  # roughly where it is found anew at the end in any case
+        displacement = compliance.apply(pressure.reshape(shape), roughly=not exact).astype(float, copy=False).ravel()
+    else:
+        displacement = np.zeros(gap.size)
+
+    def check() -> None:
+        """Find the displacement anew; meanwhile arrays of the steps are let go, since this takes most memory."""
+        nonlocal displacement, residual, last_residual, move, exact, last_product
+        displacement = residual = last_residual = move = np.zeros(0)
+        displacement = (verify or compliance.apply)(pressure.reshape(shape)).ravel()
+        residual, last_residual, move = (np.zeros(gap.size) for _ in range(3))
+        exact, last_product = True, 0.0
 
     def finish(status: ComplementarityStatus, error: float) -> Complementarity:
         reached = float((lever_flat * pressure).sum())
@@ -305,10 +320,6 @@ def solve_complementarity(  # noqa: C901
             pressure.reshape(shape), displacement.reshape(shape), level, reached, status, iteration, error
         )
 
-    free, search = np.empty(gap.size, bool), np.zeros(0)
-    residual, last_residual, move = np.zeros((3, gap.size))
-    iteration, last_product, reach, exact = 0, 0.0, _FIRST_REACH, verify is None
-    displacement = compliance.apply(pressure.reshape(shape)).ravel() if pressure.any() else np.zeros(gap.size)
     if by_load and target <= 0.0:
         level = float(np.min((gap_flat / direction_flat)[allowed_flat]))
         return finish(ComplementarityStatus.NO_CONTACT, 0.0)
@@ -330,7 +341,7 @@ def solve_complementarity(  # noqa: C901
             within = error <= tolerance
             return finish(ComplementarityStatus.CONVERGED if within else ComplementarityStatus.NOT_CONVERGED, error)
         if small or iteration >= max_iterations:
-            displacement, exact, last_product = verified(), True, 0.0
+            check()
             if not small:
                 return finish(ComplementarityStatus.NOT_CONVERGED, error)
             continue
@@ -352,12 +363,13 @@ def solve_complementarity(  # noqa: C901
         if not work > 0.0:  # what is left is rounding, of the recurrence at first
             if exact:
                 return finish(ComplementarityStatus.NOT_CONVERGED, error)
-            displacement, exact, last_product, reach = verified(), True, 0.0, _FIRST_REACH
+            check()
+            reach = _FIRST_REACH
             continue
         image = compliance.apply(move.reshape(shape), roughly=True).ravel()
         wanted = _advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
         if not wanted > 0.0:
-            displacement = verified()
+            check()
             return finish(ComplementarityStatus.NOT_POSITIVE, error)
         reach *= _CAUTION * min(max(wanted, 0.5), 2.0)
         residual, last_residual = last_residual, residual
