@@ -145,6 +145,15 @@ def _lowest(g, count):  # type: ignore[no-untyped-def]
     return least
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _along_row(curve, at, place, removed, u, g):  # type: ignore[no-untyped-def]
+    """Outline where a row of material removed is tabulated."""
+    for k in range(place.shape[0]):
+        u[k] = place[k]
+    for k in range(place.shape[0]):
+        g[k] = fresh_on(curve, place[k] - at) + removed[k]
+
+
 class Reach(NamedTuple):
     """Memory for the outline of what a footprint may reach, (places,) arrays of profile coordinate and gap."""
 
@@ -188,11 +197,9 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     cut = row.place[q - 1] >= gap.high
     while cut and q > p and row.place[q - 1] >= stop:
         q -= 1
-    curve = fresh_curve(gap.derivatives)
-    for k in range(p, q):
-        u[count + k - p] = row.place[k]
-        g[count + k - p] = fresh_on(curve, row.place[k] - gap.at) + row.removed[k]
-    count += q - p
+    inner = count + q - p
+    _along_row(fresh_curve(gap.derivatives), gap.at, row.place[p:q], row.removed[p:q], u[count:inner], g[count:inner])
+    count = inner
     if cut and (count == 0 or stop > u[count - 1]):
         u[count], g[count] = stop, gap_at(gap, stop)
         count += 1

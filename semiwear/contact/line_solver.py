@@ -9,8 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
-from semiwear.contact.stripe import add_near_stripe, average_along_lines, near_pairs
+from semiwear.contact.active_set import (
+    ActiveSetStatus,
+    active_set_work,
+    correct_forces,
+    solve_active_set_in,
+)
+from semiwear.contact.stripe import add_pairs, average_along_lines, near_pairs, near_stripe
 from semiwear.kernel_cache import njit
 
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
@@ -20,6 +25,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 _SETS = 400  # active sets tried for one matrix
+_CORRECTIONS = 12  # by one factor; where these are not enough, a new one is made
+_NEARLY = 1e-2  # of the tolerance of half-widths: separation of pressed slices, over the approach, meanwhile
+_CLOSED = 1e-13  # of the approach: what is left of it in the end
 
 
 class LineStatus(IntEnum):
@@ -91,6 +99,65 @@ def _mixing(residual, last_residual):  # type: ignore[no-untyped-def]
     return min(max(product / square, -5.0), 5.0) if square > 0.0 else 0.0
 
 
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[no-untyped-def]
+    """Separation of every slice under forces."""
+    n = slices.gap.shape[0]
+    for i in range(n):
+        total = slices.gap[i] - slices.lever[i] * rotation
+        for j in range(n):
+            total += slices.static[i, j] * force[j]
+        slack[i] = total
+    for p in range(pairs.one.shape[0]):
+        i, j = pairs.one[p], pairs.other[p]
+        slack[i] += between[p] * force[j]
+        if j > i:
+            slack[j] += between[p] * force[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _corrected(work, slices, pairs, between, torque, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
+    """Forces corrected by the factor of other half-widths: whether they fulfil the contact conditions, and rotation.
+
+    They do not where the set of pressed slices has to change, or half-widths have changed by much.
+    """
+    n, count = slices.gap.shape[0], 0
+    for i in range(n):
+        count += active[i]
+    _separate(slices, pairs, between, rotation, force, slack)
+    for _ in range(_CORRECTIONS):
+        rotation = correct_forces(work, count, slices.lever, torque, rotation, slack, force)
+        _separate(slices, pairs, between, rotation, force, slack)
+        open_by, approach = 0.0, 0.0
+        for i in range(n):
+            if active[i]:
+                open_by = max(open_by, abs(slack[i]))
+                approach = max(approach, abs(rotation * slices.lever[i]))
+        if open_by <= closed * approach:
+            for i in range(n):
+                if (active[i] and force[i] < 0.0) or (not active[i] and slack[i] < -closed * approach):
+                    return False, rotation
+            return True, rotation
+    return False, rotation
+
+
+@njit(cache=True, error_model="numpy")
+def _solve(work, factored, slices, pairs, between, torque, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
+    """Forces for some half-widths, by the factor of earlier ones where that will do: status and rotation."""
+    if factored:
+        found, rotation = _corrected(
+            work, slices, pairs, between, torque, closed, active, rotation, force, slack
+        )  # fmt: skip
+        if found:
+            return 0, rotation
+    matrix = slices.static.copy()
+    add_pairs(matrix, pairs, between)
+    status, rotation, _ = solve_active_set_in(
+        work, matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
+    )
+    return status, rotation
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
     """Forces on slices whose Hertz widths follow them.
@@ -125,11 +192,12 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
     residual, last_residual, image, last_image = np.zeros((4, n))
     rotation, change = 0.0, 0.0
     pairs = near_pairs(slices.starts, slices.arc, slices.length, near.distance)
+    work = active_set_work(n)
     for iteration in range(1, max_iterations + 1):
-        matrix = slices.static.copy()
-        add_near_stripe(matrix, pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
-        status, rotation, _ = solve_active_set(
-            matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
+        between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
+        closed = _NEARLY * max(0.1 * change, tolerance)
+        status, rotation = _solve(
+            work, iteration > 1, slices, pairs, between, torque, closed, active, rotation, force, slack
         )
         if status != 0:
             return status, rotation, force, slack, iteration, change
@@ -143,8 +211,12 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
             residual[i] = image[i] - np.log(width[i])
         change /= widest
         if change < tolerance:
+            if iteration > 1:
+                status, rotation = _solve(
+                    work, True, slices, pairs, between, torque, _CLOSED, active, rotation, force, slack
+                )
             width[:] = np.exp(image)
-            return 0, rotation, force, slack, iteration, change
+            return status, rotation, force, slack, iteration, change
         # widths and loads answer each other, sometimes slowly, sometimes with overshoot
         mixing = _mixing(residual, last_residual) if iteration > 1 else 0.0
         for i in range(n):

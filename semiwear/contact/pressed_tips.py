@@ -63,16 +63,17 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     pressed, at_tips = pressed_tips(teeth, state), _at_tips(teeth, state)
     relief = np.zeros(len(BODIES))
     problem = teeth.problem
-    per_cycle = teeth.rolls.phase.size
-    positions = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % per_cycle)
     without: BoolArray = np.logical_or.reduce(at_tips, axis=0)
+    # where nothing but tips bears, no relief frees them all
+    candidates = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % teeth.rolls.phase.size)
+    start = state.loads.copy()
+    start.force[without] = 0.0
+    positions = [int(position) for position in candidates if start.force[problem.rolls_of(int(position))].any()]
     opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
+    loads = solve_lines(problem, opened, start, positions=positions)
     for position in positions:
-        rolls = problem.rolls_of(int(position))
-        if not (state.loads.force[rolls] * ~without[rolls]).any():
-            continue  # nothing but tips bears here: no relief frees them all
-        loads = solve_lines(problem, opened, positions=[int(position)])
-        overlap = _overlap(problem, int(position), loads, state)
+        rolls = problem.rolls_of(position)
+        overlap = _overlap(problem, position, loads, state)
         for body in (DRIVING, DRIVEN):
             counts = pressed[body][rolls] & ~np.isnan(overlap)
             relief[body] = max(relief[body], float(np.max(overlap, where=counts, initial=0.0)))

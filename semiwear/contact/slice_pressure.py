@@ -15,14 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import toeplitz
 
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import (
     fresh_at,
+    fresh_curve,
+    fresh_on,
     gap_of_flanks,
     most_places,
     outline,
-    removed_at,
     rises_within,
     slice_gap,
     varies_by,
@@ -31,6 +33,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell
 from semiwear.threads import in_shares
 
 __all__ = ["solve_slices"]
@@ -51,11 +54,11 @@ _MOST = max(n * cells for n, cells in enumerate(_CELLS, 1))
 
 
 def _flamant() -> FloatArray:
-    """Influence -(ln s) of a cell of unit width at whole distances, up to a constant that keeps it definite."""
+    """Influence -(ln s) of the cells of a single band on one another, up to a constant that keeps it definite."""
     s = np.arange(_CELLS[0], dtype=float)
     high, low = s + 0.5, np.abs(s - 0.5)
     whole = high * np.log(high) - np.where(s > 0, 1.0, -1.0) * low * np.log(low) - 1.0
-    return np.asarray(log(2.0 * _CELLS[0]) - whole)
+    return np.ascontiguousarray(toeplitz(log(2.0 * _CELLS[0]) - whole))
 
 
 _INFLUENCE = _flamant()
@@ -72,13 +75,8 @@ def _mean_log(distance, width):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _influences(x, width, n, bands, span, even, out):  # type: ignore[no-untyped-def]
+def _influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
     """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
-    if bands == 1:
-        for i in range(n):
-            for j in range(n):
-                out[i, j] = even[abs(i - j)]
-        return
     constant = log(2.0 * span)
     for i in range(n):
         for j in range(i + 1):
@@ -202,12 +200,13 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
         opening = (work.g[c] - least) / unit
         if opening > _FAR * load:
             continue
-        slack = opening - approach
+        slack, x = opening - approach, work.u[c] * per_mm
+        away = max(abs(x - work.place[0]) + work.width[0], abs(x - work.place[n - 1]) + work.width[n - 1])
+        if slack + load * (constant - log(away)) > 0.0:  # even if all force lay at the farthest cell
+            continue
         for k in range(n):
             if work.force[k] > 0.0:
-                slack += work.force[k] * (
-                    constant - _mean_log(abs(work.u[c] * per_mm - work.place[k]), work.width[k])
-                )
+                slack += work.force[k] * (constant - _mean_log(abs(x - work.place[k]), work.width[k]))
         if slack < 0.0:
             farthest = max(farthest, work.g[c] - least)
     return farthest
@@ -216,12 +215,19 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
 @njit(cache=True, error_model="numpy")
 def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[no-untyped-def]
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
-    n, cells = 0, _CELLS[bands - 1]
+    n, cells, curve, removed = 0, _CELLS[bands - 1], fresh_curve(gap.derivatives), gap.removed
+    known, slope_a, slope_b = -1, 0.0, 0.0
     for band in range(bands):
         start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
-            opening[n] = fresh_at(gap, at_cell) + removed_at(gap, at_cell)
+            inside = gap.low <= at_cell <= gap.high
+            fresh = fresh_on(curve, at_cell - gap.at) if inside else fresh_at(gap, at_cell)
+            node, part = locate(gap.nodes, gap.split, at_cell)
+            if node != known:
+                known = node
+                slope_a, slope_b = slopes_of_cell(removed, gap.nodes, gap.split, node)
+            opening[n] = fresh + cubic(removed[node], removed[node + 1], slope_a, slope_b, part)
             place[n], width[n] = at_cell * gap.per_mm, step * gap.per_mm
             n += 1
     return n
@@ -299,9 +305,12 @@ def _settle(gap, load, unit, even, work):  # type: ignore[no-untyped-def]
             break
         if not work.active[:n].any():
             work.active[np.argmin(work.gap[:n])] = True
-        _influences(work.place, work.width, n, bands, span, even, work.influence)
+        influence = even
+        if bands > 1:
+            influence = work.influence
+            _influences(work.place, work.width, n, span, influence)
         approach, rate = _plane_contact(
-            work.gap[:n], load, work.influence, work.active, work.force, work.factor, work.x, work.y, work.on
+            work.gap[:n], load, influence, work.active, work.force, work.factor, work.x, work.y, work.on
         )
         if np.isnan(approach) or _cut_off(work.u, bands, work.first, work.last, work.force, gap.low, gap.high):
             depth *= _WIDER

@@ -14,9 +14,10 @@ from semiwear.kernel_cache import njit
 __all__ = [
     "NearPairs",
     "add_far_stripe",
-    "add_near_stripe",
+    "add_pairs",
     "average_along_lines",
     "near_pairs",
+    "near_stripe",
     "subtract_mid_surface",
 ]
 
@@ -73,12 +74,11 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def add_near_stripe(matrix, pairs, half_width, factor, values, slopes):  # type: ignore[no-untyped-def]
-    """Add the stripe kernel between near slices of one line, as compliance [mm/N].
+def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-untyped-def]
+    """Stripe kernel between near slices of one line, as compliance [mm/N].
 
     Parameters
     ----------
-    matrix : (n, n) array, changed
     pairs : NearPairs
     half_width : (n,) array [mm]
         Hertz half-width of each slice.
@@ -86,17 +86,28 @@ def add_near_stripe(matrix, pairs, half_width, factor, values, slopes):  # type:
         1/(pi E*).
     values, slopes : arrays
         `stripe_table`.
+
+    Returns
+    -------
+    (pairs,) array [mm/N]
     """
-    width = 0.5 * np.log(half_width)
+    width, out = 0.5 * np.log(half_width), np.empty(pairs.one.shape[0])
     for n in range(pairs.one.shape[0]):
-        i, j = pairs.one[n], pairs.other[n]
-        mean = width[i] + width[j]
+        mean = width[pairs.one[n]] + width[pairs.other[n]]
         total = stripe_integral_to(pairs.upper[n] - mean, values, slopes)
         total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, values, slopes)
-        total *= factor / pairs.length[n]
-        matrix[i, j] += total
+        out[n] = total * factor / pairs.length[n]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
+    """Add compliances between near slices to a symmetric matrix."""
+    for n in range(pairs.one.shape[0]):
+        i, j = pairs.one[n], pairs.other[n]
+        matrix[i, j] += between[n]
         if j > i:
-            matrix[j, i] += total
+            matrix[j, i] += between[n]
 
 
 @njit(cache=True, error_model="numpy")

@@ -102,42 +102,30 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
     """Add to nodes amounts at rising places that all fade out over one step, as `lay` does one by one.
 
     An amount m at u has the density m [(x-u+s)+ - 2 (x-u)+ + (x-u-s)+]/s^2; a node takes the integral of its product
-    with the hat function of the node, which is the second difference over the nodes of the double integral
-    G(x) = [Q(x+s) - 2 Q(x) + Q(x-s)]/s^2 with Q(y) = sum of m (y-u)+^3/6. Q follows from the first four moments of
-    the amounts below y, so that every amount and every node is met three times, whatever the footprint spans.
+    with the hat function of the node, which is the second difference over the nodes of the density's double integral
+    G(x) = m [(x-u+s)+^3 - 2 (x-u)+^3 + (x-u-s)+^3]/(6 s^2). Beyond u+s that is m (x-u), so that all amounts which
+    have faded out come in by their sum and their moment.
     """
-    # places are taken from the middle of them all: there the third powers lose least
-    origin = 0.5 * (middle[0] + middle[count - 1])
-    start = locate(nodes, split, middle[0] - step)[0]
-    below, here, above = (0, 0.0, 0.0, 0.0, 0.0), (0, 0.0, 0.0, 0.0, 0.0), (0, 0.0, 0.0, 0.0, 0.0)
-    before, slope, p = 0.0, 0.0, start
-    end = middle[count - 1] + step
+    origin, end = middle[0], middle[count - 1] + step
+    p = locate(nodes, split, middle[0] - step)[0]
+    first, total, moment = 0, 0.0, 0.0
+    scale, before, slope = 1.0 / (6.0 * step * step), 0.0, 0.0
     while nodes[p] < end:
-        x = nodes[p + 1] - origin
-        below, q_below = _cubes(middle, amount, count, origin, x - step, below)
-        here, q_here = _cubes(middle, amount, count, origin, x, here)
-        above, q_above = _cubes(middle, amount, count, origin, x + step, above)
-        value = (q_below - 2.0 * q_here + q_above) / (step * step)
-        after = (value - before) / (nodes[p + 1] - nodes[p])
+        x = nodes[p + 1]
+        while first < count and middle[first] <= x - step:
+            total += amount[first]
+            moment += amount[first] * (middle[first] - origin)
+            first += 1
+        value, c = total * (x - origin) - moment, first
+        while c < count and middle[c] < x + step:
+            away = x - middle[c]
+            rises, falls = away + step, max(away, 0.0)
+            value += scale * amount[c] * (rises * rises * rises - 2.0 * falls * falls * falls)
+            c += 1
+        after = (value - before) / (x - nodes[p])
         out[p] += max(after - slope, 0.0)
         before, slope, p = value, after, p + 1
-    out[p] += max(above[1] - slope, 0.0)
-
-
-@njit(cache=True, error_model="numpy")
-def _cubes(middle, amount, count, origin, y, moments):  # type: ignore[no-untyped-def]
-    """Moments (how many, m, m u, m u^2, m u^3) of the amounts below y, and their sum of m (y - u)^3/6."""
-    n, m_0, m_1, m_2, m_3 = moments
-    while n < count and middle[n] - origin < y:
-        u, m = middle[n] - origin, amount[n]
-        m_0 += m
-        m *= u
-        m_1 += m
-        m *= u
-        m_2 += m
-        m_3 += m * u
-        n += 1
-    return (n, m_0, m_1, m_2, m_3), (y * (y * (y * m_0 - 3.0 * m_1) + 3.0 * m_2) - m_3) / 6.0
+    out[p] += max(total - slope, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -147,6 +135,10 @@ def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_
     A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
     border. Returns whether all of them are one stretch that moves as a whole.
     """
+    plain = pieces > 0 and at_edge[0] == 0 and at_edge[pieces - 1] == 0  # no edge presses, and places rise
+    if plain and middle[0] > low + slack and middle[pieces - 1] < high - slack:
+        shift[:pieces] = moves
+        return True
     alike = pieces > 0 and at_edge[0] == at_edge[pieces - 1]
     for whole in (0, VALLEY):  # the valley by itself goes over into the whole footprint
         first, last = np.inf, -np.inf

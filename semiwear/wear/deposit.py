@@ -27,6 +27,7 @@ __all__ = [
     "Nodes",
     "Spread",
     "factor_at",
+    "factor_in",
     "lay_footprint",
     "over_widths",
     "piece_space",
@@ -87,12 +88,19 @@ def piece_space(nodes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def factor_at(what, k, i, place):  # type: ignore[no-untyped-def]
-    """Length of the vector by which an amount counts, at a place in a slice."""
-    away = place - what.place[k, i]
-    v0 = what.centre[k, i, 0] + what.slope[k, i, 0] * away
-    v1 = what.centre[k, i, 1] + what.slope[k, i, 1] * away
-    return sqrt(v0 * v0 + v1 * v1)
+def factor_in(what, k, i):  # type: ignore[no-untyped-def]
+    """Vector by which an amount counts in a slice: its place, both components and their changes."""
+    centre, slope = what.centre[k, i], what.slope[k, i]
+    return what.place[k, i], centre[0], centre[1], slope[0], slope[1]
+
+
+@njit(cache=True, error_model="numpy")
+def factor_at(factor, place):  # type: ignore[no-untyped-def]
+    """Length of that vector at a place."""
+    middle, first, second, change, other = factor
+    away = place - middle
+    first, second = first + change * away, second + other * away
+    return sqrt(first * first + second * second)
 
 
 @njit(cache=True, error_model="numpy")
@@ -161,9 +169,9 @@ def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, out, take
         step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
         step_of(flank.high[:, i], rate, k), shift,
     )  # fmt: skip
-    total, laid = 0.0, 0.0
+    total, laid, density, factor = 0.0, 0.0, rate[k] / gap.per_mm, factor_in(what, k, i)
     for c in range(pieces):
-        mass[c] *= rate[k] / gap.per_mm * factor_at(what, k, i, middle[c])
+        mass[c] *= density * factor_at(factor, middle[c])
         total += mass[c]
     if whole and lies_within(nodes, middle, pieces, shift[0]):
         lay_points(nodes, split, middle, mass, pieces, abs(shift[0]), out)

@@ -16,7 +16,16 @@ from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import lay, lay_points, lies_within, node_width, shifts_of, step_of
-from semiwear.wear.deposit import Nodes, Spread, factor_at, lay_footprint, over_widths, piece_space, pieces_of
+from semiwear.wear.deposit import (
+    Nodes,
+    Spread,
+    factor_at,
+    factor_in,
+    lay_footprint,
+    over_widths,
+    piece_space,
+    pieces_of,
+)
 
 __all__ = ["spread_over_both_flanks"]
 
@@ -73,12 +82,12 @@ def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out
         step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
         step_of(places[2, :, i], rate, k), shift,
     )  # fmt: skip
-    scale = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm
+    scale, factor = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm, factor_in(what, k, i)
     rising, total, laid = driving.slope[k, i] > 0.0, 0.0, 0.0
     for c in range(pieces):
         at = c if rising else pieces - 1 - c
         place[at] = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
-        amount[at] = scale * mass[c] * factor_at(what, k, i, middle[c])
+        amount[at] = scale * mass[c] * factor_at(factor, middle[c])
         total += amount[at]
     together = alike and lies_within(driving.nodes, place, pieces, shift[0])
     for side in range(2):

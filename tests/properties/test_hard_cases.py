@@ -21,7 +21,7 @@ from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.stripe import add_near_stripe, near_pairs
+from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
 from tests.scenes import NOMINAL_TORQUE, scene_of
@@ -133,7 +133,7 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     width = np.where(force > 0.0, loads.half_width.ravel()[system.flat], 0.1 * problem.usual_half_width)
     factor = 1.0 / (pi * problem.modulus)
     pairs = near_pairs(system.starts, system.arc, system.length, teeth.problem.near_field)
-    add_near_stripe(matrix, pairs, width, factor, *stripe_table())
+    add_pairs(matrix, pairs, near_stripe(pairs, width, factor, *stripe_table()))
     gap = worn.gap.ravel()[system.flat]
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
@@ -303,7 +303,7 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap) -> None:
     assert (force >= 0.0).all()
     matrix = static.copy()
     pairs = near_pairs(case.starts, case.arc, case.length, near)
-    add_near_stripe(matrix, pairs, width, 1.0 / (pi * case.modulus), *stripe_table())
+    add_pairs(matrix, pairs, near_stripe(pairs, width, 1.0 / (pi * case.modulus), *stripe_table()))
     anew = gap + matrix @ force - rotation
     # the loads of slices of other widths were found with widths 1e-5 of the greatest off
     limit = WIDTHS * (rotation + float(np.abs(matrix @ force).max()))

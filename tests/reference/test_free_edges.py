@@ -14,7 +14,7 @@ from fem_reference.elasticity import ElasticBody
 from fem_reference.solvers import factorise
 from semiwear.closed_forms.stripe import stripe_table
 from semiwear.compliance.free_edges import EdgeDistance, FreeBody, FreeEdges, image_factor, wedge_factor
-from semiwear.contact.stripe import add_near_stripe, near_pairs, subtract_mid_surface
+from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, subtract_mid_surface
 from semiwear.plan import plan
 
 E, NU = 207000.0, 0.3
@@ -203,7 +203,7 @@ def test_compliance_stays_positive_definite(case):
     modulus = 0.5 * E / (1.0 - nu**2)
     local = np.zeros((count, count))
     pairs = near_pairs(starts, arc[0], length[0], np.inf)
-    add_near_stripe(local, pairs, widths, 1.0 / (pi * modulus), *stripe_table())
+    add_pairs(local, pairs, near_stripe(pairs, widths, 1.0 / (pi * modulus), *stripe_table()))
     shear = np.full(2, (1.0 + nu) / (2.0 * pi * E))
     subtract_mid_surface(local, starts, arc[0], length[0], np.concatenate(depth), shear, np.full(2, nu))
     at = np.zeros(count, dtype=np.int64), np.arange(count)
@@ -271,7 +271,7 @@ def test_real_lines_stay_positive_definite(small):
         matrix = system.smooth.copy()
         factor = 1.0 / (pi * problem.modulus)
         pairs = near_pairs(system.starts, system.arc, system.length, np.inf)
-        add_near_stripe(matrix, pairs, width, factor, *stripe_table())
+        add_pairs(matrix, pairs, near_stripe(pairs, width, factor, *stripe_table()))
         added = edges.matrix(at, system.starts)
         assert np.linalg.eigvalsh(matrix + added)[0] > 0.5 * np.linalg.eigvalsh(matrix)[0] > 0.0
         ends, middle = (at[1] == 0) | (at[1] == lines.face.size - 1), np.abs(at[1] - lines.face.size // 2) < 9
