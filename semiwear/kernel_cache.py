@@ -14,11 +14,15 @@ import tempfile
 from pathlib import Path
 
 import numba
+import numpy as np
 from numba import njit
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ensure_cache", "keep_apart", "njit"]
+__all__ = ["ZERO", "ensure_cache", "keep_apart", "njit"]
+
+ZERO = np.int64(0)
+"""Where kernels begin to count: numba compiles anew for a plain 0 that is handed on, which is a type of its own."""
 
 
 def _kernel() -> None:

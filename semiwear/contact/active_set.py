@@ -52,8 +52,10 @@ class ActiveSetWork(NamedTuple):
 
     Attributes
     ----------
+    pressed : (1,) int array
+        How many points press.
     points : (n,) int array
-        The pressed points, in order.
+        These points, in order.
     factor : (n, n) array
         Cholesky factor of their compliance, in its lower triangle.
     closing : (n,) array [N]
@@ -62,6 +64,7 @@ class ActiveSetWork(NamedTuple):
         Forces on them that a unit approach causes.
     """
 
+    pressed: IntArray
     points: IntArray
     factor: FloatArray
     closing: FloatArray
@@ -71,7 +74,8 @@ class ActiveSetWork(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def active_set_work(n):  # type: ignore[no-untyped-def]
     """Memory for contacts of n points."""
-    return ActiveSetWork(np.empty(n, dtype=np.int64), np.empty((n, n)), np.empty(n), np.empty(n))
+    pressed, points = np.zeros(1, dtype=np.int64), np.empty(n, dtype=np.int64)
+    return ActiveSetWork(pressed, points, np.empty((n, n)), np.empty(n), np.empty(n))
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -172,7 +176,7 @@ def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyp
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def correct_forces(work, count, lever, load, approach, slack, force):  # type: ignore[no-untyped-def]
+def correct_forces(work, lever, load, approach, slack, force):  # type: ignore[no-untyped-def]
     """Close the gaps that are left between pressed points by the factor of a compliance close to theirs.
 
     One step of iterative refinement (Wilkinson 1963) at a given load: far cheaper than a new factor where the
@@ -182,8 +186,6 @@ def correct_forces(work, count, lever, load, approach, slack, force):  # type: i
     ----------
     work : ActiveSetWork
         As `solve_active_set_in` left it.
-    count : int
-        Pressed points.
     lever : (n,) array [mm]
     load : float [N mm]
     approach : float [rad]
@@ -195,7 +197,7 @@ def correct_forces(work, count, lever, load, approach, slack, force):  # type: i
     -------
     approach : float [rad]
     """
-    a, x = work.factor, work.closing
+    a, x, count = work.factor, work.closing, work.pressed[0]
     for i in range(count):
         total = -slack[work.points[i]]
         for k in range(i):
@@ -263,7 +265,7 @@ def solve_active_set_in(work, matrix, gap, lever, load, approach, by_load, activ
             first = _first_to_touch(gap, lever)
             if by_load or gap[first] < approach * lever[first]:
                 active[first], points[0], m = True, first, 1
-        on = points[:m]
+        on, work.pressed[0] = points[:m], m
         if not _respond(matrix, gap, lever, on, work.factor, work.closing, work.response):
             return _NOT_POSITIVE_DEFINITE, approach, attempt + 1
         if by_load:

@@ -34,7 +34,7 @@ from semiwear.contact.gap import (
     varies_by,
 )
 from semiwear.errors import ConvergenceError
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
@@ -186,7 +186,7 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     parts = parts_of_cells(nodes, _FINE * width)
     first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
     fill_row(row, gap, parts, first, end)
-    p, q, count = first * parts, end * parts + 1, 0
+    p, q, count = first * parts, end * parts + 1, ZERO
     if start <= gap.low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
     if row.place[p] <= gap.low:

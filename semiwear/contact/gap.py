@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell, smooth_value
 from semiwear.meshing.removed import Removed
@@ -314,7 +314,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
     low, high, nodes = gap.low, gap.high, gap.nodes
     start, stop = max(low, min(start, high)), min(high, max(stop, low))
-    count = 0
+    count = ZERO
     if start <= low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
     p = np.searchsorted(nodes, start)

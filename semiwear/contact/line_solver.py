@@ -121,12 +121,10 @@ def _corrected(work, slices, pairs, between, torque, closed, active, rotation, f
 
     They do not where the set of pressed slices has to change, or half-widths have changed by much.
     """
-    n, count = slices.gap.shape[0], 0
-    for i in range(n):
-        count += active[i]
+    n = slices.gap.shape[0]
     _separate(slices, pairs, between, rotation, force, slack)
     for _ in range(_CORRECTIONS):
-        rotation = correct_forces(work, count, slices.lever, torque, rotation, slack, force)
+        rotation = correct_forces(work, slices.lever, torque, rotation, slack, force)
         _separate(slices, pairs, between, rotation, force, slack)
         open_by, approach = 0.0, 0.0
         for i in range(n):
@@ -189,7 +187,7 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
     """
     n = slices.gap.shape[0]
     force, slack = np.zeros(n), np.zeros(n)
-    residual, last_residual, image, last_image = np.zeros((4, n))
+    residual, last_residual, image, last_image = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     rotation, change = 0.0, 0.0
     pairs = near_pairs(slices.starts, slices.arc, slices.length, near.distance)
     work = active_set_work(n)
@@ -213,7 +211,7 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
         if change < tolerance:
             if iteration > 1:
                 status, rotation = _solve(
-                    work, True, slices, pairs, between, torque, _CLOSED, active, rotation, force, slack
+                    work, iteration > 1, slices, pairs, between, torque, _CLOSED, active, rotation, force, slack
                 )
             width[:] = np.exp(image)
             return status, rotation, force, slack, iteration, change

@@ -61,11 +61,25 @@ class SharingRules(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
+def _rising(values):  # type: ignore[no-untyped-def]
+    """A few values in order, by insertion: numpy's ways take seconds to compile."""
+    out = values.copy()
+    for i in range(1, out.shape[0]):
+        value, k = out[i], i
+        while k > 0 and out[k - 1] > value:
+            out[k] = out[k - 1]
+            k -= 1
+        out[k] = value
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
     """Loads of chosen candidates; the results of `share_torque`."""
     n, usual = chosen.size, rules.usual_half_width
     force, half_width = all_force.ravel(), all_width.ravel()
-    gap, lever, length, arc, curvature, moved, width = np.empty((7, n))
+    gap, lever, length, arc = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    curvature, moved, width = np.empty(n), np.empty(n), np.empty(n)
     active, loaded, touching = np.empty(n, dtype=np.bool_), False, np.inf
     for i in range(n):
         c = chosen[i]
@@ -80,7 +94,7 @@ def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width
     for i in range(n):
         gap[i] -= touching * lever[i]
     static = picked(found.static, found.slope, chosen, moved)
-    nearest = 0.0 if loaded else np.quantile(gap, _FIRST)
+    nearest = 0.0 if loaded else _rising(gap)[int(_FIRST * (n - 1))]
     for i in range(n):
         at = found.flat[chosen[i]]
         if worn.wear.size > 0:

@@ -57,7 +57,7 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
         for i in range(starts[line], starts[line + 1]):
             most += min(np.searchsorted(arc[i : starts[line + 1]], arc[i] + near) + 1, starts[line + 1] - i)
     one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    upper, lower, beyond, mean = np.empty((4, most))
+    upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     n = 0
     for line in range(starts.shape[0] - 1):
         for i in range(starts[line], starts[line + 1]):

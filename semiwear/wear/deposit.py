@@ -16,7 +16,7 @@ from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of
 from semiwear.contact.gap import gap_of_flanks, slice_gap
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
@@ -143,12 +143,12 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     depth, count, least = reached(gap, half_width, space.reach)
     u, g = space.reach.u, space.reach.g
     edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
-    pieces = 0
+    pieces = ZERO
     if apart < 1.0:
-        pieces = _add_pieces(u, g, 0, count - 1, least, depth, 1.0 - apart, 0, mass, middle, at_edge, pieces)
+        pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, mass, middle, at_edge, pieces)
     if apart > 0.0:
         for side in (-1, 1):
-            start, stop = (0, ridge) if side < 0 else (ridge, count - 1)
+            start, stop = (ZERO, ridge) if side < 0 else (ridge, count - 1)
             own = share if side == edge else 1.0 - share
             if own > 0.0:
                 bottom = g[start : stop + 1].min()
