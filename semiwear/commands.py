@@ -83,7 +83,7 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> None:
         raise
     if stopped is not None:
         if checkpoint is not None:
-            _tell_what_is_kept(checkpoint, tree.sizes["wear_step"] - 1, scene)
+            _tell_what_is_kept(checkpoint, tree["history"].sizes["wear_step"] - 1, scene)
         raise stopped
     if checkpoint is not None:
         _clear_away(checkpoint, options.output)
