@@ -225,7 +225,8 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
     # of the last step's end: from the length tried last, and from the one before, or one beyond what depths jump by
     length_1, depth_1 = depths[-1]
     jumped = abs(depth_1 - limit) > _TOLERANCE * limit
-    length_0, depth_0 = next(one for one in depths[-2::-1] if not jumped or abs(one[1] - depth_1) > _JUMP * limit)
+    apart = (one for one in depths[-2::-1] if not jumped or abs(one[1] - depth_1) > _JUMP * limit)
+    length_0, depth_0 = next(apart, depths[0])
     slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
     return _Way([*taken, last], slope if slope > 0.0 else rate)
 
