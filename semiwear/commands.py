@@ -41,8 +41,7 @@ _COLUMNS = (
 )
 
 _AFTER_A_STOP = (
-    "the wear steps that were finished are kept in {}: --resume goes on from them, with other "
-    "wear.until.control_depths_um after those that were reached or, at fidelity line, with more "
+    "{steps} finished wear step{s} kept in {path}: --resume goes on from there, {depths}at fidelity line with more "
     "numerics.max_iterations; any other change of the scene starts from the beginning"
 )
 
@@ -84,10 +83,20 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> None:
         raise
     if stopped is not None:
         if checkpoint is not None:
-            print(_AFTER_A_STOP.format(checkpoint), file=sys.stderr)
+            _tell_what_is_kept(checkpoint, tree["history"].sizes["wear_step"] - 1, scene)
         raise stopped
     if checkpoint is not None:
         _clear_away(checkpoint, options.output)
+
+
+def _tell_what_is_kept(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
+    """Say how a stopped run can go on, where it has come so far."""
+    if not steps:
+        return
+    by_depth = scene.wear is not None and scene.wear.until.control_depths_um is not None
+    depths = "with other wear.until.control_depths_um after those that were reached, or " if by_depth else ""
+    told = _AFTER_A_STOP.format(steps=steps, s="s are" if steps > 1 else " is", path=checkpoint, depths=depths)
+    print(told, file=sys.stderr)
 
 
 def _require_options(options: argparse.Namespace) -> None:

@@ -59,8 +59,8 @@ class SceneError(SemiwearError, ValueError):
 
     @classmethod
     def of(cls, field: str, value: object, allowed: str, fix: str = "") -> SceneError:
-        """An error with a single problem."""
-        return cls([Problem(field, value, allowed, fix)])
+        """An error with a single problem, of a field of the scene or an option of the command line."""
+        return cls([Problem(field, value, allowed, fix)], "command line" if field.startswith("-") else "scene")
 
 
 class ConvergenceError(SemiwearError, RuntimeError):

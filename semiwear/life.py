@@ -35,6 +35,7 @@ Heard = Callable[[int, int, str], None]
 _TORQUE_CHANGE = 0.05  # to either side: from one node to the next the greatest depth leaves 0.2 % of the life open
 _TOLERANCE = 1e-5  # of the limit
 _ITERATIONS = 40
+_JUMP = 1e-3  # of the limit: where a footprint moves from one border to another, depths jump by less
 _NEAR = 0.03  # of the limit: a depth missed by less is made good by the wear rate there, to the square of that
 
 
@@ -221,8 +222,11 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
         return depths[-1][1] - limit
 
     last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
-    # of the last step's end: from the two of its lengths that the search tried last
-    (length_0, depth_0), (length_1, depth_1) = depths[-2:]
+    # of the last step's end: from the length tried last, and from the one before, or one beyond what depths jump by
+    length_1, depth_1 = depths[-1]
+    jumped = abs(depth_1 - limit) > _TOLERANCE * limit
+    apart = (one for one in depths[-2::-1] if not jumped or abs(one[1] - depth_1) > _JUMP * limit)
+    length_0, depth_0 = next(apart, depths[0])
     slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
     return _Way([*taken, last], slope if slope > 0.0 else rate)
 
@@ -274,7 +278,7 @@ def _under(scene: Scene, factor: float) -> WearStepper:
 
 
 def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, tolerance: float) -> float:
-    """Argument above 0 at which a rising function is zero: a secant held in its bracket."""
+    """Argument above 0 at which a rising function is zero, or jumps across it: a secant held in its bracket."""
     known = [(0.0, at_zero)]
     for _ in range(_ITERATIONS):
         value = function(trial)
@@ -283,6 +287,8 @@ def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, t
         known.append((trial, value))
         below = max(x for x, y in known if y < 0.0)
         above = min((x for x, y in known if y > 0.0), default=4.0 * below)
+        if above - below <= _TOLERANCE * above:
+            return trial
         (x_0, y_0), (x_1, y_1) = known[-2:]
         trial = x_1 - y_1 * (x_1 - x_0) / (y_1 - y_0) if y_1 != y_0 else above
         if not below < trial < above:

@@ -25,10 +25,12 @@ from semiwear.plan.choices import table
 from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
+from semiwear.scene.mechanical_effects import RunLife
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table, Value
 from semiwear.wear.mapping import Worn
+from semiwear.wear.step_count import steps_of_life
 
 __all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
 
@@ -233,12 +235,19 @@ def _least_seconds(scene: Scene) -> float:
     return min(_mesh_cycle(scene).seconds for _ in range(_RUNS))
 
 
+def _cost_of_life(scene: Scene) -> str:
+    """What a life costs, in wear steps."""
+    limit = 1e-3 * (scene.effects.run_life or RunLife()).depth_limit_um
+    steps = steps_of_life(limit, plan(scene).flank_pair().base_pitch)
+    return f"tells a life and changes nothing; takes about {steps} wear steps in two stages"
+
+
 def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
     """The row of an effect; its time in seconds."""
     present = scene.effects.get(name) is not None
     if name == _LIFE:
-        note = "tells a life and changes nothing; takes about as long as three wear runs"
-        return ScreenedEffect(name, present, {}, None, note if scene.wear is not None else "not run: needs [wear]")
+        note = _cost_of_life(scene) if scene.wear is not None else "not run: needs [wear]"
+        return ScreenedEffect(name, present, {}, None, note)
     try:
         changes, notes = _without(scene, name) if present else _with(scene, name, speed_rpm)
         other = scene.replace(changes)

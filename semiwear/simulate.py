@@ -102,9 +102,15 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
     clock.lap(_WEARING)
     tree = _result(physics, teeth, stepper, states, clock, life)
     if stopped is not None:
-        text = f"{stopped} (stopped after {len(states) - 1} wear steps; they are kept in the error's `result`)"
-        raise ConvergenceError(text, tree) from stopped
+        raise ConvergenceError(f"{stopped} ({_what_is_there(len(states) - 1)})", tree) from stopped
     return tree
+
+
+def _what_is_there(steps: int) -> str:
+    """What a run that was stopped has found, in words."""
+    if not steps:
+        return "no wear step was finished; the error's `result` holds the unworn contact"
+    return f"{steps} wear step{'s were' if steps > 1 else ' was'} finished; the error's `result` holds them"
 
 
 @dataclass(frozen=True)

@@ -43,14 +43,15 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
     """
     given = os.fspath(path)
     kind = _KINDS.get(endings[0], endings[0])
-    allowed = f"the name of a {kind} file, {' or '.join(f'*{ending}' for ending in endings)}"
+    article = "an" if kind == "HTML" else "a"
+    allowed = f"the name of {article} {kind} file, {' or '.join(f'*{ending}' for ending in endings)}"
     if not given or "\0" in given:
         raise SceneError.of(field, given, allowed, "give the name of a file")
     target = Path(os.path.realpath(given))
     if target.is_dir():
         raise SceneError.of(field, given, allowed, f"it is a folder: give e.g. {Path(given) / f'worn{endings[0]}'}")
-    if target.exists() and not target.is_file():
-        raise SceneError.of(field, given, allowed, "it is a device or a pipe; leave it out to write nothing")
+    if os.path.exists(given) and not os.path.isfile(given):  # asked of what was given: a pipe's own path is none
+        raise SceneError.of(field, given, allowed, "it is a device or a pipe: give a plain file")
     if Path(given).suffix.casefold() not in endings:
         better = Path(given).with_suffix(endings[0])
         raise SceneError.of(field, given, allowed, f"what is written is {kind}: call it {better}")

@@ -167,7 +167,10 @@ def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     if ratio < 1.0:
         found = f"it is {down(ratio)}" if ratio > 0.0 else "these tips do not reach each other"
         allowed = f"tip diameters with a contact ratio of 1 at least; {found}"
-        fix = "the teeth part before the next pair enters: raise the tips, the helix angle or the number of teeth"
+        fix = (
+            "the teeth part before the next pair enters: lower centre_distance_mm, or raise the tips, the helix "
+            "angle or the number of teeth"
+        )
         yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
     first, last = (length / mesh.base_pitch for length in mesh.path_limits)
     half = 0.5 * mesh.overlap_ratio + abs(mesh.table.face_offset_mm) / mesh.base_pitch

@@ -211,6 +211,8 @@ def _read_netcdf(file: Path) -> PointGrid:
         data = read_dataset(file)
     except (OSError, ValueError) as error:
         raise _Unfit(f"it cannot be read ({error})", _FILE, "write it anew") from None
+    if "scene_toml" in data.attrs:
+        raise _Unfit("a result of semiwear", "the points of one flank", "export_flank(..., worn=result) writes them")
     points = _on_flank(data, "points")
     unit = str(data["points"].attrs.get("units", "mm"))
     if unit != "mm":

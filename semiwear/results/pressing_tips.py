@@ -1,6 +1,8 @@
-"""Tips that press, where, and the relief that would free them: a few sentences from a result."""
+"""Tips that press, where, and the relief that takes most of that off: a few sentences from a result."""
 
 from __future__ import annotations
+
+import tomllib
 
 import numpy as np
 import xarray as xr
@@ -32,9 +34,9 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
                 continue
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
-            text = f"{when}, the {body}'s tip presses at roll {roll:+.2f}: contact that its edge cuts off bears "
-            text += (
-                f"up to {share.max():.0%} of the load, at up to {pressure:,.0f} MPa, which depends on its rounding"
+            text = (
+                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: its edge bears up to {share.max():.0%} of "
+                f"the load at up to {pressure:,.0f} MPa, a pressure that depends on how the edge is rounded"
             )
             told.append(text + _relief(tree, step, str(body)) + ".")
     return [text.replace("-", "−") for text in told]
@@ -46,4 +48,12 @@ def _relief(tree: xr.DataTree, step: int, body: str) -> str:
     relief = float(tree["history"].to_dataset()["tip_relief_to_free"].sel(body=body).values[step])
     if relief <= 0.0:
         return ""
-    return f"; relieve it by about {relief:.2g} um more to free it (effects.modification.{body}.tip_relief_um)"
+    key = f"effects.modification.{body}.tip_relief_um"
+    more = "more " if step or _relieved(tree, body) else ""
+    return f"; about {relief:.2g} um {more}of tip relief ({key}) would take most of that off it"
+
+
+def _relieved(tree: xr.DataTree, body: str) -> bool:
+    """Whether the scene relieves a body's tips already."""
+    effects = tomllib.loads(str(tree.attrs.get("scene_toml", ""))).get("effects", {})
+    return bool(effects.get("modification", {}).get(body, {}).get("tip_relief_um", 0.0))

@@ -93,6 +93,8 @@ def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
         fix = f'did you mean "{meant}"?' if meant else "check the path"
         allowed = f"the path of a scene file, or a shipped scene: {', '.join(shipped)}"
         problem = Problem("scene", f"no file {str(path)!r}", allowed, fix)
+    except IsADirectoryError:
+        problem = Problem("scene", str(path), "the path of a scene file", "it is a folder: give the file in it")
     except (OSError, ValueError) as error:
         problem = Problem("scene", str(path), "a readable scene file", str(error))
     raise SceneError([problem], str(path))

@@ -19,6 +19,34 @@ _SAME_TABLE_BONUS = 0.1
 # Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
 _EFFECT_MALUS = 0.2
 _MOST_MEANINGS = 3
+# Names that textbooks and other programs use, in small letters, and the fields that they stand for.
+_OTHER_NAMES = {
+    "z1": ("pinion_teeth",),
+    "z2": ("gear_teeth",),
+    "ratio": ("gear_teeth",),
+    "m": ("normal_module_mm", "module_mm"),
+    "mn": ("normal_module_mm",),
+    "m_n": ("normal_module_mm",),
+    "alpha": ("pressure_angle_deg",),
+    "beta": ("helix_angle_deg",),
+    "x1": ("pinion_profile_shift",),
+    "x2": ("gear_profile_shift",),
+    "b": ("pinion_face_width_mm",),
+    "a": ("centre_distance_mm",),
+    "sigma": ("shaft_angle_deg",),
+    "e": ("youngs_modulus_MPa",),
+    "nu": ("poissons_ratio",),
+    "t": ("pinion_torque_Nm",),
+    "t1": ("pinion_torque_Nm",),
+    "n": ("pinion_speed_rpm",),
+    "n1": ("pinion_speed_rpm",),
+    "rpm": ("pinion_speed_rpm",),
+    "k": ("coefficient_mm2_per_N",),
+    "mu": ("coefficient",),
+    "hours": ("meshes",),
+    "cycles": ("meshes",),
+    "revolutions": ("meshes",),
+}
 # Of more unknown names, those that follow are counted: to find out what each may mean takes a millisecond and more.
 MOST_UNKNOWN = 20
 
@@ -163,20 +191,30 @@ def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
         near = (_last(meant) if parent(meant) == table else meant for meant in meanings)
         fix = f"did you mean {' or '.join(near)}?"
     else:
-        others = [kind for kind, other in SCHEMAS.items() if key in other.rules]
+        others = _kinds_with(key)
         fix = f'remove it: it is of gear_pair.type = "{others[0]}"' if others else "remove it"
     return Problem(key, shown(raw), allowed, fix)
 
 
 def _meanings(table: str, name: str, schema: Schema) -> list[str]:
     """Dotted keys of the fields and tables that a misspelled or misplaced name may stand for; few, or none."""
+    keys = (f"{table}.{meant}" for meant in _OTHER_NAMES.get(name.casefold(), ()))
+    if known := [key for key in keys if key in schema.rules]:
+        return known
     scores = {key: _likelihood(table, name, key) for key in (*schema.rules, *schema.tables) if key}
     best = max(scores.values())
+    if best < 1.0 and _kinds_with(f"{table}.{name}"):  # spelled well, of another kind of pair
+        return []
     likeliest = [key for key, score in scores.items() if score == best]
     # of several that are as close, a field that every scene must give is the likelier meaning
     needed = [key for key in likeliest if key in schema.required]
     likeliest = needed if len(needed) == 1 else likeliest
     return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []
+
+
+def _kinds_with(key: str) -> list[str]:
+    """Kinds of gear pair that have such a field."""
+    return [kind for kind, schema in SCHEMAS.items() if key in schema.rules]
 
 
 def _likelihood(table: str, name: str, key: str) -> float:

@@ -49,6 +49,9 @@ def increasing_depths() -> Rule:
 
 def _bodies(raw: object) -> tuple[str, ...]:
     """A list of texts, the pinion first where it holds nothing but bodies."""
+    if isinstance(raw, str):
+        meant = BODIES if raw.casefold() == "both" else (closest(raw, BODIES) or "gear",)
+        raise Unreadable(f"give a list: {_listed(meant)}")
     bodies = texts(raw)
     return tuple(sorted(bodies, key=BODIES.index)) if set(bodies) <= set(BODIES) else bodies
 

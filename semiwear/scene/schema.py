@@ -83,6 +83,9 @@ def parent(key: str) -> str:
     return key.rpartition(".")[0]
 
 
+_WHICH_KIND = 'spur and helical gears are "cylindrical", bevel, hypoid and worm gears come as points: "flank_points"'
+
+
 @dataclass(frozen=True, eq=False)
 class Schema:
     """The fields that a scene with one kind of gear pair may hold.
@@ -112,7 +115,7 @@ class Schema:
         rules: dict[str, Rule] = {}
         for name in _WRITTEN:
             rules |= rules_of(self.tables[name], name)
-        return rules | {"gear_pair.type": choice(*KINDS)}
+        return rules | {"gear_pair.type": choice(*KINDS, otherwise=_WHICH_KIND)}
 
     @property
     def derived(self) -> Mapping[str, DerivedDefault]:

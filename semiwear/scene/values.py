@@ -52,6 +52,8 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?)\s*([^\d\s
 
 def _number_in_text(raw: str) -> str:
     """Advice for a text that stands for a number."""
+    if not raw.strip():
+        return "it is empty: give a number"
     found = _NUMBER_AND_UNIT.fullmatch(raw[:_LONGEST_SHOWN])
     if found is None:
         return "give a number, without quotes"

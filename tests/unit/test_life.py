@@ -145,6 +145,21 @@ def test_the_search_finds_the_zero(function, trial):
     assert _zero_of(function, function(0.0), trial, 1e-9) == pytest.approx(2.0, rel=1e-6)
 
 
+def test_the_search_ends_where_depths_jump_across_the_limit():
+    found = _zero_of(lambda x: x - 2.0 + (1e-3 if x > 1.9999 else -1e-3), -2.0, 1.0, 1e-6)
+    assert found == pytest.approx(1.9999, rel=2e-5)
+
+
+@pytest.mark.slow
+def test_the_shipped_scene_has_a_life_although_depths_jump_at_its_end(shipped):
+    """At 10 um, by 1.5e-4 of it; a run of as many meshes wears that deep."""
+    found = life_of(shipped.replace({"effects.run_life.depth_limit_um": 10.0}))
+    assert -1.5 < found.sensitivity_to_torque < -0.7
+    until = {"wear.until.control_depths_um": None, "wear.until.meshes": found.meshes, "numerics.wear_steps": 12}
+    run = sw.simulate(shipped.replace(until))
+    assert float(run["flank"]["wear_depth"].max()) == pytest.approx(10.0, rel=0.03)
+
+
 def test_a_search_without_a_zero_gives_up():
     with pytest.raises(ConvergenceError, match="loses its load"):
         _zero_of(lambda x: -1.0 - 1.0 / (1.0 + x), -2.0, 1.0, 1e-6)

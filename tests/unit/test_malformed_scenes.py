@@ -91,7 +91,7 @@ MALFORMED = {
     "a table": (to(module_mm="{value = 6.35}"), "gear_pair.module_mm", "greater than 0 mm", "not a table"),
     "a date": (to(module_mm="2024-01-01"), "gear_pair.module_mm", "greater than 0 mm", "one number, not a date"),
     "a number for text": (to(title="5"), "title", "text", "give text in quotes"),
-    "text for a list": (to(worn_bodies='"gear"'), "wear.worn_bodies", EITHER_BODY, 'a list of texts, e.g. ["gear"]'),
+    "text for a list": (to(worn_bodies='"gear"'), "wear.worn_bodies", EITHER_BODY, 'give a list: ["gear"]'),
     "a value for a table": (
         both(without("operation", "wear"), put("[gear_pair]", "operation = 1600\n[gear_pair]")),
         "operation", "a table", "write the header [operation]",

@@ -1,5 +1,8 @@
 """`calibrate`: the wear coefficient of simulated parts comes back; lives, comparison, picture and command line."""
 
+import importlib
+from types import SimpleNamespace
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -367,3 +370,17 @@ def test_an_exported_worn_flank_is_what_was_predicted(scene, tree, tmp_path):
     found = sw.compare_wear(tree, tmp_path / "worn.nc", datum=())
     assert float(found["correlation"]) > 0.999
     assert float(found["difference_rms"]) < 0.05
+
+
+def test_the_progress_ends_with_all_steps_done(monkeypatch):
+    """However many are taken of those that might be needed."""
+    calibration = importlib.import_module("semiwear.measured.calibration")
+    monkeypatch.setattr(calibration, "reading_of", lambda *_: SimpleNamespace(nodes=np.zeros((1, 2))))
+    monkeypatch.setattr(calibration, "datum_modes", lambda *_: (None, np.zeros((1, 1))))
+    monkeypatch.setattr(calibration, "best_meshes", lambda *_: (0.0, None))
+    family = SimpleNamespace(extend=lambda: None, greatest=0.01, meshes=[1.0], curve=lambda _: None)
+    part = SimpleNamespace(inside=np.array([True]), depth=np.array([1.0]))
+    told = []
+    heard = SimpleNamespace(step=lambda done, total, _: told.append((done, total)))
+    calibration._wear_past(family, [part], (), heard)
+    assert told[0][0] == 1 and told[-1] == (3, 3)

@@ -45,6 +45,64 @@ def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
     assert "quotes" not in told and "Nm" in told.partition("->")[2]
 
 
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ({"gear_pair.beta": 10.0}, "did you mean helix_angle_deg?"),
+        ({"gear_pair.ratio": 2.0}, "did you mean gear_teeth?"),
+        ({"operation.rpm": 100.0}, "did you mean pinion_speed_rpm?"),
+        ({"material.pinion.E": 206000.0}, "did you mean youngs_modulus_MPa?"),
+        ({"wear.k": 1e-13}, "did you mean coefficient_mm2_per_N?"),
+        ({"wear.until.hours": 10.0}, "did you mean meshes?"),
+    ],
+)
+def test_names_of_textbooks_lead_to_the_field(spur, given, meant):
+    told = problems_of(spur, given)
+    assert told[0].endswith(f"-> {meant}")
+
+
+def test_a_field_of_another_kind_of_pair_is_told_so(spur):
+    (told,) = problems_of(spur, {"gear_pair.shaft_angle_deg": 90.0})
+    assert told.endswith('remove it: it is of gear_pair.type = "face_gear"')
+    (told,) = problems_of(spur, {"gear_pair.module_mm": 4.0})
+    assert told.endswith("did you mean normal_module_mm?")
+
+
+@pytest.mark.parametrize("kind", ["spur", "helical", "bevel"])
+def test_kinds_of_gears_lead_to_the_type_that_holds_them(spur, kind):
+    (told,) = problems_of(spur, {"gear_pair.type": kind})
+    assert 'give "face_gear"' not in told
+    assert 'spur and helical gears are "cylindrical", bevel,' in told
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"), [("pinion", '["pinion"]'), ("both", '["pinion", "gear"]'), ("gear", '["gear"]')]
+)
+def test_a_body_by_itself_is_told_as_a_list(spur, given, meant):
+    (told,) = problems_of(spur, {"wear.worn_bodies": given})
+    assert told.endswith(f"give a list: {meant}")
+
+
+def test_an_empty_value_is_told_to_be_empty(spur):
+    (told,) = problems_of(spur, {"operation.pinion_torque_Nm": " "})
+    assert told.endswith("it is empty: give a number")
+
+
+def test_axes_too_far_apart_are_blamed_as_well_as_the_tips(spur):
+    (told,) = problems_of(spur, {"gear_pair.centre_distance_mm": 95.0})
+    assert "lower centre_distance_mm, or raise the tips" in told
+
+
+def test_options_are_no_fields_of_the_scene(capsys):
+    assert main(["plan", "spur_fzg_c", "--set", "nonsense"]) == 2
+    assert "semiwear: command line: 1 problem" in capsys.readouterr().err
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    with pytest.raises(sw.SceneError, match="it is a folder: give the file in it"):
+        sw.load_scene(tmp_path)
+
+
 # ---------------------------------------------------------------- effects
 
 

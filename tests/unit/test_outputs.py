@@ -13,7 +13,7 @@ import pytest
 
 import semiwear as sw
 from semiwear import cli, commands
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
 from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.targets import RESULTS, file_target
@@ -101,6 +101,30 @@ def test_a_file_that_the_scene_reads_is_no_output(tmp_path, capsys, quick):
 def test_a_device_is_no_file(path):
     with pytest.raises(SceneError, match=r"a device or a pipe|call it"):
         file_target("-o", path, RESULTS)
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="open files have no names here")
+def test_a_pipe_without_a_name_is_no_file():
+    reading, writing = os.pipe()
+    with pytest.raises(SceneError, match="a device or a pipe: give a plain file"):
+        file_target("-o", f"/dev/fd/{writing}", RESULTS)
+    os.close(reading)
+    os.close(writing)
+
+
+def test_what_a_stopped_run_keeps_is_told_only_where_it_keeps_something(tmp_path, capsys, monkeypatch):
+    def stops(scene, **_):
+        raise ConvergenceError("no convergence", synthetic_tree(steps))
+
+    monkeypatch.setattr(sw, "simulate", stops)
+    steps = 1
+    assert run(capsys, "run", "spur_fzg_c", "-o", tmp_path / "a.nc")[0] == 2
+    assert "--resume" not in run(capsys, "run", "spur_fzg_c", "-o", tmp_path / "a.nc")[2]
+    steps = 3
+    told = run(capsys, "run", "spur_fzg_c", "-o", tmp_path / "a.nc")[2]
+    assert "2 finished wear steps are kept in" in told
+    assert "control_depths_um" not in told
+    assert "control_depths_um" in run(capsys, "run", SCENE, "-o", tmp_path / "a.nc")[2]
 
 
 @pytest.mark.parametrize("name", ["x.csv", "x.zarr", "x", "x.html"])
@@ -240,3 +264,9 @@ def test_worn_flanks_are_exported_with_their_normals(tmp_path, worn):
     fresh = read_point_grid(tmp_path / "new.nc").normals
     assert (np.sum(fresh * grid.normals, axis=-1) > 0.99).all()
     assert np.abs(grid.normals - fresh).max() > 1e-4
+
+
+def test_a_result_is_no_measured_flank(tmp_path):
+    sw.save(TREE, tmp_path / "worn.nc")
+    found = read_point_grid(tmp_path / "worn.nc")
+    assert "a result of semiwear" in str(found) and "export_flank" in str(found)

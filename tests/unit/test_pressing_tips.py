@@ -65,11 +65,21 @@ def test_what_presses_is_told_in_words(pressed):
     texts = pressing_tips(pressed)
     assert len(texts) == 4
     relief = pressed["history"].tip_relief_to_free.values[0]
-    assert texts[1].startswith("Unworn, the gear's tip presses at roll −0.71: contact that its edge cuts off bears")
-    assert f"relieve it by about {relief[1]:.2g} um more to free it" in texts[1]
+    assert texts[1].startswith("Unworn, the gear's tip presses at roll −0.71: its edge bears up to ")
+    told = " um of tip relief (effects.modification.gear.tip_relief_um) would take most of that off it"
+    assert f"; about {relief[1]:.2g}{told}" in texts[1]
     free = pressed.copy(deep=True)
     free["engagement"].tip_load_share[:] = 0.0
     assert pressing_tips(free) == []
+
+
+def test_relief_is_more_only_where_some_is_there_or_wear_has_taken_some(pressed):
+    told = pressing_tips(pressed)
+    assert [" um more of tip relief" in text for text in told] == [False, False, True, True]
+    given = pressed.copy(deep=True)
+    scene = SPUR.replace({"effects.modification.gear.tip_relief_um": 10.0})
+    given.attrs["scene_toml"] = scene.to_toml()
+    assert [" um more of tip relief" in text for text in pressing_tips(given)] == [False, True, True, True]
 
 
 @pytest.mark.slow

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
+from semiwear.wear.step_count import steps_of_life
 from tests.scenes import TINY
 
 
@@ -101,8 +103,10 @@ def test_called_for_is_by_the_threshold(screening):
     assert called == sorted(called, reverse=True)
 
 
-def test_a_life_is_not_judged_by_a_mesh_cycle(rows):
+def test_a_life_is_not_judged_by_a_mesh_cycle(rows, tiny):
     assert not rows["run_life"].changes and "changes nothing" in rows["run_life"].note
+    steps = steps_of_life(0.05, plan(tiny).flank_pair().base_pitch)  # as the plan says, until the default's 50 um
+    assert f"takes about {steps} wear steps in two stages" in rows["run_life"].note
 
 
 def test_the_table_says_it_all(screening):
