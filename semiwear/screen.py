@@ -236,7 +236,7 @@ def _least_seconds(scene: Scene) -> float:
 
 
 def _cost_of_life(scene: Scene) -> str:
-    """What a life costs, in wear steps."""
+    """Cost of a life, in wear steps."""
     limit = 1e-3 * (scene.effects.run_life or RunLife()).depth_limit_um
     steps = steps_of_life(limit, plan(scene).flank_pair().base_pitch)
     return f"tells a life and changes nothing; takes about {steps} wear steps in two stages"

@@ -107,7 +107,7 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
 
 
 def _what_is_there(steps: int) -> str:
-    """What a run that was stopped has found, in words."""
+    """Words on the part of a stopped run that is kept."""
     if not steps:
         return "no wear step was finished; the error's `result` holds the unworn contact"
     return f"{steps} wear step{'s were' if steps > 1 else ' was'} finished; the error's `result` holds them"
