@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot, pi, radians
 
 import numpy as np
@@ -135,31 +135,6 @@ def test_normals_are_unit_and_normal(case: Case) -> None:
 
 
 @settings(max_examples=40)
-@given(cases(), st.floats(0.01, 100.0))
-def test_scaling_all_lengths_scales_the_flank(case: Case, factor: float) -> None:
-    gear = case.gear
-    scaled = replace(
-        gear,
-        module=factor * gear.module,
-        gear_addendum=factor * gear.gear_addendum,
-        shaper_addendum=factor * gear.shaper_addendum,
-        shaper_tip_radius=factor * gear.shaper_tip_radius,
-        rim_thickness=factor * gear.rim_thickness,
-    )
-    points, normals = gear.points(case.radius, case.profile)
-    scaled_points, scaled_normals = scaled.points(factor * case.radius, factor * case.profile)
-    size = gear.pitch_radius
-    np.testing.assert_allclose(scaled_points / factor, points, rtol=0.0, atol=1e-11 * size)
-    np.testing.assert_allclose(scaled_normals, normals, rtol=0.0, atol=1e-9)
-    middle = float(np.median(case.radius))
-    np.testing.assert_allclose(
-        scaled.fillet(factor * middle) / factor, gear.fillet(middle), rtol=0.0, atol=1e-9 * size
-    )
-    np.testing.assert_allclose(inner_limit(scaled) / factor, inner_limit(gear), rtol=1e-9)
-    np.testing.assert_allclose(scaled.pointing_radius() / factor, gear.pointing_radius(), rtol=1e-9)
-
-
-@settings(max_examples=40)
 @given(gears())
 def test_the_tip_plane_narrows_outwards_to_a_point(gear: FaceGearTooth) -> None:
     pointing = gear.pointing_radius()
@@ -198,23 +173,6 @@ def test_pinion_profile_coordinates_agree(pinion: InvoluteTooth, share: float) -
     np.testing.assert_allclose(
         pinion.profile_from_radius(np.array(radius)), profile, atol=1e-11 * pinion.pitch_radius
     )
-
-
-@settings(max_examples=40)
-@given(pinions(), st.floats(0.01, 100.0))
-def test_scaling_all_lengths_scales_the_pinion(pinion: InvoluteTooth, factor: float) -> None:
-    scaled = replace(
-        pinion,
-        module=factor * pinion.module,
-        addendum=factor * pinion.addendum,
-        rack_addendum=factor * pinion.rack_addendum,
-        rack_tip_radius=factor * pinion.rack_tip_radius,
-        bore_radius=factor * pinion.bore_radius,
-    )
-    ours, theirs = pinion.section(), scaled.section()
-    size = pinion.pitch_radius
-    np.testing.assert_allclose(theirs.flank / factor, ours.flank, rtol=0.0, atol=1e-11 * size)
-    np.testing.assert_allclose(theirs.fillet / factor, ours.fillet, rtol=0.0, atol=1e-11 * size)
 
 
 @settings(max_examples=40)

@@ -96,15 +96,6 @@ def test_even_wear_only_delays_the_contact(depth):
         np.testing.assert_allclose(moved, lag, atol=1e-3)
 
 
-@pytest.mark.slow
-@given(scenes())
-@few
-def test_drive_and_coast_flank_are_alike(scene):
-    one, two = (sw.loaded_contact(scene.replace({"operation.loaded_flank": flank})) for flank in ("drive", "coast"))
-    for group in ("engagement", "mesh_cycle"):
-        assert two[group].dataset.equals(one[group].dataset)
-
-
 @given(placements())
 @few
 def test_drive_and_coast_flank_are_mirror_images(placement):
@@ -115,27 +106,6 @@ def test_drive_and_coast_flank_are_mirror_images(placement):
     two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
     for group in ("engagement", "mesh_cycle"):
         assert two[group].dataset.equals(one[group].dataset)
-
-
-@pytest.mark.slow
-@given(st.sampled_from([0.25, 0.5, 2.0, 3.7]))
-@fewer
-def test_contact_scales_with_the_size_of_the_gears(factor):
-    """All lengths times s, torque times s^3: the same pressures, stresses and shares, line loads times s."""
-    pair = UNWORN.gear_pair
-    lengths = {
-        f"gear_pair.{entry.name}": factor * getattr(pair, entry.name)
-        for entry in dataclasses.fields(pair)
-        if entry.name.endswith("_mm")
-    }
-    torque = UNWORN.operation.pinion_torque_Nm * factor**3
-    one = sw.loaded_contact(UNWORN)
-    two = sw.loaded_contact(UNWORN.replace({**lengths, "operation.pinion_torque_Nm": torque}))
-    for name in ("load_share", "contact_pressure_max", "root_stress"):
-        same(one, two, "engagement", name, tolerance=1e-3)
-    same(one, two, "engagement", "line_load", factor, tolerance=1e-3)
-    same(one, two, "engagement", "sliding_distance", factor, tolerance=1e-3)
-    same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-3)
 
 
 @pytest.mark.slow
@@ -152,7 +122,8 @@ def test_stiffness_and_torque_together_change_pressures_alone(factor):
             }
         )
     )
-    same(one, two, "engagement", "load_share", tolerance=1e-6)
+    for name in ("load_share", "sliding_distance"):
+        same(one, two, "engagement", name, tolerance=1e-6)
     for name in ("line_load", "contact_pressure_max", "root_stress"):
         same(one, two, "engagement", name, factor, tolerance=1e-6)
     same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-6)

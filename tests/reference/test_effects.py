@@ -71,15 +71,6 @@ def test_misalignment_of_the_table_is_a_placement():
         assert table[group].dataset.equals(placed[group].dataset)
 
 
-def test_misalignment_of_the_coast_flank_is_mirrored():
-    errors = {"offset_mm": 0.07, "shaft_angle_error_mrad": 0.6, "pinion_slope_mrad": -0.3}
-    mirrored = errors | {"offset_mm": -0.07, "pinion_slope_mrad": 0.3}
-    drive = loaded({"effects.misalignment": errors})
-    coast = loaded({"effects.misalignment": mirrored, "operation.loaded_flank": "coast"})
-    for group in ("engagement", "mesh_cycle"):
-        assert coast[group].dataset.equals(drive[group].dataset)
-
-
 # ---------------------------------------------------------------- modifications
 
 

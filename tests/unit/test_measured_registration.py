@@ -18,11 +18,6 @@ HELICAL = {"gear_pair.helix_angle_deg": 15.0, "gear_pair.hand": "left", "gear_pa
 
 
 @pytest.fixture(scope="module")
-def spur():
-    return sw.load_scene("spur_fzg_c")
-
-
-@pytest.fixture(scope="module")
 def scenes(shipped, spur):
     coast = {"operation.loaded_flank": "coast"}
     return {

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 
-import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
@@ -363,24 +362,6 @@ def test_refined_wear_maps_give_the_same_pressure():
 
 
 # ---------------------------------------------------------------- scene
-
-
-def test_marched_wear_needs_patches(shipped):
-    with pytest.raises(sw.SceneError) as caught:
-        shipped.replace({"numerics.fidelity": "line", "numerics.wear_mapping": "marched"})
-    text = str(caught.value)
-    assert "numerics.wear_mapping" in text
-    assert "numerics.fidelity" in text
-    assert len(caught.value.problems) == 1
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [("numerics.fidelity", "patches"), ("numerics.wear_mapping", "summed"), ("numerics.cells_per_half_width", 1)],
-)
-def test_wrong_choices_are_named(shipped, field, value):
-    with pytest.raises(sw.SceneError, match=field.replace(".", r"\.")):
-        shipped.replace({field: value})
 
 
 def test_plan_says_what_runs(shipped):

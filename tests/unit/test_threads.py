@@ -70,8 +70,3 @@ def test_the_first_error_is_told(count):
 
 def test_some_core_is_there():
     assert available_threads() >= 1
-
-
-def test_a_number_of_threads_is_checked():
-    with pytest.raises(sw.SceneError, match=r"numerics\.threads.*allowed: whole number, 1 to 1024"):
-        scene_of({"numerics.threads": 0})
