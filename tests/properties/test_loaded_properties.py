@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -12,6 +10,8 @@ from hypothesis import strategies as st
 import semiwear as sw
 from tests.scenes import SHIPPED, SMALL
 from tests.strategies import placements, scenes
+from tests.strategies.finite import equations_hold
+from tests.strategies.hard_cases import mirrored
 
 UNWORN = SHIPPED.replace(SMALL | {"wear": None})
 
@@ -36,19 +36,8 @@ def same(one, two, group, name, factor=1.0, tolerance=1e-9):
 @few
 def test_equations_of_contact_hold(scene):
     tree = sw.loaded_contact(scene)
-    assert tree["diagnostics"].load_balance_residual.item() < 1e-9
-    assert tree["diagnostics"].complementarity_residual.item() < 1e-6
-    for name in ("line_load", "contact_pressure_max", "contact_pressure_max_edge", "load_share"):
-        assert np.isfinite(tree["engagement"][name]).all(), name
-        assert float(tree["engagement"][name].min()) >= 0.0, name
-    shares = tree["engagement"].load_share.values[0]
-    count = scene.numerics.roll_positions
-    np.testing.assert_allclose(shares.reshape(-1, count).sum(axis=0), 1.0, atol=1e-9)
+    equations_hold(tree)
     assert (tree["mesh_cycle"].transmission_error_loaded < tree["mesh_cycle"].transmission_error_unloaded).all()
-    if "root_stress" in tree["engagement"]:
-        stress = tree["engagement"].root_stress
-        assert np.isfinite(stress).all()
-        assert float(stress.min()) >= 0.0
 
 
 @pytest.mark.slow
@@ -99,11 +88,8 @@ def test_even_wear_only_delays_the_contact(depth):
 @given(placements())
 @few
 def test_drive_and_coast_flank_are_mirror_images(placement):
-    mirrored = dataclasses.replace(
-        placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad
-    )
     one = sw.loaded_contact(UNWORN, placement=placement)
-    two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
+    two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored(placement))
     for group in ("engagement", "mesh_cycle"):
         assert two[group].dataset.equals(one[group].dataset)
 
@@ -138,5 +124,4 @@ def test_wear_steps_of_any_scene(scene):
     assert np.isfinite(depth).all()
     assert (np.diff(depth, axis=0) >= 0.0).all()
     assert depth[-1].max() > 0.0
-    assert float(tree["diagnostics"].load_balance_residual.max()) < 1e-9
-    assert float(tree["diagnostics"].complementarity_residual.max()) < 1e-6
+    equations_hold(tree)

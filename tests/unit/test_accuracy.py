@@ -267,20 +267,12 @@ def test_the_evenest_stages_err_least_at_the_rate_where_they_err_most():
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
-def test_adaptive_steps_keep_their_tolerance(tolerance):
-    adaptive = AdaptiveStepper(Implicit(), tolerance, 3.0)
-    state = adaptive.step(adaptive.start(), 3.0)
-    assert state.meshes == pytest.approx(3.0)
-    assert abs(state.depth - exact(3.0)) <= state.error * exact(3.0)
-    assert state.error <= 1.01 * tolerance
-
-
-@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
-def test_adaptive_steps_keep_their_tolerance_where_rates_are_of_every_size(tolerance):
-    """As on a flank: ripples of every length, the shorter the faster."""
-    rates = np.logspace(-2.0, 4.0, 25)
+@pytest.mark.parametrize("rates", [np.ones(1), np.logspace(-2.0, 4.0, 25)], ids=["one rate", "of every size"])
+def test_adaptive_steps_keep_their_tolerance(rates, tolerance):
+    """Rates of every size as on a flank: ripples of every length, the shorter the faster."""
     adaptive = AdaptiveStepper(Ripples(rates), tolerance, 3.0)
     state = adaptive.step(adaptive.start(), 3.0)
+    assert state.meshes == pytest.approx(3.0)
     settled = (1.0 - np.exp(-3.0 * rates)) / rates
     error = float(np.linalg.norm(state.depth - settled) / np.linalg.norm(settled))
     assert error <= state.error <= 1.01 * tolerance

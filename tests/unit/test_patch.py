@@ -109,9 +109,11 @@ def starts_of(dense: Dense, seed: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_forces_against_least_squares(seed):
+def test_forces_against_least_squares_and_the_dense_equations(seed):
     dense = two_pairs(seed)
     expected, rotation = dense.by_least_squares()
+    pressed = expected > 0.0
+    assert 0 < pressed.sum() < pressed.size
     for name, start in starts_of(dense, seed).items():
         found = dense.share(start, 1e-9)
         assert found.sharing.status is ComplementarityStatus.CONVERGED, name
@@ -120,29 +122,18 @@ def test_forces_against_least_squares(seed):
         np.testing.assert_allclose(
             dense.cells(found.sharing.pressure), expected, atol=1e-6 * expected.max(), rtol=0.0, err_msg=name
         )
-    pressed = expected > 0.0
-    assert 0 < pressed.sum() < pressed.size
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_complementarity_and_balance_of_the_dense_equations(seed):
-    dense = two_pairs(seed)
-    for name, start in starts_of(dense, seed).items():
         found = dense.share(start, 1e-7)
         assert found.sharing.status is ComplementarityStatus.CONVERGED, name
         assert (found.sharing.pressure >= 0.0).all(), name
         assert (found.sharing.pressure[~np.isfinite(dense.gap)] == 0.0).all(), name
         assert dense.levers @ found.sharing.pressure.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12), name
-        slack, pressed = (
-            dense.slack(found.sharing.pressure, found.rotation),
-            dense.cells(found.sharing.pressure) > 0.0,
-        )
+        slack, on = dense.slack(found.sharing.pressure, found.rotation), dense.cells(found.sharing.pressure) > 0.0
         shift = found.rotation * float(dense.levers.max())
         assert slack.min() >= -1e-6 * shift, name
-        assert np.abs(slack[pressed]).max() <= 1e-6 * shift, name
+        assert np.abs(slack[on]).max() <= 1e-6 * shift, name
         # what it says of itself is what the dense equations say
         approach = float((dense.lever * found.rotation - dense.cells(dense.gap)).max())
-        worst = max(np.abs(slack[pressed]).max(), -slack.min())
+        worst = max(np.abs(slack[on]).max(), -slack.min())
         assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
         assert found.balance < 1e-12, name
 
