@@ -25,6 +25,7 @@ __all__ = [
     "SMALL",
     "TINY",
     "UNTIL_MESHES",
+    "Heard",
     "problems_of",
     "scene_of",
 ]
@@ -61,6 +62,16 @@ def scene_of(*changes: Mapping[str, Any], wears: bool = False) -> Scene:
     for more in changes:
         merged |= more
     return SHIPPED.replace(merged)
+
+
+class Heard:
+    """A progress that keeps what it hears."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[int, int, str]] = []
+
+    def step(self, done: int, total: int, text: str) -> None:
+        self.steps.append((done, total, text))
 
 
 def problems_of(make: Callable[..., object], *arguments: Any) -> dict[str, Problem]:

@@ -10,7 +10,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.two_stage import TwoStageStepper
-from tests.scenes import TINY
+from tests.scenes import TINY, Heard
 
 LIFE = TINY | {
     "wear.until.meshes": 1e8,
@@ -148,14 +148,6 @@ def test_the_search_finds_the_zero(function, trial):
 def test_a_search_without_a_zero_gives_up():
     with pytest.raises(ConvergenceError, match="loses its load"):
         _zero_of(lambda x: -1.0 - 1.0 / (1.0 + x), -2.0, 1.0, 1e-6)
-
-
-class Heard:
-    def __init__(self):
-        self.steps = []
-
-    def step(self, done, total, text):
-        self.steps.append((done, total, text))
 
 
 def test_it_takes_the_steps_that_the_plan_says_and_tells_of_them(tiny, life, monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 import semiwear as sw
 from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
-from tests.scenes import TINY
+from tests.scenes import TINY, Heard
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +24,6 @@ def only(monkeypatch):
         monkeypatch.setattr(importlib.import_module("semiwear.screen"), "EFFECTS", {n: EFFECTS[n] for n in names})
 
     return chosen
-
-
-class Heard:
-    def __init__(self):
-        self.steps = []
-
-    def step(self, done, total, text):
-        self.steps.append((done, total, text))
 
 
 @pytest.fixture(scope="module")

@@ -7,31 +7,15 @@ import pytest
 import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.step_count import LEAST_STEPS, MOST_STEPS, steps_for_depth
-
-
-class Texts:
-    """A progress that keeps what it hears."""
-
-    def __init__(self):
-        self.heard = []
-
-    def step(self, done, total, text):
-        self.heard.append((done, total, text))
+from tests.scenes import TINY, Heard
 
 
 def worn(**changes):
-    progress = Texts()
+    progress = Heard()
     scene = sw.load_scene("spur_fzg_c").replace(
-        {
-            "numerics.face_slices": 7,
-            "numerics.roll_positions": 8,
-            "numerics.profile_points": 41,
-            "numerics.harmonics": 3,
-            "wear.until.meshes": 5e8,
-        }
-        | changes
+        TINY | {"numerics.face_slices": 7, "numerics.profile_points": 41, "wear.until.meshes": 5e8} | changes
     )
-    return sw.simulate(scene, progress=progress), progress.heard
+    return sw.simulate(scene, progress=progress), progress.steps
 
 
 @pytest.fixture(scope="module")
