@@ -29,6 +29,8 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 def pytest_configure(config: pytest.Config) -> None:
     """Choose a seed for new examples before hypothesis looks for one; workers get it with the options."""
     os.environ["MPLBACKEND"] = "agg"
+    # workers share the cores: with threads of its own in each, dense algebra waits for itself
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
     # tooth compliance is computed once for all workers of a run, and none is left from the one before
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ["SEMIWEAR_CACHE_DIR"] = tempfile.mkdtemp(prefix="semiwear-tests-")

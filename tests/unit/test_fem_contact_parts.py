@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -156,6 +158,7 @@ def test_a_node_of_next_to_no_covered_area_is_carried_by_its_neighbour(covered):
     np.testing.assert_allclose(mortar.covered[x < 0.2], 1.0, atol=1e-12)
 
 
+@cache
 def punched_block(covered):
     """Contact of a block, held below, under a rigid flat punch that ends just beyond an edge of its elements."""
     ticks = [np.linspace(-1.0, 1.0, 9), np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 0.0, 4)]

@@ -116,12 +116,12 @@ NOT_FINITE = [
 @pytest.mark.parametrize(("bad", "path"), NOT_FINITE)
 def test_a_value_that_is_not_finite_is_refused_by_name(path, bad):
     _, group, name = path.split("/")
-    groups, coords, attrs = parts()
+    groups, coords, _ = parts()
     array = groups[group][name].astype(float)
     array[(-1,) * array.ndim] = bad
     groups[group][name] = array
     with pytest.raises(SemiwearError, match=f"{path}: 1 of {array.size} values are not finite"):
-        build_tree(groups, coords, attrs)
+        build_dataset(group, groups[group], coords)
 
 
 @pytest.mark.parametrize("name", ["face", "meshes", "roll_position", "mesh_position"])
