@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -13,7 +10,6 @@ from hypothesis import strategies as st
 import semiwear as sw
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.plan import plan
-from semiwear.results import check_tree
 from tests.scenes import MEDIUM, SHIPPED
 from tests.strategies.finite import equations_hold
 
@@ -166,19 +162,3 @@ def test_coast_mirrors_drive(depth, torque):
     )
     for group in ("engagement", "mesh_cycle", "diagnostics"):
         assert two[group].dataset.equals(one[group].dataset)
-
-
-@pytest.mark.slow
-@given(meshes, mappings, torques)
-@fewer
-def test_the_tree_keeps_the_schema_and_is_saved_as_it_is(count, mapping, torque):
-    scene = PATCHES.replace(
-        {"wear.until.meshes": count, "numerics.wear_mapping": mapping, "operation.pinion_torque_Nm": torque}
-    )
-    tree = sw.simulate(scene)
-    check_tree(tree)
-    assert tree.attrs["fidelity"] == "patch"
-    with tempfile.TemporaryDirectory() as folder:
-        sw.save(tree, Path(folder) / "worn.nc")
-        opened = sw.open_results(Path(folder) / "worn.nc")
-        assert opened.identical(tree)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, tan
+from math import pi
 
 import numpy as np
 import pytest
@@ -212,14 +212,6 @@ def test_what_knows_face_gears_only_says_so(spur: sw.Scene) -> None:
         {"wear.worn_bodies": ("gear",)}))):  # fmt: skip
         with pytest.raises(SceneError, match=r"gear_pair\.type.*loaded_contact takes cylindrical pairs"):
             refused()
-
-
-def test_helix_of_the_reference_cylinder(spur: sw.Scene) -> None:
-    motion = motion_of(spur, "helical")
-    twist = tan(np.radians(15.0)) / motion.pinion.tooth.reference_radius
-    assert motion.pinion.twist == pytest.approx(twist)
-    assert motion.gear.twist == pytest.approx(-twist * motion.ratio)
-    assert motion_of(spur, "coast").pinion.twist == pytest.approx(-twist)
 
 
 @pytest.mark.parametrize("name", ["pinion", "gear"])

@@ -11,7 +11,6 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.contact.gap import fresh_gap, fresh_slope
-from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
@@ -375,8 +374,3 @@ def test_wear_vanishes_where_sliding_does(fidelity):
     worked = depth > 0.02 * depth.max()
     least = slide <= np.quantile(slide[worked], 0.05)
     assert depth[least & worked].max(initial=0.0) < 0.35 * depth.max()
-
-
-def test_teeth_bound_to_line_contact_know_their_solver():
-    """The certificates of the properties read the solver of fidelity `line`."""
-    assert plan(scene_of()).loaded_teeth().fidelity is LINE

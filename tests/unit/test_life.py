@@ -81,10 +81,6 @@ def test_without_a_speed_there_are_no_hours(life, tree):
     assert life.meshes == pytest.approx(float(tree["life"]["meshes_to_limit"]))
 
 
-def test_the_seconds_are_told(tree):
-    assert float(tree["diagnostics"]["effect_seconds"].sel(effect="run_life")) > 0.0
-
-
 @pytest.mark.slow
 def test_the_wear_coefficient_counts_only_times_the_meshes(tiny, life):
     """Also where a law acts through the depth."""

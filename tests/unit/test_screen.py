@@ -46,11 +46,6 @@ def test_every_effect_has_a_row(screening):
     assert not any(row.present for row in screening.rows)
 
 
-def test_the_scene_stays_as_it_is(screening, tiny):
-    assert screening.scene == tiny
-    assert not list(screening.scene.effects.present())
-
-
 def test_what_only_tells_changes_nothing(rows):
     for name in ("flash_temperature", "lubrication"):
         assert set(rows[name].changes.values()) == {0.0}
