@@ -287,6 +287,19 @@ def test_solutions_grow_no_faster_than_the_tolerance_shrinks():
     assert solved(1e-2) < solved(1e-4) <= 100.0 * solved(1e-2)
 
 
+def test_an_early_step_may_err_by_more_and_what_came_before_counts_on():
+    """Errors are told over the wear at the end of the run, and those of steps before stay, in part."""
+
+    def stepped(end, error=0.0):
+        adaptive = AdaptiveStepper(Implicit(), 1e-3, end)
+        return adaptive, adaptive.step(replace(adaptive.start(), error=error), 0.3)
+
+    (early, begun), (whole, ended) = stepped(3.0), stepped(0.3)
+    assert early.solved < whole.solved
+    assert stepped(3.0, 0.1)[1].error > begun.error
+    assert stepped(0.3, 0.1)[1].error > ended.error
+
+
 def test_adaptive_steps_go_on_where_the_last_ones_ended():
     adaptive = AdaptiveStepper(Implicit(), 1e-3, 3.0)
     state = adaptive.start()
