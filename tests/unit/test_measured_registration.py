@@ -158,6 +158,7 @@ def test_a_flank_without_wear_is_fitted_alike_either_way(scenes):
     noise = 5e-4 * np.random.default_rng(6).standard_normal(face.shape)
     points = displaced(flank, face, profile, noise, Displacement.about_axis(0.1))
     one, every = (sw.register(scene, points, fit=fit) for fit in ("one_sided", "all"))
+    assert float(every["residual_rms"]) == pytest.approx(0.5, rel=0.1)  # um: the noise
     apart = np.abs(one["deviation"].values - every["deviation"].values).max()
     assert apart < 0.05  # um: a tenth of the noise
     assert abs(float(every["rotation"]) * ARCSEC - 0.1) < 4.0 * float(every["rotation_uncertainty"]) * ARCSEC
