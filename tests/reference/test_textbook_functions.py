@@ -7,7 +7,7 @@ from math import pi, radians
 import numpy as np
 import pytest
 
-from semiwear import geometry, wear
+from semiwear import contact, geometry, wear
 
 
 def test_involute_function_of_the_tables():
@@ -61,3 +61,12 @@ def test_wear_of_a_pass():
     pressure = 2.0 * load / (pi * half) * np.sqrt(np.maximum(1.0 - (speed * time / half) ** 2, 0.0))
     passed = np.sum(pressure * sliding * speed) * (time[1] - time[0])
     assert wear.wear_depth(k, passed) == pytest.approx(wear.wear_per_mesh(load, sliding, k), rel=1e-4)
+
+
+@pytest.mark.parametrize("drawer", [contact, geometry, wear])
+def test_every_public_name_is_there(drawer):
+    """Also those that are loaded when they are asked for."""
+    assert set(drawer.__all__) <= set(dir(drawer))
+    assert all(callable(getattr(drawer, name)) for name in drawer.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = drawer.nothing
