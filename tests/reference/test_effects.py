@@ -118,6 +118,13 @@ def test_a_grid_of_deviations_is_the_modification_that_it_describes(body, tmp_pa
     assert from_file.problem.reach == pytest.approx(by_name.problem.reach, rel=1e-12)
 
 
+def test_a_tooth_that_stands_out_bears_alone():
+    """The first sequence has it next to the pitch point, for a base pitch from there on."""
+    share = loaded({"effects.pitch_error.pinion_um": [0.0, 0.0, 100.0, 0.0, 0.0]})["engagement"].load_share
+    own = (share.roll_position.values >= 0.0) & (share.roll_position.values < 1.0)
+    np.testing.assert_allclose(share.values[0], np.where(own, 1.0, 0.0), atol=1e-9)
+
+
 # ---------------------------------------------------------------- friction, by kinematics of its own
 
 
