@@ -366,6 +366,15 @@ def test_no_influence_beyond_the_rack():
     assert (np.diagonal(alone.deflection[0, 2]) > np.diagonal(three.deflection[0, 2])).all()
 
 
+def test_size_does_not_matter():
+    """All lengths doubled: deflection per force falls by half, stress to a quarter."""
+    small = prism_section(trapezoid(), width=80.0, harmonics=9, **STEEL, **COARSE)
+    double = trapezoid(height=28.0, half_tip=5.0, radius=4.0, pitch=40.0, rim=30.0)
+    large = prism_section(double, width=160.0, harmonics=9, **STEEL, **COARSE)
+    np.testing.assert_allclose(large.deflection, small.deflection / 2, rtol=1e-8, atol=1e-18)
+    np.testing.assert_allclose(large.stress, small.stress / 4, rtol=1e-7, atol=1e-12)
+
+
 @pytest.mark.slow
 def test_mesh_is_fine_enough(rack):
     fine = prism_section(trapezoid(), width=80.0, fillet_elements=16, elements_across=8, elements_below=6, **STEEL)
