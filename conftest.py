@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 import xarray as xr
@@ -27,6 +28,9 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
     """Choose a seed for new examples before hypothesis looks for one; workers get it with the options."""
+    os.environ["MPLBACKEND"] = "agg"
+    # workers share the cores: with threads of its own in each, dense algebra waits for itself
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
     # tooth compliance is computed once for all workers of a run, and none is left from the one before
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ["SEMIWEAR_CACHE_DIR"] = tempfile.mkdtemp(prefix="semiwear-tests-")
@@ -46,10 +50,24 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     terminalreporter.write_line(f"new examples were drawn with --hypothesis-seed={seed}")
 
 
+@pytest.fixture(autouse=True)
+def _close_figures() -> Iterator[None]:
+    """Close what a test has drawn."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
+
+
 @pytest.fixture(scope="session")
 def shipped() -> sw.Scene:
     """The scene that ships with semiwear."""
     return sw.load_scene("face_gear_25x160")
+
+
+@pytest.fixture(scope="session")
+def spur() -> sw.Scene:
+    """The spur pair that ships with semiwear."""
+    return sw.load_scene("spur_fzg_c")
 
 
 @pytest.fixture(scope="session")

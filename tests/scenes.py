@@ -5,10 +5,13 @@ A test says what it needs beyond a grid; where an answer does not depend on the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import pytest
+
 import semiwear as sw
+from semiwear.errors import Problem
 from semiwear.scene import Scene
 
 __all__ = [
@@ -22,6 +25,8 @@ __all__ = [
     "SMALL",
     "TINY",
     "UNTIL_MESHES",
+    "Heard",
+    "problems_of",
     "scene_of",
 ]
 
@@ -57,3 +62,23 @@ def scene_of(*changes: Mapping[str, Any], wears: bool = False) -> Scene:
     for more in changes:
         merged |= more
     return SHIPPED.replace(merged)
+
+
+class Heard:
+    """A progress that keeps what it hears."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[int, int, str]] = []
+
+    def step(self, done: int, total: int, text: str) -> None:
+        self.steps.append((done, total, text))
+
+
+def problems_of(make: Callable[..., object], *arguments: Any) -> dict[str, Problem]:
+    """Problems by field of a scene that is refused: none is told twice, each with what is allowed and a way out."""
+    with pytest.raises(sw.SceneError) as caught:
+        make(*arguments)
+    by_field = {problem.field: problem for problem in caught.value.problems}
+    assert len(by_field) == len(caught.value.problems), f"a field is told twice: {caught.value}"
+    assert all(problem.allowed and problem.fix for problem in by_field.values()), caught.value
+    return by_field

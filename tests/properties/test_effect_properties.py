@@ -372,15 +372,3 @@ def test_all_effects_run_together():
     scene = PLAIN.replace(dict(chain.from_iterable(each.items() for each in together)) | BOTH_WORN)
     assert len(list(scene.effects.present())) == len(EFFECTS) - 1
     assert_sound(sw.simulate(scene), scene)
-
-
-@pytest.mark.parametrize("name", [name for name, kind in EFFECTS.items() if "wear" in kind.needs])
-def test_laws_of_wear_without_wear_are_refused_before_anything_is_computed(name):
-    with pytest.raises(sw.SceneError, match="needed by"):
-        PLAIN.replace(ALONE[name] | {"wear": None})
-
-
-@pytest.mark.parametrize("name", ["flash_temperature", "lubrication", "wear_law.temperature", "wear_law.lubrication"])
-def test_effects_of_speed_without_a_speed_are_refused(name):
-    with pytest.raises(sw.SceneError, match="pinion_speed_rpm"):
-        PLAIN.replace({key: table for key, table in ALONE[name].items() if key.startswith("effects.")})

@@ -25,7 +25,7 @@ from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
 from tests.scenes import NOMINAL_TORQUE, scene_of
-from tests.strategies.finite import assert_finite_or_explained
+from tests.strategies.finite import BALANCE, equations_hold
 from tests.strategies.hard_cases import (
     HardCase,
     LineGap,
@@ -43,9 +43,6 @@ from tests.strategies.hard_cases import (
 
 NIGHTLY = settings.default.max_examples >= 100
 LONGEST = 60.0  # s of processor time that an example may take
-
-BALANCE = 1e-9
-COMPLEMENTARITY = {"line": 1e-9, "patch": 1e-6}  # of the approach: rounding; the tolerance that patches are solved to
 WIDTHS = 1e-4  # of the approach: half-widths are iterated to 1e-5 of the greatest
 SOLVED = 0.75  # of the hard cases within the limits of teeth, at least
 SMALL_CHANGE = 1e-6
@@ -73,21 +70,6 @@ def says_what_to_try(error: sw.SemiwearError) -> None:
         assert any(remedy in str(error) for remedy in remedies), str(error)
 
 
-def equations_hold(tree: xr.DataTree, fidelity: str, positions: int) -> None:
-    """Finite, not negative, balanced, complementary."""
-    for group in ("engagement", "mesh_cycle", "history", "flank"):
-        if group in tree.children:
-            for name, values in tree[group].data_vars.items():
-                assert_finite_or_explained(name, values)
-    for name in ("line_load", "load_share", "contact_pressure_max", "contact_pressure_max_edge"):
-        assert float(tree["engagement"][name].min()) >= 0.0, name
-    diagnostics = tree["diagnostics"]
-    assert float(diagnostics.load_balance_residual.max()) < BALANCE
-    assert float(diagnostics.complementarity_residual.max()) < COMPLEMENTARITY[fidelity]
-    share = tree["engagement"].load_share.values
-    np.testing.assert_allclose(share.reshape(share.shape[0], -1, positions).sum(axis=1), 1.0, atol=1e-9)
-
-
 def solved(case: HardCase) -> xr.DataTree:
     """The loaded contact of a hard case; an example that is refused counts, if the refusal says why."""
     try:
@@ -109,13 +91,13 @@ def test_a_hard_contact_meets_its_equations_or_is_refused() -> None:
     def hold(case: HardCase) -> None:
         tree = solved(case)
         try:
-            scene = case.scene()
+            case.scene()
         except sw.SceneError:  # beyond the limits of its teeth
             refused.append(case)
             return
         solved_of.append(bool(tree.children))
         if tree.children:
-            equations_hold(tree, scene.numerics.fidelity, scene.numerics.roll_positions)
+            equations_hold(tree)
 
     hold()
     assert sum(solved_of) >= SOLVED * len(solved_of)
@@ -255,7 +237,7 @@ def test_noisy_measured_flanks_meet_the_equations(
         }
         tree = solved(HardCase(changes, None, None))
     if tree.children:
-        equations_hold(tree, fidelity, 8)
+        equations_hold(tree)
 
 
 @pytest.mark.slow
@@ -271,7 +253,7 @@ def test_wear_steps_of_any_size_end_or_say_why(changes: dict[str, Any]) -> None:
         tree = error.result
         if tree is None:
             return
-    equations_hold(tree, scene.numerics.fidelity, scene.numerics.roll_positions)
+    equations_hold(tree)
     depth = tree["flank"].wear_depth.values
     assert (depth[0] == 0.0).all()
     assert (np.diff(depth, axis=0) >= 0.0).all()

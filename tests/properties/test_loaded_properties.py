@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -12,6 +10,8 @@ from hypothesis import strategies as st
 import semiwear as sw
 from tests.scenes import SHIPPED, SMALL
 from tests.strategies import placements, scenes
+from tests.strategies.finite import equations_hold
+from tests.strategies.hard_cases import mirrored
 
 UNWORN = SHIPPED.replace(SMALL | {"wear": None})
 
@@ -36,19 +36,8 @@ def same(one, two, group, name, factor=1.0, tolerance=1e-9):
 @few
 def test_equations_of_contact_hold(scene):
     tree = sw.loaded_contact(scene)
-    assert tree["diagnostics"].load_balance_residual.item() < 1e-9
-    assert tree["diagnostics"].complementarity_residual.item() < 1e-6
-    for name in ("line_load", "contact_pressure_max", "contact_pressure_max_edge", "load_share"):
-        assert np.isfinite(tree["engagement"][name]).all(), name
-        assert float(tree["engagement"][name].min()) >= 0.0, name
-    shares = tree["engagement"].load_share.values[0]
-    count = scene.numerics.roll_positions
-    np.testing.assert_allclose(shares.reshape(-1, count).sum(axis=0), 1.0, atol=1e-9)
+    equations_hold(tree)
     assert (tree["mesh_cycle"].transmission_error_loaded < tree["mesh_cycle"].transmission_error_unloaded).all()
-    if "root_stress" in tree["engagement"]:
-        stress = tree["engagement"].root_stress
-        assert np.isfinite(stress).all()
-        assert float(stress.min()) >= 0.0
 
 
 @pytest.mark.slow
@@ -96,46 +85,13 @@ def test_even_wear_only_delays_the_contact(depth):
         np.testing.assert_allclose(moved, lag, atol=1e-3)
 
 
-@pytest.mark.slow
-@given(scenes())
-@few
-def test_drive_and_coast_flank_are_alike(scene):
-    one, two = (sw.loaded_contact(scene.replace({"operation.loaded_flank": flank})) for flank in ("drive", "coast"))
-    for group in ("engagement", "mesh_cycle"):
-        assert two[group].dataset.equals(one[group].dataset)
-
-
 @given(placements())
 @few
 def test_drive_and_coast_flank_are_mirror_images(placement):
-    mirrored = dataclasses.replace(
-        placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad
-    )
     one = sw.loaded_contact(UNWORN, placement=placement)
-    two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored)
+    two = sw.loaded_contact(UNWORN.replace({"operation.loaded_flank": "coast"}), placement=mirrored(placement))
     for group in ("engagement", "mesh_cycle"):
         assert two[group].dataset.equals(one[group].dataset)
-
-
-@pytest.mark.slow
-@given(st.sampled_from([0.25, 0.5, 2.0, 3.7]))
-@fewer
-def test_contact_scales_with_the_size_of_the_gears(factor):
-    """All lengths times s, torque times s^3: the same pressures, stresses and shares, line loads times s."""
-    pair = UNWORN.gear_pair
-    lengths = {
-        f"gear_pair.{entry.name}": factor * getattr(pair, entry.name)
-        for entry in dataclasses.fields(pair)
-        if entry.name.endswith("_mm")
-    }
-    torque = UNWORN.operation.pinion_torque_Nm * factor**3
-    one = sw.loaded_contact(UNWORN)
-    two = sw.loaded_contact(UNWORN.replace({**lengths, "operation.pinion_torque_Nm": torque}))
-    for name in ("load_share", "contact_pressure_max", "root_stress"):
-        same(one, two, "engagement", name, tolerance=1e-3)
-    same(one, two, "engagement", "line_load", factor, tolerance=1e-3)
-    same(one, two, "engagement", "sliding_distance", factor, tolerance=1e-3)
-    same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-3)
 
 
 @pytest.mark.slow
@@ -152,7 +108,8 @@ def test_stiffness_and_torque_together_change_pressures_alone(factor):
             }
         )
     )
-    same(one, two, "engagement", "load_share", tolerance=1e-6)
+    for name in ("load_share", "sliding_distance"):
+        same(one, two, "engagement", name, tolerance=1e-6)
     for name in ("line_load", "contact_pressure_max", "root_stress"):
         same(one, two, "engagement", name, factor, tolerance=1e-6)
     same(one, two, "mesh_cycle", "transmission_error_loaded", tolerance=1e-6)
@@ -167,5 +124,4 @@ def test_wear_steps_of_any_scene(scene):
     assert np.isfinite(depth).all()
     assert (np.diff(depth, axis=0) >= 0.0).all()
     assert depth[-1].max() > 0.0
-    assert float(tree["diagnostics"].load_balance_residual.max()) < 1e-9
-    assert float(tree["diagnostics"].complementarity_residual.max()) < 1e-6
+    equations_hold(tree)

@@ -75,10 +75,23 @@ def test_a_straight_depth_stays_straight_where_the_spacing_changes(slope: float,
         assert abs(smooth_value(depth, NODES, SPLIT, *locate(NODES, SPLIT, place)) - level - slope * place) < 1e-14
 
 
-@given(DEPTHS)
-def test_finer_nodes_read_the_driven_flank_alike(depth: np.ndarray) -> None:
-    grid = FlankGrid(np.zeros(1), NODES[None], np.array([SPLIT]))
-    finer = finer_grid(grid, 3, 0.2)
-    found = finer.from_grid(depth[None])[0]
-    expected = [smooth_value(depth, NODES, SPLIT, *locate(NODES, SPLIT, place)) for place in finer.profile[0]]
-    np.testing.assert_allclose(found, expected, atol=1e-13)
+@given(DEPTHS, st.integers(1, 3), st.sampled_from([0.0, 0.2, 0.35]))
+def test_finer_nodes_read_the_driven_flank_alike(depth: np.ndarray, parts: int, beyond: float) -> None:
+    """In every slice, evenly on beyond its tip; in one part and no farther they are the nodes themselves."""
+    rows = np.stack([NODES, 0.8 * NODES - 0.1])
+    finer = finer_grid(FlankGrid(np.array([-1.0, 1.0]), rows, np.array([SPLIT, SPLIT])), parts, beyond)
+    found = finer.from_grid(np.stack([depth, 2.0 * depth]))
+    for nodes, values, fine, split, read in zip(
+        rows, (depth, 2.0 * depth), finer.profile, finer.split, found, strict=True
+    ):
+        tip = nodes[-1]
+        inside = np.minimum(fine, tip)
+        expected = [smooth_value(values, nodes, SPLIT, *locate(nodes, SPLIT, place)) for place in inside]
+        np.testing.assert_allclose(read, expected, atol=1e-13)
+        assert fine[-1] - tip >= beyond - 1e-12 and np.all(np.diff(fine) > 0.0)
+        for place in np.linspace(fine[0], fine[-1], 97):
+            cell, x = locate(fine, split, place)
+            assert abs(fine[cell] + x * (fine[cell + 1] - fine[cell]) - place) < 1e-12
+    if parts == 1 and beyond == 0.0:
+        np.testing.assert_array_equal(finer.profile, rows)
+        np.testing.assert_array_equal(finer.split, SPLIT)

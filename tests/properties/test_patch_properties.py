@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -13,8 +10,8 @@ from hypothesis import strategies as st
 import semiwear as sw
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.plan import plan
-from semiwear.results import check_tree
 from tests.scenes import MEDIUM, SHIPPED
+from tests.strategies.finite import equations_hold
 
 PATCHES = SHIPPED.replace(
     MEDIUM
@@ -61,14 +58,7 @@ def wear_maps(draw: st.DrawFn) -> np.ndarray:
 @few
 def test_equations_of_contact_hold(depth, torque):
     scene = PATCHES.replace({"operation.pinion_torque_Nm": torque})
-    tree = sw.loaded_contact(scene, wear_depth=depth)
-    assert tree["diagnostics"].load_balance_residual.item() < 1e-9
-    assert tree["diagnostics"].complementarity_residual.item() < 1e-6
-    for name in ("line_load", "contact_pressure_max", "contact_pressure_max_edge", "load_share", "root_stress"):
-        assert np.isfinite(tree["engagement"][name]).all(), name
-        assert float(tree["engagement"][name].min()) >= 0.0, name
-    shares = tree["engagement"].load_share.values[0].reshape(-1, 12)
-    np.testing.assert_allclose(shares.sum(axis=0), 1.0, atol=1e-9)
+    equations_hold(sw.loaded_contact(scene, wear_depth=depth))
 
 
 @given(wear_maps(), torques)
@@ -172,19 +162,3 @@ def test_coast_mirrors_drive(depth, torque):
     )
     for group in ("engagement", "mesh_cycle", "diagnostics"):
         assert two[group].dataset.equals(one[group].dataset)
-
-
-@pytest.mark.slow
-@given(meshes, mappings, torques)
-@fewer
-def test_the_tree_keeps_the_schema_and_is_saved_as_it_is(count, mapping, torque):
-    scene = PATCHES.replace(
-        {"wear.until.meshes": count, "numerics.wear_mapping": mapping, "operation.pinion_torque_Nm": torque}
-    )
-    tree = sw.simulate(scene)
-    check_tree(tree)
-    assert tree.attrs["fidelity"] == "patch"
-    with tempfile.TemporaryDirectory() as folder:
-        sw.save(tree, Path(folder) / "worn.nc")
-        opened = sw.open_results(Path(folder) / "worn.nc")
-        assert opened.identical(tree)

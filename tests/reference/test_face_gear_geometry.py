@@ -323,14 +323,6 @@ def test_fillet_continues_the_flank_smoothly(gear: FaceGearTooth) -> None:
         assert np.all(np.diff(fillet[:, 1]) < 0.0)
 
 
-@GEARS
-def test_lines_of_constant_radius_follow_the_cylinder(gear: FaceGearTooth) -> None:
-    for radius, profile in flank_grid(gear):
-        point, normal = gear.points(np.array(radius), np.array(profile))
-        assert hypot(point[0], point[2]) == pytest.approx(radius, rel=1e-13)
-        assert np.linalg.norm(normal) == pytest.approx(1.0, rel=1e-13)
-
-
 # ---- the pinion
 
 

@@ -85,14 +85,6 @@ def per_heat(model: FlashTemperature, peclet: float, ratio: float = 1.0) -> floa
     return model.rise(state, np.full((1, 1), 0.05))[0, 0] * model.conductivity_W_per_mK / (0.05 * 100.0 * 500.0)
 
 
-def test_bloks_coefficient_is_that_of_a_semi_elliptic_band():
-    def heated(x: float) -> float:  # fast: heat flows straight in, its history weighted by 1/sqrt(time)
-        return quad(lambda s: 2.0 * sqrt(max(0.0, 1.0 - (x - s * s) ** 2)), 0.0, sqrt(x + 1.0))[0]
-
-    greatest = -minimize_scalar(lambda x: -heated(x), bounds=(0.0, 1.0), method="bounded").fun
-    assert 2.0 * sqrt(2.0) / pi**1.5 * greatest == pytest.approx(1.11, abs=0.002)
-
-
 def test_blok_by_hand():
     # B = sqrt(46 * 7830 * 465) = 12941 N/(m s^0.5 K); q 300 N/mm, 4 and 3 m/s, mu 0.05, b 0.15 mm
     by_hand = 1.11 * 0.05 * 300e3 * 1.0 / (12941.5 * (2.0 + sqrt(3.0)) * sqrt(2.0 * 0.15e-3))

@@ -121,14 +121,6 @@ def test_images_against_finite_elements(quarter_space):
     assert np.abs(np.diag(found) - np.diag(by_edge))[1:].max() < 0.01 * whole.max()
 
 
-def test_plain_mirror_falls_short(quarter_space):
-    """What the factor on the image is for: a mirror alone gives little more than half of the edge's effect."""
-    by_edge, _, centres, _ = quarter_space
-    mirror = half_space(centres, 0.0, -centres)
-    assert np.all(mirror[1:, 1:] < 0.72 * by_edge[1:, 1:])
-    assert np.all(mirror[1:, 1:] > 0.5 * by_edge[1:, 1:])
-
-
 def test_local_part_against_finite_elements(quarter_space):
     """Surface less mid-surface, which is what tooth compliance leaves over."""
     by_edge, below, centres, depth = quarter_space

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan, cos, pi, radians, sin, sqrt, tan
+from math import acos, cos, pi, radians, sqrt, tan
 
 import numpy as np
 import pytest
@@ -183,8 +183,3 @@ def test_moments_with_friction_differ_by_the_power_loss():
         levers[0][roll < -0.01] < pair.base_radius[0]
     )  # approaching teeth: friction helps the driver's moment
     assert np.all(levers[0][roll > 0.01] > pair.base_radius[0])
-
-
-def test_the_working_angle_of_the_spur_pair_is_that_of_its_centre_distance():
-    assert FZG_C.working_angle == pytest.approx(radians(22.44), abs=1e-4)
-    assert sin(PLAIN.working_angle) == pytest.approx(sin(atan(tan(radians(20.0)))), rel=1e-12)

@@ -53,35 +53,6 @@ def test_face_gear_flank_obeys_the_equation_of_meshing():
     assert np.abs(moment) * ratio == pytest.approx(base, rel=1e-9)  # the shaper's normals touch its base circle
 
 
-def test_hertz_line_and_point():
-    """Johnson 1985, ch. 4: a steel roller of 10 mm on a flat under 100 N/mm, a steel ball of 10 mm under 100 N."""
-    modulus = contact.effective_modulus(206e3, 0.3, 206e3, 0.3)
-    assert modulus == pytest.approx(113187.0, rel=1e-5)
-    half_width = contact.line_contact_half_width(100.0, 0.1, modulus)
-    assert half_width == pytest.approx(0.10606, rel=1e-4)
-    pressure = contact.line_contact_pressure(100.0, 0.1, modulus)
-    assert 0.5 * pi * half_width * pressure == pytest.approx(100.0, rel=1e-12)
-    ball = contact.elliptic_contact(100.0, 0.1, 0.1, modulus)
-    assert ball.major_half_axis == pytest.approx((0.75 * 100.0 * 10.0 / modulus) ** (1 / 3), rel=1e-12)
-    assert ball.approach == pytest.approx(ball.major_half_axis**2 / 10.0, rel=1e-12)
-
-
-def test_stripe_kernel_far_away_is_that_of_a_point():
-    far = np.array([50.0, 500.0])
-    assert contact.stripe_kernel(far) == pytest.approx(1.0 / far, rel=1e-4)
-
-
-def test_half_space_contact_of_a_ball():
-    """Hertz again, by the solver for any gap (Johnson 1985, eqs. 4.22 to 4.24)."""
-    modulus, radius, load = 113187.0, 10.0, 100.0
-    x = (np.arange(64) - 31.5) * 0.012
-    gap = (x[:, None] ** 2 + x**2) / (2.0 * radius)
-    found = contact.solve_half_space(gap, cell=(0.012, 0.012), effective_modulus=modulus, load=load)
-    exact = contact.elliptic_contact(load, 1.0 / radius, 1.0 / radius, modulus)
-    assert found.pressure.max() == pytest.approx(exact.peak_pressure, rel=0.01)
-    assert found.approach == pytest.approx(exact.approach, rel=0.005)
-
-
 def test_wear_of_a_pass():
     """Andersson and Eriksson 1990: a pressure of any shape, carried over a point, leaves k q s."""
     k, load, sliding, speed = 1e-9, 250.0, 0.12, 3.0
@@ -90,3 +61,12 @@ def test_wear_of_a_pass():
     pressure = 2.0 * load / (pi * half) * np.sqrt(np.maximum(1.0 - (speed * time / half) ** 2, 0.0))
     passed = np.sum(pressure * sliding * speed) * (time[1] - time[0])
     assert wear.wear_depth(k, passed) == pytest.approx(wear.wear_per_mesh(load, sliding, k), rel=1e-4)
+
+
+@pytest.mark.parametrize("drawer", [contact, geometry, wear])
+def test_every_public_name_is_there(drawer):
+    """Also those that are loaded when they are asked for."""
+    assert set(drawer.__all__) <= set(dir(drawer))
+    assert all(callable(getattr(drawer, name)) for name in drawer.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = drawer.nothing

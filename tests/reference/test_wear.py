@@ -8,7 +8,6 @@ from scipy.optimize import minimize_scalar
 
 import semiwear as sw
 from semiwear.plan import plan
-from semiwear.wear.archard import wear_per_mesh
 from semiwear.wear.swept_line import sweep, wear_of_mesh
 
 PINION_TEETH, GEAR_TEETH = 25, 160
@@ -172,11 +171,6 @@ def test_solved_load_wears_as_the_swept_line(fresh, valley):
     worst, count = compare_with_identity(teeth, valley, mesh, line_load)
     assert count > 100
     assert worst < 0.02
-
-
-def test_identity_as_a_function():
-    depth = wear_per_mesh(np.array([100.0, 0.0]), np.array([0.5, 2.0]), 1e-13)
-    np.testing.assert_allclose(depth, [5e-12, 0.0], rtol=1e-15)
 
 
 @pytest.mark.slow

@@ -7,7 +7,6 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ import pytest
 import semiwear as sw
 from semiwear.contact import line_contact
 from semiwear.contact.line_contact import LINE
-from semiwear.plan import effects, plan
+from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
 
@@ -49,29 +48,6 @@ MODULES = {
     "run_life": set(),
 }
 OPTIONAL = set().union(*MODULES.values()) | {"semiwear.meshing.deviation_grid"}
-CLASSES = [
-    ("semiwear.meshing.flank_modification", "FlankModification"),
-    ("semiwear.meshing.flank_modification", "Relief"),
-    ("semiwear.meshing.deviation_grid", "DeviationGrid"),
-    ("semiwear.meshing.surface_speed", "SurfaceSpeeds"),
-    ("semiwear.meshing.driving_flank", "DrivingFlank"),
-    ("semiwear.compliance.free_edges", "FreeEdges"),
-    ("semiwear.compliance.mounting", "Mounting"),
-    ("semiwear.contact.conditions", "ContactConditions"),
-    ("semiwear.contact.friction", "Friction"),
-    ("semiwear.contact.frictional_contact", "FrictionalContact"),
-    ("semiwear.contact.flash_temperature", "FlashTemperature"),
-    ("semiwear.contact.film_thickness", "FilmThickness"),
-    ("semiwear.wear.laws", "HardnessLaw"),
-    ("semiwear.wear.laws", "LoadLaw"),
-    ("semiwear.wear.laws", "LubricationLaw"),
-    ("semiwear.wear.laws", "TemperatureLaw"),
-    ("semiwear.wear.contact_factor", "ContactFactor"),
-    ("semiwear.wear.stepping", "LoadCase"),
-    ("semiwear.observers", "FrictionLoss"),
-    ("semiwear.observers", "Heat"),
-    ("semiwear.observers", "Film"),
-]
 TABLES = {
     "modification.gear": {"effects.modification.gear.tip_relief_um": 10.0},
     "flash_temperature": SPEED | {"effects.flash_temperature": {}},
@@ -87,51 +63,6 @@ TINY = PLAIN.replace({"numerics.face_slices": 11, "numerics.roll_positions": 8, 
 
 def table(name):
     return TABLES.get(name, {f"effects.{name}": {}})
-
-
-@pytest.fixture
-def counted(monkeypatch):
-    """How often each class of an effect is constructed."""
-    counts = {}
-
-    def count(module, name):
-        kind = getattr(import_module(module), name)
-        construct = kind.__init__
-
-        def counting(self, *args, **kwargs):
-            counts[name] = counts.get(name, 0) + 1
-            construct(self, *args, **kwargs)
-
-        monkeypatch.setattr(kind, "__init__", counting)
-
-    for entry in CLASSES:
-        count(*entry)
-    effects._speeds.cache_clear()  # speeds of the same lines are kept between runs
-    return counts
-
-
-def test_nothing_of_an_absent_effect_is_constructed(counted):
-    sw.simulate(TINY)
-    # a run without a spectrum has its one load case
-    assert set(counted) <= {"LoadCase"}
-
-
-@pytest.mark.parametrize(
-    ("name", "built"),
-    [
-        ("modification.gear", {"FlankModification", "Relief"}),
-        ("free_edges", {"FreeEdges"}),
-        ("friction", {"Friction", "FrictionalContact", "FrictionLoss", "SurfaceSpeeds", "ContactConditions"}),
-        ("flash_temperature", {"FlashTemperature", "Friction", "Heat", "SurfaceSpeeds", "ContactConditions"}),
-        ("lubrication", {"FilmThickness", "Film", "SurfaceSpeeds", "ContactConditions"}),
-        ("wear_law.hardness", {"HardnessLaw"}),
-        ("wear_law.load", {"LoadLaw", "ContactFactor", "SurfaceSpeeds", "ContactConditions"}),
-        ("shaft_compliance", {"Mounting"}),
-    ],
-)
-def test_an_effect_builds_its_own_classes_alone(counted, name, built):
-    sw.simulate(TINY.replace(table(name)))
-    assert set(counted) - {"LoadCase"} == built
 
 
 def contact_calls(monkeypatch, scene):

@@ -171,7 +171,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("kind", DAMAGES)
-def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind, capsys):
+def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind):
     path = tmp_path / "worn.nc"
     damage, words = DAMAGES[kind]
     damage(path, whole)
@@ -179,6 +179,12 @@ def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind, caps
         open_results(path)
     for word in [str(path), *words]:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["a picture", "half", "other netCDF", "missing variable"])
+def test_the_command_line_tells_the_error(tmp_path, whole, kind, capsys):
+    path = tmp_path / "worn.nc"
+    DAMAGES[kind][0](path, whole)
     assert main(["report", str(path)]) == 2
     told = capsys.readouterr()
     assert str(path) in told.err and "Traceback" not in told.err

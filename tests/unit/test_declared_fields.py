@@ -28,6 +28,9 @@ NESTED = {
 def test_fields_are_declared_or_tables(kind, name, owner):
     assert is_dataclass(owner)
     rules = SCHEMAS[kind].rules
+    assert {key.rpartition(".")[2] for key in SCHEMAS[kind].fields_of(name)} <= {
+        entry.name for entry in fields(owner)
+    }
     for entry in fields(owner):
         key = f"{name}.{entry.name}" if name else entry.name
         if entry.name.startswith("_") or key in SCHEMAS[kind].tables or entry.name in NESTED:

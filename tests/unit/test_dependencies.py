@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from semiwear.compliance.blas_threads import one_blas_thread
 
@@ -26,10 +26,16 @@ def names(requirements: list[str]) -> set[str]:
 def test_threads_of_dense_algebra_are_held_by_a_core_dependency():
     assert "threadpoolctl" in names(PROJECT["dependencies"])
     assert "threads" not in EXTRAS
-    with one_blas_thread():
+
+    def used() -> set[int]:
         np.linalg.solve(np.eye(300), np.ones(300))
-        held = [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
-    assert held and set(held) == {1}
+        return {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+
+    with threadpool_limits(2, "blas"):
+        before = used()
+        with one_blas_thread():
+            assert used() == {1}
+        assert used() == before == {2}
 
 
 def test_no_extra_for_users_has_to_be_built():

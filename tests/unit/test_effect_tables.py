@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, fields, is_dataclass
 from importlib import resources
 from typing import Any
 
 import pytest
 
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import SceneError
 from semiwear.meshing.flank_deviations import DEVIATIONS
 from semiwear.meshing.pairs import MESHES
 from semiwear.scene import EFFECTS, Effects, EffectTable, Placement, Scene, load_scene, parse_scene, scene_from_dict
 from semiwear.scene.effects import (
     FlankModification,
-    FreeEdges,
     Friction,
     HardnessLaw,
     LoadLaw,
-    Lubrication,
     Misalignment,
     Modifications,
     WearLaws,
@@ -28,6 +25,7 @@ from semiwear.scene.effects import (
 from semiwear.scene.kinds import KINDS
 from semiwear.scene.schema import DEFAULTS, REQUIRED, RULES, TABLES
 from semiwear.wear.laws import CONTACT_LAWS
+from tests.scenes import problems_of
 from tests.strategies.scenes import effect_tables
 
 NAME = "face_gear_25x160"
@@ -50,16 +48,6 @@ def scene() -> Scene:
 def ready(scene: Scene) -> Scene:
     """The shipped scene with all that any effect may need."""
     return scene.replace({SPEED: 1500, "effects.lubrication": {}, "effects.flash_temperature": {}})
-
-
-def problems_of(scene: Scene, changes: Mapping[str, Any]) -> dict[str, Problem]:
-    with pytest.raises(SceneError) as caught:
-        scene.replace(changes)
-    problems = caught.value.problems
-    by_field = {problem.field: problem for problem in problems}
-    assert len(by_field) == len(problems), f"a field is reported twice: {caught.value}"
-    assert all(problem.allowed and problem.fix for problem in problems)
-    return by_field
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -124,11 +112,11 @@ class TestEveryEffect:
 
     def test_wrong_kind_of_table(self, ready: Scene, name: str) -> None:
         for value in (True, 5, "on", [{}]):
-            assert list(problems_of(ready, {f"effects.{name}": value})) == [f"effects.{name}"]
+            assert list(problems_of(ready.replace, {f"effects.{name}": value})) == [f"effects.{name}"]
 
     def test_misspelled(self, scene: Scene, name: str) -> None:
         key = f"effects.{name}_"
-        problem = problems_of(scene, {key: LEAST.get(name, {})})[key]
+        problem = problems_of(scene.replace, {key: LEAST.get(name, {})})[key]
         assert f"did you mean {name.rpartition('.')[2]}?" in problem.fix
 
     def test_has_a_strategy(self, name: str) -> None:
@@ -140,10 +128,6 @@ class TestPresence:
         assert scene.effects == Effects()
         assert list(scene.effects.present()) == []
         assert all(scene.effects.get(name) is None for name in EFFECTS)
-
-    def test_scene_without_effects_is_written_as_ever(self, scene: Scene) -> None:
-        assert scene.sha256 == "00361f5862a480e6f18978dfe57696ec9f8d28a8725c162565c4df0cae1db1a3"
-        assert "effects" not in scene.to_dict()
 
     def test_empty_table_in_a_file(self) -> None:
         read = parse_scene(TEXT + "\n[effects.friction]\n[effects.wear_law.hardness]\n[effects.modification.gear]\n")
@@ -178,7 +162,7 @@ class TestPresence:
     @pytest.mark.parametrize("name", ["wear_law", "modification"])
     def test_container_without_effects_is_no_effect(self, scene: Scene, name: str) -> None:
         for empty in ({}, {next(key for key in EFFECTS if key.startswith(name)).rpartition(".")[2]: None}):
-            problems = problems_of(scene, {f"effects.{name}": empty})
+            problems = problems_of(scene.replace, {f"effects.{name}": empty})
             assert list(problems) == [f"effects.{name}"]
             assert f"[effects.{name}." in problems[f"effects.{name}"].fix
 
@@ -188,12 +172,6 @@ class TestPresence:
     def test_get_knows_its_names(self, scene: Scene) -> None:
         with pytest.raises(KeyError, match="misalignment"):
             scene.effects.get("hub")
-
-    def test_equal_scenes_have_equal_hashes(self, scene: Scene) -> None:
-        one, other = (scene.replace({"effects.free_edges": {}, "effects.misalignment": {}}) for _ in range(2))
-        assert {one, other} == {one}
-        assert one != scene
-        assert one.sha256 != scene.sha256
 
     def test_nested_dict_round_trip(self, ready: Scene) -> None:
         full = ready.replace({f"effects.{name}": LEAST.get(name, {}) for name in EFFECTS})
@@ -221,9 +199,6 @@ class TestScreening:
         assert EFFECTS["run_life"].screening_table(scene.replace(change)) == {"body": "pinion"}
         assert EFFECTS["run_life"].screening_table(scene.replace({"wear": None})) == {}
 
-    def test_plain_defaults_serve_the_rest(self, scene: Scene) -> None:
-        assert FreeEdges.screening_table(scene) == {}
-
 
 class TestNeeds:
     @pytest.mark.parametrize(
@@ -236,7 +211,7 @@ class TestNeeds:
         ],
     )
     def test_missing_ones_are_all_named(self, scene: Scene, table: str, needs: set[str]) -> None:
-        problems = problems_of(scene, {f"effects.{table}": {}})
+        problems = problems_of(scene.replace, {f"effects.{table}": {}})
         assert set(problems) == needs
         assert all(problem.value is None for problem in problems.values())
         assert any(f"needed by [effects.{table}]: add it" in problem.fix for problem in problems.values())
@@ -251,18 +226,18 @@ class TestNeeds:
 
     @pytest.mark.parametrize("table", [name for name, table in EFFECTS.items() if "wear" in table.needs])
     def test_wear(self, ready: Scene, table: str) -> None:
-        problems = problems_of(ready, {"wear": None, f"effects.{table}": {}})
+        problems = problems_of(ready.replace, {"wear": None, f"effects.{table}": {}})
         assert set(problems) == {"wear"}
         assert f"[effects.{table}]" in problems["wear"].fix
 
     def test_only_one_law_of_friction_needs_speed(self, scene: Scene) -> None:
         assert scene.replace({"effects.friction.law": "constant"}).effects.friction == Friction()
-        assert set(problems_of(scene, {"effects.friction.law": "iso_14179"})) == {SPEED}
+        assert set(problems_of(scene.replace, {"effects.friction.law": "iso_14179"})) == {SPEED}
         assert scene.replace({"effects.friction.law": "iso_14179", SPEED: 1500})
-        assert set(problems_of(scene, {"effects.friction.law": "iso"})) == {"effects.friction.law"}
+        assert set(problems_of(scene.replace, {"effects.friction.law": "iso"})) == {"effects.friction.law"}
 
     def test_wrong_value_is_not_called_missing(self, scene: Scene) -> None:
-        assert problems_of(scene, {SPEED: -5, "effects.lubrication": {}})[SPEED].value == -5
+        assert problems_of(scene.replace, {SPEED: -5, "effects.lubrication": {}})[SPEED].value == -5
 
     def test_misplaced_value_is_not_called_missing(self, scene: Scene) -> None:
         start = scene.to_dict()
@@ -274,7 +249,7 @@ class TestNeeds:
 
     @pytest.mark.parametrize("name", LEAST)
     def test_required_fields(self, scene: Scene, name: str) -> None:
-        problems = problems_of(scene, {f"effects.{name}": {}})
+        problems = problems_of(scene.replace, {f"effects.{name}": {}})
         assert set(problems) == {f"effects.{name}.{field}" for field in LEAST[name]} <= REQUIRED
         assert all(f"needed by [effects.{name}]: add it" in problem.fix for problem in problems.values())
 
@@ -292,7 +267,6 @@ OUT_OF_RANGE = [
     ("free_edges.strength", 1.01),
     ("friction.law", "coulomb"),
     ("friction.coefficient", -0.05),
-    ("friction.coefficient", 5),
     ("friction.viscosity_mPas", 0),
     ("flash_temperature.model", "jaeger"),
     ("flash_temperature.bulk_temperature_C", 4000),
@@ -307,24 +281,19 @@ OUT_OF_RANGE = [
     ("wear_law.hardness.transition_um", 60.1),
     ("wear_law.hardness.pitch_band_mm", 0),
     ("wear_law.lubrication.full_film_lambda", 0.5),
-    ("wear_law.lubrication.full_film_lambda", 0.2),
     ("wear_law.lubrication.strength", -0.1),
     ("wear_law.temperature.activation_energy_kJ_per_mol", -1),
     ("wear_law.load.exponent", 4.1),
     ("wear_law.load.exponent", -2.1),
     ("wear_law.load.reference_pressure_MPa", 0),
-    ("load_spectrum.torques_Nm", [800, -1]),
     ("load_spectrum.torques_Nm", []),
     ("load_spectrum.shares", [0.4, 0.0]),
-    ("load_spectrum.shares", [40, 60]),
     ("load_spectrum.shares", [0.4, 0.5]),
     ("load_spectrum.shares", [1.0]),
     ("pitch_error.pinion_um", [5]),
-    ("pitch_error.pinion_um", [0, 5000]),
     ("pitch_error.pinion_um", list(range(26))),
     ("shaft_compliance.offset_um_per_kN", -1),
     ("run_life.depth_limit_um", 0),
-    ("run_life.body", "pinion"),
     ("run_life.body", "wheel"),
 ]
 WRONG_TYPE = [
@@ -338,16 +307,32 @@ WRONG_TYPE = [
     ("load_spectrum.shares", [0.4, "0.6"]),
     ("pitch_error.pinion_um", [0, float("inf")]),
 ]
+# what else is refused, and words of the way out
+WAYS_OUT = [
+    ("friction.law", "constnat", 'did you mean "constant"?'),
+    ("friction.coefficient", 5, "not in per cent"),
+    ("misalignment.offset_mm", 50, "um divided by 1000"),
+    ("load_spectrum.shares", [40, 60], "not in per cent"),
+    ("load_spectrum.shares", [0.4, 0.4], "they sum to 0.8: give [0.5, 0.5]"),
+    ("load_spectrum.shares", [0.3, 0.3, 0.4], "there are 3"),
+    ("load_spectrum.torques_Nm", [800, -1], "entry 2 is -1"),
+    ("wear_law.lubrication.full_film_lambda", 0.2, "swap them: 0.2 and 0.5"),
+    ("run_life.body", "pinion", 'add "pinion" to wear.worn_bodies'),
+    ("pitch_error.pinion_um", [0, 5000], "entry 2 is 5000"),
+]
 
 
 class TestFields:
-    @pytest.mark.parametrize(("key", "value"), [*OUT_OF_RANGE, *WRONG_TYPE])
-    def test_refused_alone_with_range_and_fix(self, ready: Scene, key: str, value: Any) -> None:
+    @pytest.mark.parametrize(
+        ("key", "value", "fix"), [*((key, value, "") for key, value in OUT_OF_RANGE + WRONG_TYPE), *WAYS_OUT]
+    )
+    def test_refused_alone_with_range_and_fix(self, ready: Scene, key: str, value: Any, fix: str) -> None:
         name, _, field = key.rpartition(".")
         table = LEAST.get(name, {}) | {field: value}
-        problems = problems_of(ready, {f"effects.{name}": table})
+        problems = problems_of(ready.replace, {f"effects.{name}": table})
         assert list(problems) == [f"effects.{key}"]
         assert problems[f"effects.{key}"].value is not None
+        assert fix in problems[f"effects.{key}"].fix
 
     @pytest.mark.parametrize(
         ("key", "value"),
@@ -372,30 +357,10 @@ class TestFields:
         changed = ready.replace({f"effects.{key}": value})
         assert parse_scene(changed.to_toml()) == changed
 
-    @pytest.mark.parametrize(
-        ("key", "value", "fix"),
-        [
-            ("friction.law", "constnat", 'did you mean "constant"?'),
-            ("friction.coefficient", 5, "not in per cent"),
-            ("misalignment.offset_mm", 50, "um divided by 1000"),
-            ("load_spectrum.shares", [40, 60], "not in per cent"),
-            ("load_spectrum.shares", [0.4, 0.4], "they sum to 0.8: give [0.5, 0.5]"),
-            ("load_spectrum.shares", [0.3, 0.3, 0.4], "there are 3"),
-            ("load_spectrum.torques_Nm", [800, -1], "entry 2 is -1"),
-            ("wear_law.lubrication.full_film_lambda", 0.2, "swap them: 0.2 and 0.5"),
-            ("run_life.body", "pinion", 'add "pinion" to wear.worn_bodies'),
-            ("pitch_error.pinion_um", [0, 5000], "entry 2 is 5000"),
-        ],
-    )
-    def test_fix_says_what_to_do(self, ready: Scene, key: str, value: Any, fix: str) -> None:
-        name, _, field = key.rpartition(".")
-        table = LEAST.get(name, {}) | {field: value}
-        assert fix in problems_of(ready, {f"effects.{name}": table})[f"effects.{key}"].fix
-
     @pytest.mark.parametrize("shares", [[1, 1, 1], [0.1, 0.2, 0.3], [0.9, 0.05, 0.04], [1e-7, 0.5, 0.6]])
     def test_suggested_shares_are_accepted(self, scene: Scene, shares: list[float]) -> None:
         table = {"torques_Nm": [1, 2, 3], "shares": shares}
-        fix = problems_of(scene, {"effects.load_spectrum": table})["effects.load_spectrum.shares"].fix
+        fix = problems_of(scene.replace, {"effects.load_spectrum": table})["effects.load_spectrum.shares"].fix
         suggested = [float(share) for share in fix.partition("give [")[2].rstrip("]").split(",")]
         assert scene.replace({"effects.load_spectrum": table | {"shares": suggested}})
 
@@ -403,18 +368,11 @@ class TestFields:
         table = {"torques_Nm": [1, 2, 3], "shares": [0.3333333, 0.3333333, 0.3333333]}
         assert scene.replace({"effects.load_spectrum": table})
 
-    def test_life_of_a_worn_pinion(self, scene: Scene) -> None:
-        changed = scene.replace({"wear.worn_bodies": ["pinion", "gear"], "effects.run_life.body": "pinion"})
-        assert changed.effects.run_life is not None
-
-    def test_spectrum_and_pitch_error_go_together(self, scene: Scene) -> None:
-        assert scene.replace({f"effects.{name}": table for name, table in LEAST.items()})
-
 
 class TestNames:
     def test_all_problems_at_once(self, scene: Scene) -> None:
         problems = problems_of(
-            scene,
+            scene.replace,
             {
                 "effects.frictoin": {},
                 "effects.lubrication": {"viscosity_mPa": 10, "roughness_um": -1},
@@ -457,16 +415,8 @@ class TestNames:
 
     def test_effects_are_tables(self, scene: Scene) -> None:
         for value in (5, ["friction"], "friction"):
-            problem = problems_of(scene, {"effects": value})["effects"]
+            problem = problems_of(scene.replace, {"effects": value})["effects"]
             assert "[effects.misalignment]" in problem.fix
-
-    def test_unlike_name_lists_the_effects(self, scene: Scene) -> None:
-        allowed = problems_of(scene, {"effects.zzz": {}})["effects.zzz"].allowed
-        assert "flash_temperature" in allowed
-
-
-def test_lubrication_default_is_the_class_default(ready: Scene) -> None:
-    assert ready.effects.lubrication == Lubrication()
 
 
 def test_every_table_has_its_physics():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, tan
+from math import pi
 
 import numpy as np
 import pytest
@@ -45,31 +45,26 @@ DISPLACED = Placement(
 )
 
 
-@pytest.fixture(scope="module")
-def shipped() -> sw.Scene:
-    return sw.load_scene("spur_fzg_c")
+def scene_of(spur: sw.Scene, kind: str) -> sw.Scene:
+    return spur.replace(KINDS[kind]) if KINDS[kind] else spur
 
 
-def scene_of(shipped: sw.Scene, kind: str) -> sw.Scene:
-    return shipped.replace(KINDS[kind]) if KINDS[kind] else shipped
-
-
-def motion_of(shipped: sw.Scene, kind: str, placement: Placement | None = None) -> CylindricalMotion:
-    motion = pair_motion(scene_of(shipped, kind), placement)
+def motion_of(spur: sw.Scene, kind: str, placement: Placement | None = None) -> CylindricalMotion:
+    motion = pair_motion(scene_of(spur, kind), placement)
     assert isinstance(motion, CylindricalMotion)
     return motion
 
 
 @pytest.mark.parametrize("placement", [Placement(), DISPLACED])
 @pytest.mark.parametrize("kind", KINDS)
-def test_flanks_part_and_slide_as_in_the_core(shipped: sw.Scene, kind: str, placement: Placement) -> None:
+def test_flanks_part_and_slide_as_in_the_core(spur: sw.Scene, kind: str, placement: Placement) -> None:
     """Two ways to write the same pair: poses and meshes here, closed forms in the fixed frame there."""
-    scene = scene_of(shipped, kind)
+    scene = scene_of(spur, kind)
     core = flank_pair(*on_loaded_flank(scene.gear_pair, placement, scene.operation.loaded_flank))
     moved = placement
     if kind == "coast":
         moved = replace(placement, offset_mm=-placement.offset_mm, pinion_slope_mrad=-placement.pinion_slope_mrad)
-    motion = motion_of(shipped, kind, moved)
+    motion = motion_of(spur, kind, moved)
     face = np.linspace(*motion.gear_face, 5)[:, None]
     profile = np.linspace(motion.gear.root_profile, float(motion.gear.tip_profile(np.array(0.0))), 9)
     for roll in (-0.6, 0.0, 0.3):
@@ -85,9 +80,9 @@ def test_flanks_part_and_slide_as_in_the_core(shipped: sw.Scene, kind: str, plac
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_teeth_lie_where_their_poses_say(shipped: sw.Scene, kind: str) -> None:
+def test_teeth_lie_where_their_poses_say(spur: sw.Scene, kind: str) -> None:
     """Pair j stands at a roll position as pair 0 does j later; a body turned to zero has its tooth j at tooth 0."""
-    motion = motion_of(shipped, kind)
+    motion = motion_of(spur, kind)
     for name, flank, pose, tooth in (
         ("pinion", motion.pinion, motion.pinion_pose, 1), ("gear", motion.gear, motion.gear_pose, -1),
     ):  # fmt: skip
@@ -111,23 +106,23 @@ def test_teeth_lie_where_their_poses_say(shipped: sw.Scene, kind: str) -> None:
         assert (np.einsum("ni,ni->n", own - inside, outward) > 0.0).all()
 
 
-def test_fillet_of_a_spur_tooth_is_the_racks(shipped: sw.Scene) -> None:
-    flank = motion_of(shipped, "spur").pinion
+def test_fillet_of_a_spur_tooth_is_the_racks(spur: sw.Scene) -> None:
+    flank = motion_of(spur, "spur").pinion
     tooth = flank.tooth
-    spur = InvoluteTooth(
+    involute = InvoluteTooth(
         teeth=16, module=4.5, pressure_angle=tooth.normal_pressure_angle, addendum=5.0,
         rack_addendum=tooth.rack_addendum, rack_tip_radius=tooth.rack_tip_radius, bore_radius=20.0,
         profile_shift=tooth.profile_shift * 4.5,
     )  # fmt: skip
     angle, radius = flank.fillet(41)
-    np.testing.assert_allclose(np.column_stack([radius * np.sin(angle), radius * np.cos(angle)]), spur.fillet(41))
+    np.testing.assert_allclose(np.column_stack([radius * np.sin(angle), radius * np.cos(angle)]), involute.fillet(41))
 
 
 @pytest.mark.parametrize("body", ["pinion", "gear"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_fillets_join_flank_and_root(shipped: sw.Scene, kind: str, body: str) -> None:
+def test_fillets_join_flank_and_root(spur: sw.Scene, kind: str, body: str) -> None:
     """At the end of the involute with a common tangent, on the root circle at right angles to the radius."""
-    flank = getattr(motion_of(shipped, kind), body)
+    flank = getattr(motion_of(spur, kind), body)
     tooth = flank.tooth
     angle, radius = flank.fillet(2001)
     first = tooth.form_roll_angle
@@ -146,10 +141,10 @@ def test_fillets_join_flank_and_root(shipped: sw.Scene, kind: str, body: str) ->
 
 @pytest.mark.parametrize("kind", ["spur", "internal helical"])
 @pytest.mark.parametrize("body", ["pinion", "gear"])
-def test_meshes_lie_on_their_flanks(shipped: sw.Scene, kind: str, body: str) -> None:
-    scene = scene_of(shipped, kind)
+def test_meshes_lie_on_their_flanks(spur: sw.Scene, kind: str, body: str) -> None:
+    scene = scene_of(spur, kind)
     mesh = body_mesh(scene, body, teeth=3, divisions=Divisions(4, 4, 1, 2, 2, 4.0))
-    own = getattr(motion_of(shipped, kind), body)
+    own = getattr(motion_of(spur, kind), body)
     flank = mesh.flanks[0, LOADED]
     points, normals = own.points(np.broadcast_to(flank.face, flank.profile.shape), flank.profile)
     np.testing.assert_allclose(mesh.mesh.p.T[flank.nodes], points, atol=1e-12)
@@ -159,10 +154,10 @@ def test_meshes_lie_on_their_flanks(shipped: sw.Scene, kind: str, body: str) -> 
     np.testing.assert_allclose(held, outer, rtol=1e-12)
 
 
-def test_a_whole_ring_closes(shipped: sw.Scene) -> None:
+def test_a_whole_ring_closes(spur: sw.Scene) -> None:
     divisions = Divisions(2, 2, 1, 1, 1, 14.0)
-    ring = body_mesh(shipped, "pinion", teeth=99, divisions=divisions, detailed=())
-    sector = body_mesh(shipped, "pinion", teeth=15, divisions=divisions, detailed=())
+    ring = body_mesh(spur, "pinion", teeth=99, divisions=divisions, detailed=())
+    sector = body_mesh(spur, "pinion", teeth=15, divisions=divisions, detailed=())
     assert len(ring.teeth) == 16
     apiece = (ring.mesh.nelements - sector.mesh.nelements, ring.mesh.nvertices / 16)
     assert ring.mesh.nelements == 16 * apiece[0]
@@ -170,9 +165,9 @@ def test_a_whole_ring_closes(shipped: sw.Scene) -> None:
 
 
 @pytest.mark.parametrize("kind", ["spur", "helical", "internal"])
-def test_conjugate_flanks_touch_along_their_whole_line(shipped: sw.Scene, kind: str) -> None:
+def test_conjugate_flanks_touch_along_their_whole_line(spur: sw.Scene, kind: str) -> None:
     """And the line moves over the flank as it rolls off the base cylinder."""
-    motion = motion_of(shipped, kind)
+    motion = motion_of(spur, kind)
     rigid = RigidFlank(motion)
     line = rigid.line(0.1)
     assert np.abs(line.gap).max() < 3e-7
@@ -186,9 +181,9 @@ def test_conjugate_flanks_touch_along_their_whole_line(shipped: sw.Scene, kind: 
 
 
 @pytest.mark.slow
-def test_wear_lies_on_the_grid_of_the_core(shipped: sw.Scene) -> None:
+def test_wear_lies_on_the_grid_of_the_core(spur: sw.Scene) -> None:
     """A `/flank` group and a bare array say the same."""
-    scene = shipped.replace({"wear.worn_bodies": ("gear",), "numerics.wear_steps": 1, "wear.until.meshes": 1e7})
+    scene = spur.replace({"wear.worn_bodies": ("gear",), "numerics.wear_steps": 1, "wear.until.meshes": 1e7})
     flank = sw.simulate(scene)["flank"].to_dataset()
     pair = pair_motion(scene)
     height = flank.flank_height.sel(body="gear").values
@@ -202,8 +197,8 @@ def test_wear_lies_on_the_grid_of_the_core(shipped: sw.Scene) -> None:
     np.testing.assert_allclose(whole.depth(face, profile), bare.depth(face, profile), atol=1e-9)
 
 
-def test_pointed_and_undercut_teeth_are_refused(shipped: sw.Scene) -> None:
-    own = motion_of(shipped, "spur").pinion
+def test_pointed_and_undercut_teeth_are_refused(spur: sw.Scene) -> None:
+    own = motion_of(spur, "spur").pinion
     pointed = replace(own, tooth=replace(own.tooth, tip_radius=46.0))
     with pytest.raises(MeshError, match="pointed"):
         CylindricalSurface(pointed, (-7.0, 7.0), "pinion").profile_limits(0.0)
@@ -212,19 +207,11 @@ def test_pointed_and_undercut_teeth_are_refused(shipped: sw.Scene) -> None:
         CylindricalSurface(undercut, (-7.0, 7.0), "pinion").profile_limits(0.0)
 
 
-def test_what_knows_face_gears_only_says_so(shipped: sw.Scene) -> None:
-    for refused in (lambda: tooth_influence(shipped), lambda: simulate(shipped.replace(
+def test_what_knows_face_gears_only_says_so(spur: sw.Scene) -> None:
+    for refused in (lambda: tooth_influence(spur), lambda: simulate(spur.replace(
         {"wear.worn_bodies": ("gear",)}))):  # fmt: skip
         with pytest.raises(SceneError, match=r"gear_pair\.type.*loaded_contact takes cylindrical pairs"):
             refused()
-
-
-def test_helix_of_the_reference_cylinder(shipped: sw.Scene) -> None:
-    motion = motion_of(shipped, "helical")
-    twist = tan(np.radians(15.0)) / motion.pinion.tooth.reference_radius
-    assert motion.pinion.twist == pytest.approx(twist)
-    assert motion.gear.twist == pytest.approx(-twist * motion.ratio)
-    assert motion_of(shipped, "coast").pinion.twist == pytest.approx(-twist)
 
 
 @pytest.mark.parametrize("name", ["pinion", "gear"])

@@ -65,16 +65,6 @@ def test_agrees_with_the_core(shipped: sw.Scene, placement: Placement) -> None:
         assert own.sliding(ours.position) == pytest.approx(core.sliding(theirs.position), abs=1e-9)
 
 
-def test_placement_moves_the_pinion(shipped: sw.Scene) -> None:
-    moved = PairKinematics(shipped, Placement(0.1, 0.3, -0.05)).pinion_pose(0.3)
-    still = PairKinematics(shipped).pinion_pose(0.3)
-    assert moved.shift - still.shift == pytest.approx([0.1, -0.05, 0.3], abs=1e-12)
-    turned = PairKinematics(shipped, Placement(shaft_angle_error_mrad=1.0)).pinion_pose(0.0)
-    # about +x through the pitch point: what lies beyond it (+z) sinks
-    ahead = np.array([0.0, 0.0, 608.0])
-    assert turned.points(ahead)[1] - still.points(ahead)[1] == pytest.approx(-0.1, rel=0.03)
-
-
 def test_sliding_and_speeds(pair: PairKinematics) -> None:
     """No sliding at the pitch point; both lines' speeds differ by the sliding across the line."""
     assert np.linalg.norm(pair.sliding(np.array([0.0, -88.9, 508.0]))) < 1e-10

@@ -64,13 +64,8 @@ def test_any_load_on_one_grid(load):
         load, ContactStatus.CONVERGED
     )
     assert result.load == load
+    assert result.edge_contact == (load > 1e6) and result.status.valid
     certify(result, bowl(), (0.1, 0.1))
-
-
-def test_every_cell_touches():
-    result = solve(bowl(), load=1e7)
-    assert result.status is ContactStatus.FULL_CONTACT and result.status.valid
-    assert result.contact_cells == result.pressure.size and result.edge_contact
 
 
 def test_contact_at_the_border_is_flagged():
@@ -170,10 +165,8 @@ def test_exhausted_iterations_are_told():
     assert result.status is ContactStatus.NOT_CONVERGED and not result.status.valid
     assert "max_iterations" in result.status.value
     assert result.certificate.field_error > 1e-7
-
-
-def test_unreachable_tolerance_is_told():
-    assert not solve(bowl((64, 64)), load=1000.0, tolerance=1e-17, max_iterations=60).status.valid
+    unreachable = solve(bowl((64, 64)), load=1000.0, tolerance=1e-17, max_iterations=60)
+    assert not unreachable.status.valid
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])

@@ -10,7 +10,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.two_stage import TwoStageStepper
-from tests.scenes import TINY
+from tests.scenes import TINY, Heard
 
 LIFE = TINY | {
     "wear.until.meshes": 1e8,
@@ -79,10 +79,6 @@ def test_hours_are_turns_of_the_gear(tree):
 def test_without_a_speed_there_are_no_hours(life, tree):
     assert life.hours is None
     assert life.meshes == pytest.approx(float(tree["life"]["meshes_to_limit"]))
-
-
-def test_the_seconds_are_told(tree):
-    assert float(tree["diagnostics"]["effect_seconds"].sel(effect="run_life")) > 0.0
 
 
 @pytest.mark.slow
@@ -163,14 +159,6 @@ def test_the_shipped_scene_has_a_life_although_depths_jump_at_its_end(shipped):
 def test_a_search_without_a_zero_gives_up():
     with pytest.raises(ConvergenceError, match="loses its load"):
         _zero_of(lambda x: -1.0 - 1.0 / (1.0 + x), -2.0, 1.0, 1e-6)
-
-
-class Heard:
-    def __init__(self):
-        self.steps = []
-
-    def step(self, done, total, text):
-        self.steps.append((done, total, text))
 
 
 def test_it_takes_the_steps_that_the_plan_says_and_tells_of_them(tiny, life, monkeypatch):

@@ -7,24 +7,18 @@ import pytest
 import semiwear as sw
 from semiwear.cli import main
 from semiwear.scene import parse_scene
+from tests.scenes import problems_of
 
 
-def problems_of(scene: sw.Scene, changes: dict[str, object]) -> list[str]:
-    with pytest.raises(sw.SceneError) as caught:
-        scene.replace(changes)
-    return [str(problem) for problem in caught.value.problems]
-
-
-@pytest.fixture(scope="module")
-def spur() -> sw.Scene:
-    return sw.load_scene("spur_fzg_c")
+def told_of(scene: sw.Scene, changes: dict[str, object]) -> list[str]:
+    return [str(problem) for problem in problems_of(scene.replace, changes).values()]
 
 
 # ---------------------------------------------------------------- names
 
 
 def test_a_torque_is_the_pinions(shipped):
-    (told,) = problems_of(shipped, {"operation.torque": 500.0})
+    (told,) = told_of(shipped, {"operation.torque": 500.0})
     assert "did you mean pinion_torque_Nm?" in told
 
 
@@ -39,9 +33,9 @@ def test_a_face_width_is_that_of_the_pinion_which_every_scene_needs(spur):
 
 def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
     for given, wanted in (("500Nm", "500"), ("500 Nm", "500"), ("0,5", "0.5"), ("1e3", "1e3")):
-        (told,) = problems_of(shipped, {"operation.pinion_torque_Nm": given})
+        (told,) = told_of(shipped, {"operation.pinion_torque_Nm": given})
         assert f"give {wanted}" in told or f": {wanted}," in told
-    (told,) = problems_of(shipped, {"operation.pinion_torque_Nm": "500Nm"})
+    (told,) = told_of(shipped, {"operation.pinion_torque_Nm": "500Nm"})
     assert "quotes" not in told and "Nm" in told.partition("->")[2]
 
 
@@ -132,7 +126,7 @@ def test_plan_shows_what_effects_are_set_to(shipped):
 @pytest.mark.parametrize(("given", "meant"), [(1e-19, "looks like m2/N: give 1e-13"), (1e-3, "Archard's number")])
 def test_slips_of_the_wear_coefficients_unit_are_caught(shipped, given, meant):
     for value in (given, {"pinion": 1e-13, "gear": given}):
-        (told,) = problems_of(shipped, {"wear.coefficient_mm2_per_N": value})
+        (told,) = told_of(shipped, {"wear.coefficient_mm2_per_N": value})
         assert meant in told and "is usual" in told
 
 
@@ -145,10 +139,10 @@ def test_plan_questions_an_unusual_wear_coefficient(shipped):
 
 
 def test_usual_values_are_named_only_where_they_are_allowed(shipped):
-    for told in problems_of(shipped, {"gear_pair.module_mm": 2.0, "gear_pair.gear_teeth": 508}):
+    for told in told_of(shipped, {"gear_pair.module_mm": 2.0, "gear_pair.gear_teeth": 508}):
         if "give less" in told:
             assert "usually" not in told or "do not fit" not in told
-    told = problems_of(shipped, {"gear_pair.pressure_angle_deg": 20.0})
+    told = told_of(shipped, {"gear_pair.pressure_angle_deg": 20.0})
     (addendum,) = [line for line in told if line.startswith("gear_pair.gear_addendum_mm")]
     assert "below 5.80673 mm" in addendum
     assert "usually 1" not in addendum and "do not fit" in addendum
@@ -190,9 +184,7 @@ def test_a_default_that_does_not_fit_is_called_one(shipped):
     text = "\n".join(line for line in text.splitlines() if "pinion_addendum_mm" not in line)
     shallow = {"gear_pair.shaper_addendum_mm": 6.0}
     for scene, words in ((parse_scene(text), "left out, its default here is 6.35"), (shipped, "found 6.35")):
-        (addendum,) = [
-            line for line in problems_of(scene, shallow) if line.startswith("gear_pair.pinion_addendum_mm")
-        ]
+        (addendum,) = [line for line in told_of(scene, shallow) if line.startswith("gear_pair.pinion_addendum_mm")]
         assert words in addendum
 
 
@@ -205,7 +197,7 @@ def test_a_path_beside_the_pitch_point_is_not_called_a_contact_ratio(spur):
         for name in ("tip_diameter", "rack_addendum", "rack_tip_radius")
     }
     removed = {"gear_pair.pinion_bore_radius_mm": None, "gear_pair.gear_rim_thickness_mm": None}
-    told = problems_of(spur, shifts | cleared | removed)
+    told = told_of(spur, shifts | cleared | removed)
     assert not any("contact ratio of at most" in line for line in told)
     assert any("base pitches of the pitch point" in line for line in told)
 

@@ -9,7 +9,6 @@ import semiwear as sw
 from semiwear import collect, plot
 from semiwear.commands import _table
 from semiwear.contact.loads import SlicePressures
-from semiwear.errors import SemiwearError
 from semiwear.plan import plan
 from semiwear.report.pictures import PICTURES, draw
 from semiwear.report.sections import wear_steps
@@ -75,15 +74,6 @@ def test_missing_values_say_why_and_outlive_a_file(without_pitch, tmp_path):
     assert set(notes) == {"contact_pressure_pitch", "contact_pressure_root"}
     assert "pitch band" in notes["contact_pressure_pitch"]
     assert "missing_because" not in again["history"].contact_pressure_addendum.attrs
-
-
-def test_other_variables_may_not_be_missing():
-    tree = synthetic_tree()
-    groups = {"history": {str(n): a.values for n, a in tree["history"].data_vars.items()}}
-    groups["history"]["load_share_max"] = np.full(13, np.nan)
-    coords = {str(n): c.values for n, c in tree["history"].to_dataset().coords.items()}
-    with pytest.raises(SemiwearError, match="load_share_max: 13 of 13 values are not finite"):
-        build_tree(groups, coords, {})
 
 
 @pytest.mark.slow

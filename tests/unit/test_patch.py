@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 
-import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
@@ -110,9 +109,11 @@ def starts_of(dense: Dense, seed: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_forces_against_least_squares(seed):
+def test_forces_against_least_squares_and_the_dense_equations(seed):
     dense = two_pairs(seed)
     expected, rotation = dense.by_least_squares()
+    pressed = expected > 0.0
+    assert 0 < pressed.sum() < pressed.size
     for name, start in starts_of(dense, seed).items():
         found = dense.share(start, 1e-9)
         assert found.sharing.status is ComplementarityStatus.CONVERGED, name
@@ -121,29 +122,18 @@ def test_forces_against_least_squares(seed):
         np.testing.assert_allclose(
             dense.cells(found.sharing.pressure), expected, atol=1e-6 * expected.max(), rtol=0.0, err_msg=name
         )
-    pressed = expected > 0.0
-    assert 0 < pressed.sum() < pressed.size
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_complementarity_and_balance_of_the_dense_equations(seed):
-    dense = two_pairs(seed)
-    for name, start in starts_of(dense, seed).items():
         found = dense.share(start, 1e-7)
         assert found.sharing.status is ComplementarityStatus.CONVERGED, name
         assert (found.sharing.pressure >= 0.0).all(), name
         assert (found.sharing.pressure[~np.isfinite(dense.gap)] == 0.0).all(), name
         assert dense.levers @ found.sharing.pressure.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12), name
-        slack, pressed = (
-            dense.slack(found.sharing.pressure, found.rotation),
-            dense.cells(found.sharing.pressure) > 0.0,
-        )
+        slack, on = dense.slack(found.sharing.pressure, found.rotation), dense.cells(found.sharing.pressure) > 0.0
         shift = found.rotation * float(dense.levers.max())
         assert slack.min() >= -1e-6 * shift, name
-        assert np.abs(slack[pressed]).max() <= 1e-6 * shift, name
+        assert np.abs(slack[on]).max() <= 1e-6 * shift, name
         # what it says of itself is what the dense equations say
         approach = float((dense.lever * found.rotation - dense.cells(dense.gap)).max())
-        worst = max(np.abs(slack[pressed]).max(), -slack.min())
+        worst = max(np.abs(slack[on]).max(), -slack.min())
         assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
         assert found.balance < 1e-12, name
 
@@ -363,24 +353,6 @@ def test_refined_wear_maps_give_the_same_pressure():
 
 
 # ---------------------------------------------------------------- scene
-
-
-def test_marched_wear_needs_patches(shipped):
-    with pytest.raises(sw.SceneError) as caught:
-        shipped.replace({"numerics.fidelity": "line", "numerics.wear_mapping": "marched"})
-    text = str(caught.value)
-    assert "numerics.wear_mapping" in text
-    assert "numerics.fidelity" in text
-    assert len(caught.value.problems) == 1
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [("numerics.fidelity", "patches"), ("numerics.wear_mapping", "summed"), ("numerics.cells_per_half_width", 1)],
-)
-def test_wrong_choices_are_named(shipped, field, value):
-    with pytest.raises(sw.SceneError, match=field.replace(".", r"\.")):
-        shipped.replace({field: value})
 
 
 def test_plan_says_what_runs(shipped):

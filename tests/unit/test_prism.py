@@ -366,14 +366,6 @@ def test_no_influence_beyond_the_rack():
     assert (np.diagonal(alone.deflection[0, 2]) > np.diagonal(three.deflection[0, 2])).all()
 
 
-def test_stiffer_material_moves_less_and_bears_the_same_stress():
-    options = {"width": 80.0, "harmonics": 9, **COARSE}
-    soft = prism_section(trapezoid(), youngs_modulus=1e5, poissons_ratio=0.3, **options)
-    stiff = prism_section(trapezoid(), youngs_modulus=2e5, poissons_ratio=0.3, **options)
-    np.testing.assert_allclose(stiff.deflection, soft.deflection / 2, rtol=1e-9, atol=1e-18)
-    np.testing.assert_allclose(stiff.stress, soft.stress, rtol=1e-7, atol=1e-12)
-
-
 def test_size_does_not_matter():
     """All lengths doubled: deflection per force falls by half, stress to a quarter."""
     small = prism_section(trapezoid(), width=80.0, harmonics=9, **STEEL, **COARSE)

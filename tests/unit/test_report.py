@@ -2,12 +2,9 @@ import re
 import sys
 
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 
 from semiwear import plot
 from semiwear.errors import MissingExtraError, SemiwearError
@@ -36,12 +33,6 @@ def line_tree(wear_steps):
 @pytest.fixture(scope="module")
 def tree():
     return synthetic_tree()
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -236,31 +227,24 @@ def test_a_tree_shaped_like_the_paper_agrees(tree):
     assert all(entry.why for entry in found.values() if entry.verdict is Verdict.DISAGREE)
 
 
-@pytest.mark.parametrize(
-    ("path", "words"),
-    [
-        ("history/load_share_max", "greatest load share rises"),
-        ("history/root_stress_max", "gear's root stress rises"),
-        ("history/root_stress_max", "pinion's root stress rises"),
-        ("history/contact_pressure_root", "Contact stress at the root falls"),
-        ("history/contact_pressure_addendum", "Contact stress at the addendum falls"),
-        ("history/contact_pressure_pitch", "Contact stress at the pitch cone"),
-        ("history/transmission_error_mean", "size of the mean"),
-        ("history/transmission_error_amplitude", "amplitude of the loaded transmission error rises"),
-        ("history/transmission_error_mean", "Mean −12.83"),
-        ("history/transmission_error_amplitude", "Amplitude 4.31"),
-    ],
-)
-def test_a_reversed_history_disagrees(tree, path, words):
-    assert one(verdicts(tree), words).verdict is Verdict.AGREE
-    reversed_tree = altered(tree, path, lambda values: values[::-1].copy())
-    entry = one(verdicts(reversed_tree), words)
-    assert entry.verdict is Verdict.DISAGREE and entry.why
+REVERSED = [
+    ("history/load_share_max", "greatest load share rises"),
+    ("history/root_stress_max", "gear's root stress rises"),
+    ("history/root_stress_max", "pinion's root stress rises"),
+    ("history/contact_pressure_root", "Contact stress at the root falls"),
+    ("history/contact_pressure_addendum", "Contact stress at the addendum falls"),
+    ("history/contact_pressure_pitch", "Contact stress at the pitch cone"),
+    ("history/transmission_error_mean", "size of the mean"),
+    ("history/transmission_error_amplitude", "amplitude of the loaded transmission error rises"),
+    ("history/transmission_error_mean", "Mean −12.83"),
+    ("history/transmission_error_amplitude", "Amplitude 4.31"),
+]
 
 
 @pytest.mark.parametrize(
     ("path", "change", "words"),
     [
+        *((path, lambda v: v[::-1].copy(), words) for path, words in REVERSED),
         ("history/root_stress_max", lambda v: v[:, ::-1].copy(), "always above the gear's"),
         ("history/root_stress_max", lambda v: 1.2 * v, "Gear 130.12"),
         ("history/root_stress_max", lambda v: 0.8 * v, "Pinion 131.59"),

@@ -1,13 +1,8 @@
 import re
 
-import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 
 import semiwear as sw
 from semiwear import cli, plot
@@ -88,12 +83,6 @@ def section(path):
 def section_of(this, other):
     """The section alone, without the page around it and all its pictures."""
     return against_section(this, other, (scene_tables(this), scene_tables(other)))
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import math
 import pickle
@@ -25,9 +24,9 @@ from semiwear.scene import (
     load_scene,
     parse_scene,
     scene_from_dict,
-    shipped_scenes,
 )
-from semiwear.scene.schema import RULES, TABLES, fields_of
+from semiwear.scene.schema import RULES
+from tests.scenes import problems_of as problems_when
 
 NAME = "face_gear_25x160"
 TEXT = (resources.files("semiwear.scene") / "scenes" / f"{NAME}.toml").read_text(encoding="utf-8")
@@ -58,9 +57,9 @@ def data() -> dict[str, Any]:
     return tomllib.loads(TEXT)
 
 
-def problems_of(change: dict[str, Any], start: dict[str, Any] | None = None) -> dict[str, Problem]:
+def problems_of(change: dict[str, Any]) -> dict[str, Problem]:
     """Problems by field after writing dotted keys into the shipped scene's tables; None deletes."""
-    scene = copy.deepcopy(data() if start is None else start)
+    scene = data()
     for key, value in change.items():
         *path, name = key.split(".")
         table = scene
@@ -70,23 +69,17 @@ def problems_of(change: dict[str, Any], start: dict[str, Any] | None = None) -> 
             table.pop(name)
         else:
             table[name] = value
-    with pytest.raises(SceneError) as caught:
-        scene_from_dict(scene)
-    problems = caught.value.problems
-    by_field = {problem.field: problem for problem in problems}
-    assert len(by_field) == len(problems), f"a field is reported twice: {caught.value}"
-    return by_field
+    return problems_when(scene_from_dict, scene)
 
 
 class TestShippedScene:
-    def test_is_listed(self) -> None:
-        assert NAME in shipped_scenes()
-
     def test_holds_the_papers_data(self, shipped: Scene) -> None:
         pair = shipped.gear_pair
         assert (pair.pinion_teeth, pair.shaper_teeth, pair.gear_teeth) == (25, 28, 160)
         assert (pair.module_mm, pair.pressure_angle_deg, pair.shaft_angle_deg) == (6.35, 25.0, 90.0)
         assert (pair.gear_inner_radius_mm, pair.gear_outer_radius_mm) == (480.0, 560.0)
+        radii = (pair.pinion_pitch_radius_mm, pair.shaper_pitch_radius_mm, pair.gear_pitch_radius_mm)
+        assert radii == pytest.approx((79.375, 88.9, 508.0))
         assert shipped.reference == "seed_paper"
         assert shipped.wear is not None
         assert shipped.wear.coefficient_mm2_per_N == 1e-13
@@ -95,12 +88,6 @@ class TestShippedScene:
         assert shipped.wear.until.meshes is None
         assert shipped.wear.control_point is not None
         assert (shipped.wear.control_point.radius_mm, shipped.wear.control_point.height_mm) == (508.0, -4.0)
-
-    def test_pitch_radii(self, shipped: Scene) -> None:
-        pair = shipped.gear_pair
-        assert pair.pinion_pitch_radius_mm == pytest.approx(79.375)
-        assert pair.shaper_pitch_radius_mm == pytest.approx(88.9)
-        assert pair.gear_pitch_radius_mm == pytest.approx(508.0)
 
     def test_agrees_with_the_defaults_that_it_spells_out(self, shipped: Scene) -> None:
         assert parse_scene(REQUIRED_ONLY).gear_pair == shipped.gear_pair
@@ -152,12 +139,6 @@ class TestDefaults:
         # Whole numbers where fractions are kept must not change what is written.
         constructed = Scene(gear_pair=pair, operation=Operation(pinion_torque_Nm=1600))
         assert constructed.to_toml() == parse_scene(REQUIRED_ONLY).to_toml()
-
-    def test_every_field_has_a_rule_and_every_rule_a_field(self) -> None:
-        for table, owner in TABLES.items():
-            nested = {name.rpartition(".")[2] for name in TABLES if name and name.rpartition(".")[0] == table}
-            declared = {entry.name for entry in fields(owner) if not entry.name.startswith("_")} - nested
-            assert declared == {key.rpartition(".")[2] for key in fields_of(table)}
 
     def test_units_are_in_the_names(self) -> None:
         bare = {
@@ -276,14 +257,31 @@ WRONG_TYPE = [
 ]
 
 
+# what else is refused, and words of the way out
+WAYS_OUT = [
+    ("numerics.tooth_compliance", "tables/influence.h5", ".nc"),
+    ("numerics.tooth_compliance", "prisms", 'did you mean "prism"'),
+    ("numerics.wear_mapping", "marching", '"marched"'),
+    ("wear.worn_bodies", ["gear", "pinoin"], 'give ["pinion", "gear"]'),
+    ("wear.coefficient_mm2_per_N", {}, "pinion = ..., gear = ..."),
+    ("wear.coefficient_mm2_per_N", {"geer": 1e-13}, "not geer"),
+    ("wear.coefficient_mm2_per_N", {"gear": "1e-13"}, "without quotes"),
+    ("operation.pinion_speed_rpm", -1500, "without a sign"),
+    ("gear_pair.shaft_angle_deg", 80, "not available yet; only 90"),
+    ("operation.loaded_flank", "drvie", 'did you mean "drive"'),
+    ("wear.until.control_depths_um", [10, 5, 5], "[5.0, 10.0]"),
+]
+
+
 class TestFieldRules:
-    @pytest.mark.parametrize(("key", "value"), OUT_OF_RANGE + WRONG_TYPE)
-    def test_refused_alone_with_range_and_fix(self, key: str, value: Any) -> None:
+    @pytest.mark.parametrize(
+        ("key", "value", "fix"), [*((key, value, "") for key, value in OUT_OF_RANGE + WRONG_TYPE), *WAYS_OUT]
+    )
+    def test_refused_alone_with_range_and_fix(self, key: str, value: Any, fix: str) -> None:
         problems = problems_of({key: value})
         assert list(problems) == [key]
-        assert problems[key].allowed
-        assert problems[key].fix
         assert problems[key].value is not None
+        assert fix in problems[key].fix
 
     @pytest.mark.parametrize(
         ("key", "value"),
@@ -310,33 +308,6 @@ class TestFieldRules:
         assert scene == shipped
         assert isinstance(scene.gear_pair.pinion_teeth, int)
 
-    @pytest.mark.parametrize(
-        ("key", "value", "fix"),
-        [
-            ("numerics.fidelity", "patches", '"patch"'),
-            ("numerics.wear_mapping", "marching", '"marched"'),
-            ("numerics.wear_mapping", "marched", 'numerics.fidelity = "patch"'),
-            ("numerics.tooth_compliance", "tables/influence.h5", ".nc"),
-            ("numerics.tooth_compliance", "prisms", 'did you mean "prism"'),
-            ("wear.worn_bodies", [], "remove [wear]"),
-            ("wear.worn_bodies", ["gear", "pinoin"], 'give ["pinion", "gear"]'),
-            ("wear.worn_bodies", ["gear", "gear"], 'give ["gear"]'),
-            ("wear.worn_bodies", ["wheel"], 'give ["gear"]'),
-            ("wear.coefficient_mm2_per_N", {}, "pinion = ..., gear = ..."),
-            ("wear.coefficient_mm2_per_N", {"geer": 1e-13}, "not geer"),
-            ("wear.coefficient_mm2_per_N", {"gear": "1e-13"}, "without quotes"),
-            ("wear.coefficient_mm2_per_N", {"pinion": 1e-13}, "add gear = 1e-13"),
-            ("operation.pinion_speed_rpm", -1500, "without a sign"),
-            ("gear_pair.shaft_angle_deg", 80, "not available yet; only 90"),
-            ("operation.loaded_flank", "drvie", 'did you mean "drive"'),
-            ("operation.pinion_torque_Nm", -5, "coast"),
-            ("wear.until.control_depths_um", [10, 5, 5], "[5.0, 10.0]"),
-            ("gear_pair.module_mm", "6.35", "without quotes"),
-        ],
-    )
-    def test_fix_says_what_to_do(self, key: str, value: Any, fix: str) -> None:
-        assert fix in problems_of({key: value})[key].fix
-
     def test_missing_required_fields_are_all_named(self) -> None:
         with pytest.raises(SceneError) as caught:
             parse_scene("")
@@ -348,31 +319,125 @@ class TestFieldRules:
         assert all("needed by [" in problem.fix for problem in caught.value.problems)
 
 
-class TestAllAtOnce:
-    def test_every_kind_of_problem_in_one_error(self) -> None:
-        problems = problems_of(
-            {
-                "gear_pair.module_mm": None,
-                "gear_pair.shaper_teeth": 25,
-                "gear_pair.pressure_angle_deg": math.nan,
-                "operation.pinion_torque_Nm": "1600",
-                "material.gear.poissons_ratio": 0.7,
-                "wear.until.meshes": 1e9,
-                "numerics.harmnics": 12,
-                "effects.frictoin": {},
-            }
-        )
-        assert set(problems) == {
-            "gear_pair.module_mm",
-            "gear_pair.shaper_teeth",
-            "gear_pair.pressure_angle_deg",
-            "operation.pinion_torque_Nm",
-            "material.gear.poissons_ratio",
-            "wear.until",
-            "numerics.harmnics",
-            "effects.frictoin",
-        }
-        assert problems["gear_pair.module_mm"].value is None
+INNER, OUTER = "gear_pair.gear_inner_radius_mm", "gear_pair.gear_outer_radius_mm"
+# every problem of a change, and words of what is allowed or of the way out
+TOGETHER: dict[str, tuple[dict[str, Any], dict[str, str]]] = {
+    "every kind at once": (
+        {
+            "gear_pair.module_mm": None,
+            "gear_pair.shaper_teeth": 25,
+            "gear_pair.pressure_angle_deg": math.nan,
+            "operation.pinion_torque_Nm": "1600",
+            "material.gear.poissons_ratio": 0.7,
+            "wear.until.meshes": 1e9,
+            "numerics.harmnics": 12,
+            "effects.frictoin": {},
+        },
+        dict.fromkeys(
+            [
+                "gear_pair.module_mm",
+                "gear_pair.shaper_teeth",
+                "gear_pair.pressure_angle_deg",
+                "operation.pinion_torque_Nm",
+                "material.gear.poissons_ratio",
+                "wear.until",
+                "numerics.harmnics",
+                "effects.frictoin",
+            ],
+            "",
+        ),
+    ),
+    # names
+    "a misspelled field that is needed": (
+        {"gear_pair.module_mm": None, "gear_pair.modul_mm": 6.35},
+        {"gear_pair.modul_mm": "did you mean module_mm? It is missing"},
+    ),
+    "the value of a misspelled field": (
+        {"gear_pair.module_mm": None, "gear_pair.modul_mm": -6.35},
+        {"gear_pair.modul_mm": "module_mm", "gear_pair.module_mm": "greater than 0"},
+    ),
+    "a misspelled field that is not needed": (
+        {"numerics.max_iteration": 5},
+        {"numerics.max_iteration": "did you mean max_iterations?"},
+    ),
+    "a misspelled table and a field in it": (
+        {"gear_pair": None, "gear_pear": data()["gear_pair"] | {"module_mm": 0}},
+        {"gear_pear": "did you mean gear_pair?", "gear_pair.module_mm": ""},
+    ),
+    "a field in another table": (
+        {"operation.pinion_torque_Nm": None, "gear_pair.pinion_torque_Nm": 1600},
+        {"gear_pair.pinion_torque_Nm": "operation.pinion_torque_Nm"},
+    ),
+    "a name unlike any": ({"operation.zzz": 1}, {"operation.zzz": "pinion_torque_Nm, loaded_flank"}),
+    "an empty name": ({"": 1}, {'""': ""}),
+    # fields that do not fit one another
+    "radii like diameters": (
+        {INNER: 960.0, OUTER: 1120.0},
+        dict.fromkeys([INNER, OUTER], "look like diameters: the pitch radius is 508 mm; give 480 and 560"),
+    ),
+    "halved radii": (
+        {INNER: 240.0, OUTER: 280.0},
+        dict.fromkeys([INNER, OUTER], "the pitch radius is 508 mm; give 480 and 560"),
+    ),
+    "a pitch radius outside": ({"gear_pair.gear_teeth": 145}, {INNER: "the pitch radius is 460.375 mm"}),
+    "swapped radii": ({INNER: 560, OUTER: 480}, {OUTER: "swap them: 480 and 560"}),
+    "a shaper as small as the pinion": ({"gear_pair.shaper_teeth": 25}, {"gear_pair.shaper_teeth": "26 to 28"}),
+    "a smaller shaper": ({"gear_pair.shaper_teeth": 24}, {"gear_pair.shaper_teeth": "26 to 28"}),
+    "a crest rounder than round": ({"gear_pair.rack_tip_radius_mm": 2.019}, {"gear_pair.rack_tip_radius_mm": "2.01"}),
+    "a bore at the root": (
+        {"gear_pair.pinion_bore_radius_mm": 71.4375},
+        {"gear_pair.pinion_bore_radius_mm": "71.4375"},
+    ),
+    "a control point where a narrow pinion does not reach": (
+        {"gear_pair.pinion_face_width_mm": 30, "wear.control_point.radius_mm": 490},
+        {"wear.control_point.radius_mm": ""},
+    ),
+    "two ends of the run": ({"wear.until.meshes": 1e9}, {"wear.until": ""}),
+    "no end of the run": ({"wear.until.control_depths_um": None}, {"wear.until": "needed by [wear]"}),
+    "no table of the end": ({"wear.until": None}, {"wear.until": "needed by [wear]"}),
+    "depths without a control point": (
+        {"wear.control_point": None},
+        {"wear.control_point": "needed by [wear.until] control_depths_um"},
+    ),
+    "half a control point": ({"wear.control_point.height_mm": None}, {"wear.control_point.height_mm": ""}),
+    "wear without a coefficient": ({"wear.coefficient_mm2_per_N": None}, {"wear.coefficient_mm2_per_N": ""}),
+    "a control point on the body that does not wear": (
+        {"wear.worn_bodies": ["pinion"], "wear.control_point.body": "gear"},
+        {"wear.control_point.body": 'one of wear.worn_bodies: "pinion" add "gear"'},
+    ),
+    "so it is in a run until meshes": (
+        {
+            "wear.worn_bodies": ["pinion"],
+            "wear.control_point.body": "gear",
+            "wear.until.control_depths_um": None,
+            "wear.until.meshes": 1e9,
+        },
+        {"wear.control_point.body": 'one of wear.worn_bodies: "pinion" add "gear"'},
+    ),
+    "marched wear of both bodies": (
+        {
+            "numerics.fidelity": "patch",
+            "numerics.wear_mapping": "marched",
+            "wear.worn_bodies": ["pinion", "gear"],
+        },
+        {"numerics.wear_mapping": "wear.worn_bodies"},
+    ),
+}
+
+
+class TestTogether:
+    @pytest.mark.parametrize("name", TOGETHER)
+    def test_all_problems_are_told_at_once_and_no_other(self, name: str) -> None:
+        change, expected = TOGETHER[name]
+        problems = problems_of(change)
+        assert set(problems) == set(expected)
+        for field, words in expected.items():
+            assert words in f"{problems[field].allowed} {problems[field].fix}"
+
+    def test_the_value_of_a_misspelled_field_is_told_and_a_missing_one_has_none(self) -> None:
+        misspelled, missing = TOGETHER["the value of a misspelled field"][0], {"gear_pair.module_mm": None}
+        assert problems_of(misspelled)["gear_pair.module_mm"].value == -6.35
+        assert problems_of(missing)["gear_pair.module_mm"].value is None
 
     def test_message_names_scene_field_value_range_and_fix(self) -> None:
         with pytest.raises(SceneError, match="my scene: 1 problem") as caught:
@@ -380,161 +445,59 @@ class TestAllAtOnce:
         message = str(caught.value)
         assert "operation.pinion_torque_Nm: found -7; allowed: greater than 0 N m -> " in message
 
-
-class TestNames:
-    def test_misspelled_required_field_is_one_problem(self) -> None:
-        problems = problems_of({"gear_pair.module_mm": None, "gear_pair.modul_mm": 6.35})
-        assert list(problems) == ["gear_pair.modul_mm"]
-        assert "did you mean module_mm? It is missing" in problems["gear_pair.modul_mm"].fix
-
-    def test_value_of_a_misspelled_field_is_tested_too(self) -> None:
-        problems = problems_of({"gear_pair.module_mm": None, "gear_pair.modul_mm": -6.35})
-        assert set(problems) == {"gear_pair.modul_mm", "gear_pair.module_mm"}
-        assert problems["gear_pair.module_mm"].value == -6.35
-
-    def test_misspelled_optional_field(self) -> None:
-        problems = problems_of({"numerics.max_iteration": 5})
-        assert "did you mean max_iterations?" in problems["numerics.max_iteration"].fix
-
-    def test_misspelled_table_does_not_hide_its_fields(self) -> None:
-        start = data()
-        start["gear_pear"] = start.pop("gear_pair")
-        start["gear_pear"]["module_mm"] = 0
-        problems = problems_of({}, start)
-        assert set(problems) == {"gear_pear", "gear_pair.module_mm"}
-        assert "did you mean gear_pair?" in problems["gear_pear"].fix
-
-    def test_field_in_the_wrong_table(self) -> None:
-        problems = problems_of({"operation.pinion_torque_Nm": None, "gear_pair.pinion_torque_Nm": 1600})
-        assert list(problems) == ["gear_pair.pinion_torque_Nm"]
-        assert "operation.pinion_torque_Nm" in problems["gear_pair.pinion_torque_Nm"].fix
+    def test_quoted_dotted_name_is_no_path(self) -> None:
+        with pytest.raises(SceneError):
+            scene_from_dict(data() | {"operation.pinion_torque_Nm": 1.0})
 
     def test_diameter_instead_of_radius_is_recognised_under_its_own_name(self) -> None:
-        change = {
-            "gear_pair.gear_inner_radius_mm": None,
-            "gear_pair.gear_inner_diameter_mm": 480,
-        }
-        fix = problems_of(change)["gear_pair.gear_inner_diameter_mm"].fix
-        assert "gear_inner_radius_mm" in fix
-
-    def test_unlike_name_lists_the_names_there(self) -> None:
-        problem = problems_of({"operation.zzz": 1})["operation.zzz"]
-        assert "pinion_torque_Nm, loaded_flank" in problem.allowed
-
-    def test_quoted_dotted_name_is_no_path(self) -> None:
-        start = data()
-        start["operation.pinion_torque_Nm"] = 1.0
-        with pytest.raises(SceneError):
-            scene_from_dict(start)
-
-    def test_empty_name_is_shown_quoted(self) -> None:
-        assert list(problems_of({"": 1})) == ['""']
-
-
-class TestAcrossFields:
-    @pytest.mark.parametrize("factor", [2.0, 0.5])
-    def test_radii_given_as_diameters_or_halved(self, factor: float) -> None:
-        inner, outer = "gear_pair.gear_inner_radius_mm", "gear_pair.gear_outer_radius_mm"
-        problems = problems_of({inner: 480 * factor, outer: 560 * factor})
-        assert set(problems) == {inner, outer}
-        for problem in problems.values():
-            assert "the pitch radius is 508 mm; give 480 and 560" in problem.fix
-            assert ("look like diameters" in problem.fix) == (factor == 2.0)
-
-    def test_pitch_radius_outside_for_another_reason(self) -> None:
-        problems = problems_of({"gear_pair.gear_teeth": 145})
-        assert list(problems) == ["gear_pair.gear_inner_radius_mm"]
-        assert "the pitch radius is 460.375 mm" in problems["gear_pair.gear_inner_radius_mm"].fix
-
-    def test_radii_swapped(self) -> None:
-        key = "gear_pair.gear_outer_radius_mm"
-        problems = problems_of({"gear_pair.gear_inner_radius_mm": 560, key: 480})
-        assert list(problems) == [key]
-        assert "swap them: 480 and 560" in problems[key].fix
-
-    @pytest.mark.parametrize("shaper_teeth", [25, 24])
-    def test_shaper_needs_more_teeth_than_the_pinion(self, shaper_teeth: int) -> None:
-        problems = problems_of({"gear_pair.shaper_teeth": shaper_teeth})
-        assert list(problems) == ["gear_pair.shaper_teeth"]
-        assert "26 to 28" in problems["gear_pair.shaper_teeth"].fix
-
-    def test_rack_crest_fully_round(self, shipped: Scene) -> None:
-        # 2.0181 mm: the fully round crest at 1.25 m and 25 degrees.
-        key = "gear_pair.rack_tip_radius_mm"
-        assert shipped.replace({key: 2.018}).gear_pair.rack_tip_radius_mm == 2.018
-        assert "2.01" in problems_of({key: 2.019})[key].allowed
-
-    def test_rack_crest_of_the_standard_basic_rack(self) -> None:
-        # At 20 degrees and 1.25 m the crest of module 1 is fully round at 0.4719.
-        key = "gear_pair.rack_tip_radius_mm"
-        allowed = problems_of({"gear_pair.pressure_angle_deg": 20, key: 9})[key].allowed
-        greatest = float(allowed.removeprefix("0 to ").removesuffix(" mm"))
-        assert greatest / 6.35 == pytest.approx(0.4719, abs=1e-4)
-
-    def test_rack_flanks_cross(self) -> None:
-        crossed = problems_of({"gear_pair.rack_addendum_mm": 11})["gear_pair.rack_addendum_mm"]
-        assert "cross" in crossed.fix
-        # half the tooth thickness of the rack, pi m/4, over tan(25 deg)
-        assert float(crossed.allowed.removeprefix("up to ").removesuffix(" mm")) == pytest.approx(10.6953, abs=1e-3)
-
-    def test_bore_below_the_root(self, shipped: Scene) -> None:
-        key = "gear_pair.pinion_bore_radius_mm"
-        assert shipped.replace({key: 71.4}).gear_pair.pinion_bore_radius_mm == 71.4
-        assert "71.4375" in problems_of({key: 71.4375})[key].allowed
-
-    @pytest.mark.parametrize("centre", [460.0, 470 - 2.01, 550.0])
-    def test_pinion_covers_the_pitch_radius(self, centre: float) -> None:
-        problems = problems_of({"gear_pair.pinion_centre_mm": centre})
-        assert "520" in problems["gear_pair.pinion_centre_mm"].fix
+        change = {INNER: None, "gear_pair.gear_inner_diameter_mm": 480}
+        assert "gear_inner_radius_mm" in problems_of(change)["gear_pair.gear_inner_diameter_mm"].fix
 
     @pytest.mark.parametrize(
-        ("key", "value"),
+        ("change", "key", "limit"),
         [
-            ("gear_pair.pinion_addendum_mm", 7.9375),
-            ("gear_pair.gear_addendum_mm", 7.9375),
-            ("gear_pair.pinion_tip_edge_radius_mm", 6.35),
-            ("gear_pair.gear_tip_edge_radius_mm", 6.35),
-            ("gear_pair.pinion_end_edge_radius_mm", 40),
-            ("gear_pair.gear_end_edge_radius_mm", 40),
-            ("wear.control_point.radius_mm", 479.9),
-            ("wear.control_point.radius_mm", 560.1),
-            ("wear.control_point.height_mm", -7.94),
-            ("wear.control_point.height_mm", 6.36),
+            # At 20 degrees and 1.25 m the crest of module 1 is fully round at 0.4719.
+            ({"gear_pair.pressure_angle_deg": 20}, "gear_pair.rack_tip_radius_mm", 0.4719 * 6.35),
+            # half the tooth thickness of the rack, pi m/4, over tan(25 deg)
+            ({}, "gear_pair.rack_addendum_mm", 10.6953),
         ],
     )
-    def test_limit_set_by_other_fields(self, shipped: Scene, key: str, value: float) -> None:
+    def test_limits_of_the_rack(self, change: dict[str, Any], key: str, limit: float) -> None:
+        problem = problems_of(change | {key: 11})[key]
+        assert float(problem.allowed.split("to ")[1].removesuffix(" mm")) == pytest.approx(limit, abs=1e-3)
+        assert "cross" in problem.fix or "addendum" not in key
+
+    @pytest.mark.parametrize(
+        ("key", "value", "within"),
+        [
+            ("gear_pair.rack_tip_radius_mm", 2.019, 2.018),  # 2.0181 mm: fully round at 1.25 m and 25 degrees
+            ("gear_pair.pinion_bore_radius_mm", 71.4375, 71.4),
+            ("gear_pair.pinion_addendum_mm", 7.9375, 7.85),
+            ("gear_pair.gear_addendum_mm", 7.9375, 7.85),
+            ("gear_pair.pinion_tip_edge_radius_mm", 6.35, 6.28),
+            ("gear_pair.gear_tip_edge_radius_mm", 6.35, 6.28),
+            ("gear_pair.pinion_end_edge_radius_mm", 40, 39.6),
+            ("gear_pair.gear_end_edge_radius_mm", 40, 39.6),
+            ("wear.control_point.radius_mm", 479.9, 508.0),
+            ("wear.control_point.radius_mm", 560.1, 508.0),
+            ("wear.control_point.height_mm", -7.94, -3.0),
+            ("wear.control_point.height_mm", 6.36, -3.0),
+        ],
+    )
+    def test_limit_set_by_other_fields(self, shipped: Scene, key: str, value: float, within: float) -> None:
         assert list(problems_of({key: value})) == [key]
-        within = {"radius_mm": 508.0, "height_mm": -3.0}.get(key.rpartition(".")[2], 0.99 * value)
         shipped.replace({key: within})
 
-    def test_control_point_where_a_narrow_pinion_does_not_reach(self) -> None:
-        change = {"gear_pair.pinion_face_width_mm": 30, "wear.control_point.radius_mm": 490}
-        assert list(problems_of(change)) == ["wear.control_point.radius_mm"]
-
-    def test_end_of_the_run_both_ways(self) -> None:
-        assert list(problems_of({"wear.until.meshes": 1e9})) == ["wear.until"]
-
-    @pytest.mark.parametrize("change", [{"wear.until.control_depths_um": None}, {"wear.until": None}])
-    def test_end_of_the_run_missing(self, change: dict[str, Any]) -> None:
-        problems = problems_of(change)
-        assert list(problems) == ["wear.until"]
-        assert "needed by [wear]" in problems["wear.until"].fix
-
-    def test_depths_need_the_control_point(self) -> None:
-        problems = problems_of({"wear.control_point": None})
-        assert list(problems) == ["wear.control_point"]
-        assert "needed by [wear.until] control_depths_um" in problems["wear.control_point"].fix
+    @pytest.mark.parametrize("centre", [460.0, 470 - 2.01, 550.0, 700.0])
+    def test_pinion_covers_the_pitch_radius(self, centre: float) -> None:
+        problem = problems_of({"gear_pair.pinion_centre_mm": centre})["gear_pair.pinion_centre_mm"]
+        assert problem.allowed == "468 to 548 mm: the pinion's face must cover the pitch radius"
+        assert problem.fix == "give 520, the middle of the gear's face"
 
     def test_meshes_do_without_the_control_point(self, shipped: Scene) -> None:
         scene = shipped.replace({"wear.until.meshes": 1e9, "wear.control_point": None})
         assert scene.wear is not None
         assert scene.wear.control_point is None
-
-    def test_half_a_control_point(self) -> None:
-        assert list(problems_of({"wear.control_point.height_mm": None})) == ["wear.control_point.height_mm"]
-
-    def test_wear_without_coefficient(self) -> None:
-        assert list(problems_of({"wear.coefficient_mm2_per_N": None})) == ["wear.coefficient_mm2_per_N"]
 
 
 class TestWornBodies:
@@ -581,20 +544,6 @@ class TestWornBodies:
             "[wear.until]", "[wear.coefficient_mm2_per_N]\ngear = 1e-13\n[wear.until]"
         )
         assert parse_scene(text) == shipped.replace({"wear.coefficient_mm2_per_N": {"gear": 1e-13}})
-
-    @pytest.mark.parametrize("change", [{}, {"wear.until.control_depths_um": None, "wear.until.meshes": 1e9}])
-    def test_control_point_is_of_a_worn_body(self, change: dict[str, Any]) -> None:
-        problems = problems_of({"wear.worn_bodies": ["pinion"], "wear.control_point.body": "gear", **change})
-        assert list(problems) == ["wear.control_point.body"]
-        assert problems["wear.control_point.body"].allowed == 'one of wear.worn_bodies: "pinion"'
-        assert 'add "gear"' in problems["wear.control_point.body"].fix
-
-    def test_marched_wear_is_of_the_gear(self, shipped: Scene) -> None:
-        marched = {"numerics.fidelity": "patch", "numerics.wear_mapping": "marched"}
-        assert shipped.replace(marched).numerics.wear_mapping == "marched"
-        problems = problems_of({**marched, "wear.worn_bodies": ["pinion", "gear"]})
-        assert list(problems) == ["numerics.wear_mapping"]
-        assert "wear.worn_bodies" in problems["numerics.wear_mapping"].fix
 
 
 class TestChecker:
@@ -651,12 +600,6 @@ class TestChecker:
 
 
 class TestFiles:
-    def test_round_trip(self, shipped: Scene) -> None:
-        again = parse_scene(shipped.to_toml())
-        assert again == shipped
-        assert again.to_toml() == shipped.to_toml()
-        assert again.sha256 == shipped.sha256
-
     def test_round_trip_of_the_least_scene(self) -> None:
         scene = parse_scene(REQUIRED_ONLY)
         assert parse_scene(scene.to_toml()) == scene
@@ -718,15 +661,6 @@ class TestFiles:
 
 
 class TestReplace:
-    def test_gives_a_new_scene(self, shipped: Scene) -> None:
-        changed = shipped.replace({"operation.pinion_torque_Nm": 800.0})
-        assert changed.operation.pinion_torque_Nm == 800.0
-        assert shipped.operation.pinion_torque_Nm == 1600.0
-        assert changed.gear_pair == shipped.gear_pair
-
-    def test_nothing_changed_is_equal(self, shipped: Scene) -> None:
-        assert shipped.replace({}) == shipped
-
     def test_is_checked(self, shipped: Scene) -> None:
         with pytest.raises(SceneError) as caught:
             shipped.replace({"operation.pinion_torque_Nm": -1, "gear_pair.shaper_teeth": 20})
@@ -782,17 +716,6 @@ class TestReplace:
         back = changed.replace({"gear_pair.rack_tip_radius_mm": None, "numerics.harmonics": None})
         assert back == shipped
 
-    def test_none_on_a_required_field_is_a_problem(self, shipped: Scene) -> None:
-        with pytest.raises(SceneError, match=r"gear_pair\.module_mm: missing"):
-            shipped.replace({"gear_pair.module_mm": None})
-
-    def test_tables_can_be_removed_and_set(self, shipped: Scene) -> None:
-        loaded_contact = shipped.replace({"wear": None})
-        assert loaded_contact.wear is None
-        worn = loaded_contact.replace({"wear.coefficient_mm2_per_N": 1e-13, "wear.until": {"meshes": 1e9}})
-        assert worn.wear is not None
-        assert worn.wear.until.meshes == 1e9
-
     def test_callers_table_is_not_changed(self, shipped: Scene) -> None:
         until = {"meshes": 1e9}
         shipped.replace({"wear.until": until, "wear.until.control_depths_um": [5]})
@@ -843,11 +766,6 @@ class TestImmutability:
             with pytest.raises(FrozenInstanceError):
                 setattr(owner, name, 1)
 
-    def test_equal_scenes_have_equal_hashes(self, shipped: Scene) -> None:
-        again = load_scene(NAME)
-        assert again is not shipped
-        assert {again, shipped} == {shipped}
-
     def test_lists_become_tuples(self, shipped: Scene) -> None:
         assert shipped.wear is not None
         assert isinstance(shipped.wear.until.control_depths_um, tuple)
@@ -883,14 +801,10 @@ class TestPlacement:
         assert isinstance(Placement(offset_mm=1).offset_mm, float)
 
 
-# ---------------------------------------------------------------------- hints with numbers
-
-
 @pytest.mark.parametrize(
     ("inner", "outer", "words"),
     [
         # the pitch radius is 508 mm; as diameters and as halved radii the face just holds it, or just does not
-        (960.0, 1120.0, "these look like diameters: the pitch radius is 508 mm; give 480 and 560"),
         (960.0, 1018.0, "these look like diameters: the pitch radius is 508 mm; give 480 and 509"),
         (960.0, 1014.0, "correct the radii, the module or the teeth"),
         (1014.0, 1120.0, "give 507 and 560"),
@@ -910,11 +824,3 @@ def test_radii_of_another_size_are_recognised(inner, outer, words):
         load_scene(NAME).replace({"gear_pair.gear_inner_radius_mm": inner, "gear_pair.gear_outer_radius_mm": outer})
     fixes = [problem.fix for problem in caught.value.problems if "radius_mm" in problem.field]
     assert fixes and all(words in fix for fix in fixes), fixes
-
-
-def test_a_pinion_aside_is_told_where_it_may_be():
-    with pytest.raises(SceneError) as caught:
-        load_scene(NAME).replace({"gear_pair.pinion_centre_mm": 700.0})
-    (problem,) = [one for one in caught.value.problems if one.field == "gear_pair.pinion_centre_mm"]
-    assert problem.allowed == "468 to 548 mm: the pinion's face must cover the pitch radius"
-    assert problem.fix == "give 520, the middle of the gear's face"

@@ -10,7 +10,7 @@ from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
 from semiwear.wear.step_count import steps_of_life
-from tests.scenes import TINY
+from tests.scenes import TINY, Heard
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +26,6 @@ def only(monkeypatch):
         monkeypatch.setattr(importlib.import_module("semiwear.screen"), "EFFECTS", {n: EFFECTS[n] for n in names})
 
     return chosen
-
-
-class Heard:
-    def __init__(self):
-        self.steps = []
-
-    def step(self, done, total, text):
-        self.steps.append((done, total, text))
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +46,6 @@ def rows(screening):
 def test_every_effect_has_a_row(screening):
     assert [row.effect for row in screening.rows] == list(EFFECTS)
     assert not any(row.present for row in screening.rows)
-
-
-def test_the_scene_stays_as_it_is(screening, tiny):
-    assert screening.scene == tiny
-    assert not list(screening.scene.effects.present())
 
 
 def test_what_only_tells_changes_nothing(rows):

@@ -39,6 +39,13 @@ def scene() -> sw.Scene:
     return sw.load_scene("face_gear_25x160").replace(SMALL)
 
 
+@pytest.fixture(scope="module")
+def alone(scene: sw.Scene) -> xr.DataTree:
+    """As in a new process."""
+    forget()
+    return loaded(scene)
+
+
 @pytest.mark.parametrize(
     "before",
     [
@@ -49,10 +56,8 @@ def scene() -> sw.Scene:
         {"material.gear.youngs_modulus_MPa": 110e3},
     ],
 )
-def test_a_run_is_the_same_whatever_ran_before(scene: sw.Scene, before: dict[str, float]) -> None:
+def test_a_run_is_the_same_whatever_ran_before(scene: sw.Scene, alone: xr.DataTree, before: dict[str, float]) -> None:
     """Of other torques, which ask for other slices, and of other geometry and material."""
-    forget()
-    alone = loaded(scene)
     forget()
     loaded(scene.replace(before))
     assert same(loaded(scene), alone)

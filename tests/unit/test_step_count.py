@@ -1,37 +1,24 @@
-"""Automatic wear steps follow the wear of whichever body wears."""
+"""Wear steps: counted by the wear of whichever body wears most, or found to a depth of the control point."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 
 import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.step_count import LEAST_STEPS, MOST_STEPS, steps_for_depth
-
-
-class Texts:
-    """A progress that keeps what it hears."""
-
-    def __init__(self):
-        self.heard = []
-
-    def step(self, done, total, text):
-        self.heard.append((done, total, text))
+from semiwear.wear.stepping import WearStepper
+from tests.scenes import TINY, Heard
 
 
 def worn(**changes):
-    progress = Texts()
+    progress = Heard()
     scene = sw.load_scene("spur_fzg_c").replace(
-        {
-            "numerics.face_slices": 7,
-            "numerics.roll_positions": 8,
-            "numerics.profile_points": 41,
-            "numerics.harmonics": 3,
-            "wear.until.meshes": 5e8,
-        }
-        | changes
+        TINY | {"numerics.face_slices": 7, "numerics.profile_points": 41, "wear.until.meshes": 5e8} | changes
     )
-    return sw.simulate(scene, progress=progress), progress.heard
+    return sw.simulate(scene, progress=progress), progress.steps
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +53,33 @@ def test_few_and_many_steps_are_bounded():
     assert steps_for_depth(0.0, 10.0) == LEAST_STEPS
     assert steps_for_depth(1.0, 10.0) == MOST_STEPS
     assert steps_for_depth(0.02, 10.0) == steps_for_depth(0.2, 100.0)
+
+
+DEPTHS = [4.0, 8.0]  # um
+FOUR_DEPTHS = TINY | {"wear.until.control_depths_um": DEPTHS}
+
+
+def worn_in_jumps(monkeypatch, size):
+    """Let depths at the control point jump by `size` [mm], as they do when a slice comes into contact."""
+    depth_at = WearStepper.depth_at
+
+    def jumping(self, point, wear):
+        depth = depth_at(self, point, wear)
+        return size * (math.floor(depth / size) + 0.5) if depth > 0.0 else 0.0
+
+    monkeypatch.setattr(WearStepper, "depth_at", jumping)
+
+
+@pytest.mark.slow
+def test_a_depth_that_jumps_a_little_over_the_one_asked_for_is_met(shipped, monkeypatch):
+    smooth = sw.simulate(shipped.replace(FOUR_DEPTHS))["history"].to_dataset()
+    worn_in_jumps(monkeypatch, 2e-4 * 4e-3)
+    jumping = sw.simulate(shipped.replace(FOUR_DEPTHS))["history"].to_dataset()
+    assert jumping.meshes.values == pytest.approx(smooth.meshes.values, rel=1e-3)
+    assert jumping.wear_depth_control_point.values[1:] == pytest.approx(DEPTHS, rel=3e-4)
+
+
+def test_one_that_jumps_far_over_it_is_not(shipped, monkeypatch):
+    worn_in_jumps(monkeypatch, 4e-4)
+    with pytest.raises(sw.ConvergenceError, match="no number of meshes wears the control point"):
+        sw.simulate(shipped.replace(FOUR_DEPTHS))

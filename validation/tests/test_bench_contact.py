@@ -14,7 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-VALIDATION = Path(__file__).parents[2] / "validation"
+VALIDATION = Path(__file__).parents[1]
 MODULES = {"tamaas": "tamaas", "ContactMechanics": "ContactMechanics", "aspher": "aspher"}
 
 
