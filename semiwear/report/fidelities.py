@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from html import escape
 
@@ -17,8 +17,9 @@ from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, 
 from semiwear.report.markup import code_marked, element, figure_text, table
 from semiwear.report.pictures import figure_uri
 from semiwear.report.reasons import reason
-from semiwear.results.wearing import pitch_name, worn_bodies
-from semiwear.untyped import Value
+from semiwear.results.wearing import pitch_name, scene_tables, worn_bodies
+from semiwear.scene.toml_io import flat
+from semiwear.untyped import Table
 
 __all__ = ["against_section", "heading"]
 
@@ -41,17 +42,13 @@ def heading(against: xr.DataTree) -> str:
     return f"Against fidelity “{fidelity(against)}”"
 
 
-def against_section(
-    tree: xr.DataTree, against: xr.DataTree, scenes: tuple[Mapping[str, Value], Mapping[str, Value]]
-) -> str:
+def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
     """Tables, reasons and pictures of how two results differ.
 
     Parameters
     ----------
     tree, against : DataTree
         Results on the same flank grid.
-    scenes : two mappings
-        Tables of their scenes.
 
     Returns
     -------
@@ -64,6 +61,7 @@ def against_section(
         If the results lie on different flank grids; the message says in what they differ and what to do.
     """
     results = TwoResults.of(tree, against)
+    scenes = scene_tables(tree), scene_tables(against)
     rows = differences(results)
     differing = _differing(scenes) if all(scenes) else None
     alike = differing is not None and set(differing) <= _OF_FIDELITY
@@ -95,9 +93,9 @@ def _states(results: TwoResults) -> str:
     return f"<p>{text}</p>"
 
 
-def _differing(scenes: tuple[Mapping[str, Value], Mapping[str, Value]]) -> dict[str, tuple[str, str]]:
+def _differing(scenes: tuple[Table, Table]) -> dict[str, tuple[str, str]]:
     """Fields in which two scenes differ, with both values."""
-    first, second = (dict(_fields(scene)) for scene in scenes)
+    first, second = (dict(flat(scene)) for scene in scenes)
     return {
         name: (str(first.get(name, _DEFAULT)), str(second.get(name, _DEFAULT)))
         for name in dict.fromkeys((*first, *second))
@@ -116,14 +114,6 @@ def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None
     listed = [(name, *values) for name, values in differing.items()]
     note = "<p>The scenes differ in the fields below, each of which can be a cause of what follows.</p>"
     return note + table("Fields in which the scenes differ", ("field", *map(escape, results.names)), listed)
-
-
-def _fields(scene: Mapping[str, Value], prefix: str = "") -> Iterator[tuple[str, Value]]:
-    for key, value in scene.items():
-        if isinstance(value, Mapping):
-            yield from _fields(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _summary(rows: Sequence[Difference]) -> str:

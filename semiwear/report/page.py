@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
-import uuid
 from collections import Counter
 from html import escape
 from importlib import resources
@@ -21,7 +19,8 @@ from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import element
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
-from semiwear.targets import PAGES, file_target, naming
+from semiwear.results.wearing import scene_tables
+from semiwear.targets import PAGES, file_target, replacing
 from semiwear.untyped import Table
 
 __all__ = ["write_report"]
@@ -67,23 +66,17 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     if not target.parent.is_dir():
         raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
     page = _page(tree, against)
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        with naming(target):
-            temporary.write_text(page, encoding="utf-8")
-            os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(target) as temporary:
+        temporary.write_text(page, encoding="utf-8")
     return Path(path)
 
 
 def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     attrs = {str(name): str(value) for name, value in tree.attrs.items()}
-    scene = _scene(attrs.get("scene_toml", ""))
+    scene = scene_tables(tree)
     other = ""
     if against is not None:
-        scenes = scene, _scene(str(against.attrs.get("scene_toml", "")))
-        other = _section(heading(against), against_section(tree, against, scenes))
+        other = _section(heading(against), against_section(tree, against))
     comparison = _comparison_of(tree, scene)
     drawn = draw_all(tree)
     title = escape(attrs.get("title", "Gear tooth wear"))
@@ -115,14 +108,6 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
 
 def _section(heading: str, content: str) -> str:
     return f"<section><h2>{escape(heading)}</h2>{content}</section>\n" if content else ""
-
-
-def _scene(scene_toml: str) -> Table:
-    """Tables of the scene; empty where its text is no TOML, which the page then shows as it is."""
-    try:
-        return tomllib.loads(scene_toml)
-    except tomllib.TOMLDecodeError:
-        return {}
 
 
 def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
