@@ -10,6 +10,7 @@ import textwrap
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -27,7 +28,7 @@ from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
-from semiwear.untyped import Table, Value
+from semiwear.untyped import Table
 from semiwear.wear.mapping import Worn
 
 __all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
@@ -277,14 +278,6 @@ def _relative(value: float, before: float) -> float:
     return value / before - 1.0 if before != 0.0 else float(np.inf)
 
 
-def _needs(key: str, own: Mapping[str, Value]) -> list[str]:
-    """Keys that an effect with these fields needs; a field that is not there has its default."""
-    kind = EFFECTS[key]
-    values = {field.name: field.default for field in fields(kind)} | dict(own)  # type: ignore[arg-type]
-    further = [need for (field, value), needs in kind.needs_if.items() if values[field] == value for need in needs]
-    return [*kind.needs, *further]
-
-
 def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
     """Changes that add an effect and what it needs, and what is to be said of them."""
     changes: Table = {}
@@ -296,7 +289,8 @@ def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
         changes[f"effects.{one}"] = own
         if one != name:
             notes.append(f"with {one}")
-        for need in _needs(one, own):
+        values = {field.name: field.default for field in fields(EFFECTS[one])} | own  # type: ignore[arg-type]
+        for need in EFFECTS[one].needed_with(values.__getitem__):
             if need == "wear" and scene.wear is None:
                 raise _NotRun("needs [wear]")
             if need == _SPEED and scene.operation.pinion_speed_rpm is None and need not in changes:
@@ -313,8 +307,7 @@ def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
     without = [name]
     for one in without:
         for other, own in scene.effects.present():
-            needs = _needs(other, {field.name: getattr(own, field.name) for field in fields(own)})  # type: ignore[arg-type]
-            if f"effects.{one}" in needs and other not in without:
+            if f"effects.{one}" in own.needed_with(partial(getattr, own)) and other not in without:
                 without.append(other)
     return {f"effects.{one}": None for one in without}, [
         f"together with {one}, which needs it" for one in without[1:]

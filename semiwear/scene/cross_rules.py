@@ -8,7 +8,9 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.tables import BODIES, BodyCoefficients, default_watched_body
+from semiwear.scene.defaults import full_round_radius
+from semiwear.scene.rules import BODIES, BodyCoefficients
+from semiwear.scene.tables import default_watched_body
 from semiwear.scene.values import shown
 
 __all__ = ["CROSS_RULES"]
@@ -101,38 +103,30 @@ def _pinion_covers_the_pitch_point(
     yield Problem("gear_pair.pinion_centre_mm", centre, allowed, fix)
 
 
-@_across("gear_pair", "pinion_addendum_mm", "shaper_addendum_mm")
-def _gear_root_is_clear(pinion_addendum: float, shaper_addendum: float) -> Iterator[Problem]:
-    if pinion_addendum >= shaper_addendum:
-        allowed = f"less than shaper_addendum_mm ({_mm(shaper_addendum)} mm)"
-        fix = "the pinion's tips need bottom clearance in the gear's roots, usually 0.25 modules"
-        yield Problem("gear_pair.pinion_addendum_mm", pinion_addendum, allowed, fix)
+for _body, _other, _cutter in (("pinion", "gear", "shaper"), ("gear", "pinion", "rack")):
 
-
-@_across("gear_pair", "gear_addendum_mm", "rack_addendum_mm")
-def _pinion_root_is_clear(gear_addendum: float, rack_addendum: float) -> Iterator[Problem]:
-    if gear_addendum >= rack_addendum:
-        allowed = f"less than rack_addendum_mm ({_mm(rack_addendum)} mm)"
-        fix = "the gear's tips need bottom clearance in the pinion's roots, usually 0.25 modules"
-        yield Problem("gear_pair.gear_addendum_mm", gear_addendum, allowed, fix)
+    @_across("gear_pair", f"{_body}_addendum_mm", f"{_cutter}_addendum_mm")
+    def _root_is_clear(
+        addendum: float, dedendum: float, body: str = _body, other: str = _other, cutter: str = _cutter
+    ) -> Iterator[Problem]:
+        if addendum >= dedendum:
+            allowed = f"less than {cutter}_addendum_mm ({_mm(dedendum)} mm)"
+            fix = f"the {body}'s tips need bottom clearance in the {other}'s roots, usually 0.25 modules"
+            yield Problem(f"gear_pair.{body}_addendum_mm", addendum, allowed, fix)
 
 
 @_across("gear_pair", "module_mm", "pressure_angle_deg", "rack_addendum_mm", "rack_tip_radius_mm")
 def _rack_crest_can_be_rounded(
     module: float, pressure_angle_deg: float, addendum: float, tip_radius: float
 ) -> Iterator[Problem]:
-    alpha = math.radians(pressure_angle_deg)
-    crest_half_width = math.pi * module / 4 - addendum * math.tan(alpha)
-    if crest_half_width < 0.0:
-        greatest = math.pi * module / 4 / math.tan(alpha)
+    full = full_round_radius(module, pressure_angle_deg, addendum)
+    if full < 0.0:
+        greatest = math.pi * module / 4 / math.tan(math.radians(pressure_angle_deg))
         fix = "the rack's flanks cross below its crest: lower the addendum or the pressure angle"
         yield Problem("gear_pair.rack_addendum_mm", addendum, f"up to {_mm(greatest)} mm", fix)
-        return
-    # A crest that is fully round: the arc touches both flanks and the crest line.
-    greatest = crest_half_width / ((1.0 - math.sin(alpha)) / math.cos(alpha))
-    if tip_radius > greatest:
-        fix = f"the crest is fully round at {_mm(greatest)} mm: give less, or lower rack_addendum_mm"
-        yield Problem("gear_pair.rack_tip_radius_mm", tip_radius, f"0 to {_mm(greatest)} mm", fix)
+    elif tip_radius > full:
+        fix = f"the crest is fully round at {_mm(full)} mm: give less, or lower rack_addendum_mm"
+        yield Problem("gear_pair.rack_tip_radius_mm", tip_radius, f"0 to {_mm(full)} mm", fix)
 
 
 @_across("gear_pair", "module_mm", "pinion_teeth", "rack_addendum_mm", "pinion_bore_radius_mm")
@@ -147,14 +141,11 @@ def _pinion_has_a_rim(module: float, pinion_teeth: int, rack_addendum: float, bo
         yield Problem("gear_pair.pinion_bore_radius_mm", bore, allowed, "give a radius, not a diameter")
 
 
-@_across("gear_pair", "pinion_addendum_mm", "pinion_tip_edge_radius_mm")
-def _pinion_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("pinion_tip_edge_radius_mm", radius, addendum, "pinion_addendum_mm")
+for _body in BODIES:
 
-
-@_across("gear_pair", "gear_addendum_mm", "gear_tip_edge_radius_mm")
-def _gear_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("gear_tip_edge_radius_mm", radius, addendum, "gear_addendum_mm")
+    @_across("gear_pair", f"{_body}_addendum_mm", f"{_body}_tip_edge_radius_mm")
+    def _tip_edge_fits(addendum: float, radius: float, body: str = _body) -> Iterator[Problem]:
+        yield from _edge_fits(f"{body}_tip_edge_radius_mm", radius, addendum, f"{body}_addendum_mm")
 
 
 @_across("gear_pair", "pinion_face_width_mm", "pinion_end_edge_radius_mm")

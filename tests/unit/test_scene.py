@@ -27,10 +27,12 @@ from semiwear.scene import (
     scene_from_dict,
     shipped_scenes,
 )
-from semiwear.scene.schema import RULES, TABLES, fields_of
+from semiwear.scene.schema import SCHEMAS
 
 NAME = "face_gear_25x160"
 TEXT = (resources.files("semiwear.scene") / "scenes" / f"{NAME}.toml").read_text(encoding="utf-8")
+
+RULES, TABLES, fields_of = SCHEMAS["face_gear"].rules, SCHEMAS["face_gear"].tables, SCHEMAS["face_gear"].fields_of
 
 REQUIRED_ONLY = """
 [gear_pair]
