@@ -17,6 +17,7 @@ from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
 from semiwear.meshing.pairs import flank_pair
+from semiwear.plain_text import one_of
 from semiwear.scene import Placement, Scene
 
 __all__ = ["export_flank"]
@@ -60,7 +61,7 @@ def export_flank(
         For an unknown body, too few points, another kind of file, or a result that does not fit.
     """
     if body not in BODIES:
-        raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+        raise SceneError.of("body", body, one_of(BODIES))
     if len(points) != 2 or min(points) < LEAST_POINTS:
         raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
     index = BODIES.index(body)

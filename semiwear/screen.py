@@ -6,7 +6,6 @@ documented default, and with each present one removed. Nothing is changed by it.
 
 from __future__ import annotations
 
-import textwrap
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
@@ -21,8 +20,8 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.meshing.flank_pair import BODIES
+from semiwear.plain_text import folded, table
 from semiwear.plan import plan
-from semiwear.plan.choices import table
 from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
@@ -130,16 +129,16 @@ class Screening:
     def __str__(self) -> str:
         called, share = ", ".join(self.called_for) or "none", f"{100.0 * self.threshold:g} %"
         parts = [
-            _folded(f"as it is: {self._as_it_is()}"),
-            _folded(
+            folded(f"as it is: {self._as_it_is()}"),
+            folded(
                 "change of one unworn mesh cycle in % when an absent effect is added at its default or a present one "
                 "removed; time: processor time, once as it is:"
             ),
             table(_HEAD, [self._cells(row) for row in self.rows]),
-            _folded(f"called for at {share}: {called}"),
+            folded(f"called for at {share}: {called}"),
         ]
         if self.could_go:
-            parts.append(_folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
+            parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
         return "\n\n".join(parts)
 
     def _counts(self, row: ScreenedEffect) -> bool:
@@ -264,10 +263,6 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
     return ScreenedEffect(name, present, change, seconds, "; ".join(notes))
 
 
-def _folded(text: str) -> str:
-    return textwrap.fill(text, 118, subsequent_indent="    ")
-
-
 def _percent(change: float) -> str:
     return "0" if change == 0.0 else f"{100.0 * change:+.1f}"
 
@@ -309,9 +304,8 @@ def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
         for other, own in scene.effects.present():
             if f"effects.{one}" in own.needed_with(partial(getattr, own)) and other not in without:
                 without.append(other)
-    return {f"effects.{one}": None for one in without}, [
-        f"together with {one}, which needs it" for one in without[1:]
-    ]
+    notes = [f"together with {one}, which needs it" for one in without[1:]]
+    return {f"effects.{one}": None for one in without}, notes
 
 
 def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, sqrt
@@ -22,7 +21,7 @@ from semiwear.measured.predicted import WearFamily, reading_of, wear_family
 from semiwear.measured.rigid import DATUM
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.plan.choices import table
+from semiwear.plain_text import folded, one_of, table
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
@@ -153,7 +152,7 @@ class Calibration:
         assert wear is not None
         name = self.body if body is None else body
         if name not in wear.worn_bodies:
-            raise SceneError.of("body", name, " or ".join(f'"{one}"' for one in wear.worn_bodies))
+            raise SceneError.of("body", name, one_of(wear.worn_bodies))
         count = len(self.parts)
         if k_scatter == "measured":
             if count < 3:
@@ -207,8 +206,7 @@ class Calibration:
             f"wear coefficient of the {self.body}: {self.coefficient:.3e} mm2/N, {share} interval {low:.3e} to "
             f"{high:.3e} ({several}); the scene has {self._own:.3e} mm2/N{scatter}"
         )
-        folded = textwrap.fill(told, 118, subsequent_indent="    ")
-        return folded + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
+        return folded(told) + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
 
     @property
     def _own(self) -> float:

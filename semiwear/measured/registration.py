@@ -31,6 +31,7 @@ from semiwear.measured.quantities import labelled, units_of
 from semiwear.measured.rigid import DATUM, MOTIONS, Displacement, Motions, determined, motions_of
 from semiwear.measured.robust import local_noise, one_sided_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
+from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
 __all__ = ["Registration", "register", "registered"]
@@ -185,10 +186,10 @@ def registered(
     """As `register`, of a nominal flank."""
     for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
         if value not in allowed:
-            raise SceneError.of(name, value, " or ".join(f'"{one}"' for one in allowed))
+            raise SceneError.of(name, value, one_of(allowed))
     unknown = [name for name in motions if name not in MOTIONS]
     if unknown:
-        raise SceneError.of("motions", unknown[0], " or ".join(f'"{one}"' for one in MOTIONS))
+        raise SceneError.of("motions", unknown[0], one_of(MOTIONS))
     if isinstance(measured, DeviationGrid):
         return _of_deviations(flank, measured, field)
     check_points(flank, measured, field)

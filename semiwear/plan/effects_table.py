@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import DataTree
 
-from semiwear.plan.choices import table
+from semiwear.plain_text import table
 from semiwear.scene import EFFECTS, EffectTable, Scene
 
 __all__ = ["effects_table", "seconds_of_effects"]

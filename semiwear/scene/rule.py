@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from semiwear.errors import Problem
+from semiwear.plain_text import one_of
 from semiwear.scene.closest import closest
 from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole
 from semiwear.untyped import Value
@@ -103,7 +104,7 @@ def or_auto(rule: Rule, allowed: str) -> Rule:
 
 def choice(*options: str, otherwise: str = "") -> Rule:
     """One of a few words."""
-    allowed = " or ".join(f'"{option}"' for option in options)
+    allowed = one_of(options)
 
     def fix(value: str) -> str:
         meant = closest(value, options)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
+from semiwear.plain_text import one_of
 from semiwear.scene.cylindrical import CylindricalControlPoint
 from semiwear.scene.declare import declared, table
 from semiwear.scene.flank_points import FlankPointsControlPoint
@@ -148,7 +149,7 @@ class Wear:
             Where the scene gives none, as it may for a body that does not wear.
         """
         if body not in BODIES:
-            raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+            raise SceneError.of("body", body, one_of(BODIES))
         given = self.coefficient_mm2_per_N
         if not isinstance(given, BodyCoefficients):
             return given
