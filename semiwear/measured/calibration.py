@@ -18,7 +18,7 @@ from semiwear.measured.comparison import comparison_of_fit
 from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
-from semiwear.measured.rigid import DATUM
+from semiwear.measured.rigid import DATUM, TURNS
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, one_of, table
@@ -236,7 +236,7 @@ class Calibration:
 
 def _told(name: str, amount: float) -> str:
     """An amount of a motion in its usual unit."""
-    if name in ("rotation", "tilt_radial", "tilt_tangential"):
+    if name in TURNS:
         return f"{np.degrees(amount) * 3600.0:.2f} arcsec"
     return f"{_UM * amount:.2f} um"
 
@@ -295,9 +295,8 @@ def calibrate(
     """
     if not 0.0 < confidence < 1.0:
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
-    parts, firsts = _listed(measured), [None] if before is None else _listed(before)
-    if before is None:
-        firsts = [None] * len(parts)
+    parts = _listed(measured)
+    firsts = [None] * len(parts) if before is None else _listed(before)
     if not parts or len(firsts) != len(parts):
         found = f"{len(parts)} measured parts, {len(firsts)} before"
         raise SceneError.of("measured", found, "one part or more, and as many before", "give them in the same order")
@@ -337,13 +336,13 @@ def _is_points(measured: Sequence[object]) -> bool:
 
 def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int) -> tuple[float, ...]:
     given = meshes
-    if given is None:
-        given = scene.wear.until.meshes if scene.wear is not None else None
+    if given is None and scene.wear is not None:
+        given = scene.wear.until.meshes
     if given is None:
         raise SceneError.of(
             "meshes", None, "above 0", "say how many engagements of a gear tooth the parts have run (meshes=...)"
         )
-    run = np.broadcast_to(np.asarray(given, float), (count,)) if np.ndim(given) == 0 else np.asarray(given, float)
+    run = np.full(count, given, float) if np.ndim(given) == 0 else np.asarray(given, float)
     if run.shape != (count,) or not np.all(np.isfinite(run)) or np.any(run <= 0.0):
         raise SceneError.of("meshes", given, f"one number above 0, or {count}", "one for each measured part")
     return tuple(map(float, run))
