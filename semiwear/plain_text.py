@@ -1,14 +1,26 @@
-"""Tables, lists and paragraphs as plain text for a terminal."""
+"""Tables, paragraphs, choices, units and powers of ten as plain text."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["folded", "one_of", "table"]
+__all__ = ["folded", "one_of", "power_of_ten", "table", "unit_text"]
 
 _COLUMNS = 118
 _LEAST = 24  # columns that the last one of a table has at least
+_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
+
+
+def unit_text(units: str) -> str:
+    """Units as a reader writes them."""
+    return _UNITS.get(units, units)
+
+
+def power_of_ten(exponent: int) -> str:
+    """Ten with a raised exponent."""
+    return f"10{str(exponent).translate(_SUPERSCRIPT)}"
 
 
 def one_of(options: Iterable[str]) -> str:

@@ -8,9 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
-from semiwear.report.markup import figure_text, unit_text
+from semiwear.report.markup import unit_text, with_unit
 from semiwear.results.schema import VARIABLES
 
 __all__ = ["LOAD_SHARE", "RELATIVE", "Difference", "Kind", "Mark", "differences"]
@@ -22,8 +23,6 @@ LOAD_SHARE = 0.02
 """Two load shares agree up to this difference."""
 
 _LEAST_LOAD = 0.05  # of the greatest line load: smaller line loads are compared with this
-
-_BODIES = ("pinion", "gear")
 
 
 class Kind(Enum):
@@ -107,7 +106,7 @@ class Difference:
 
     def value_text(self, value: float) -> str:
         """One of its values with units."""
-        return "" if self.missing else f"{figure_text(value)} {unit_text(self.units)}".strip()
+        return "" if self.missing else with_unit(value, self.units)
 
 
 def _signed(value: float, decimals: int) -> str:
@@ -153,13 +152,7 @@ def _greatest(
 
 
 def _relative(
-    kind: Kind,
-    quantity: str,
-    where: str,
-    when: str,
-    values: Iterable[float],
-    units: str,
-    border: bool = False,
+    kind: Kind, quantity: str, where: str, when: str, values: Iterable[float], units: str, border: bool = False
 ) -> Difference:
     """A difference relative to the greater of the two values."""
     this, other = map(float, values)
@@ -265,7 +258,7 @@ def shares(results: TwoResults, step: tuple[int, int]) -> tuple[np.ndarray, np.n
 
 def _root_stresses(results: TwoResults) -> Iterator[Difference]:
     kind, quantity = Kind.ROOT_STRESS, "greatest root stress"
-    for body, name in enumerate(_BODIES):
+    for body, name in enumerate(BODIES):
         for when, step in _states(results).items():
             if not results.have("engagement", "root_stress"):
                 missing = results.lack("engagement", "root_stress")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -16,7 +15,7 @@ from semiwear.report import sections
 from semiwear.report.comparison import Compared, Comparison, Verdict, compare
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
-from semiwear.report.markup import element
+from semiwear.report.markup import badge, counts, element, picture, verdict_class
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
 from semiwear.results.wearing import scene_tables
@@ -24,8 +23,6 @@ from semiwear.targets import PAGES, file_target, replacing
 from semiwear.untyped import Table
 
 __all__ = ["write_report"]
-
-_MARK = {Verdict.AGREE: "✓", Verdict.DISAGREE: "✗", Verdict.NOT_COMPARED: "–"}
 
 
 def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
@@ -118,16 +115,11 @@ def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
 
 def _summary(comparison: Comparison) -> str:
     """Count of the verdicts, and the rules behind them."""
-    counts = Counter(entry.verdict for entry in comparison.statements)
-    badges = "".join(
-        f'<li class="{_class(verdict)}"><strong>{counts[verdict]}</strong> {_badge(verdict)}</li>'
-        for verdict in Verdict
-        if counts[verdict]
-    )
+    badges = counts((entry.verdict for entry in comparison.statements), Verdict)
     rules = "".join(f"<dt>{escape(name)}</dt><dd>{escape(rule)}.</dd>" for name, rule in RULES.items())
     return (
         f"<p>“{escape(comparison.title)}”. Each verdict is computed from this result by the rule beside it.</p>"
-        f'<ul class="counts">{badges}</ul><details><summary>What “rises”, “falls” and “levels” mean</summary>'
+        f"{badges}<details><summary>What “rises”, “falls” and “levels” mean</summary>"
         f"<dl>{rules}</dl></details>"
     )
 
@@ -151,13 +143,10 @@ def _beside(drawn: Drawn, compared: tuple[Compared, ...]) -> list[Compared]:
 
 
 def _card(drawn: Drawn, compared: list[Compared]) -> str:
-    picture = drawn.picture
-    width, height = (round(side * 100) for side in picture.size)
-    image = f'<img src="{drawn.uri}" alt="{escape(drawn.alt)}" width="{width}" height="{height}">'
-    caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
-    figure = f"<figure><h3>{escape(picture.title)}</h3>{image}{caption}</figure>"
+    shown = drawn.picture
+    figure = picture(shown.title, drawn.uri, drawn.alt, shown.caption, shown.size)
     if not compared:
-        return element("article", figure, class_="card full" if picture.both_ends else "card")
+        return element("article", figure, class_="card full" if shown.both_ends else "card")
     beside = "".join(_comparison(entry) for entry in compared)
     return element("article", f'{figure}<div class="paper">{beside}</div>', class_="card wide")
 
@@ -165,15 +154,7 @@ def _card(drawn: Drawn, compared: list[Compared]) -> str:
 def _comparison(entry: Compared) -> str:
     why = f"<dt>Why</dt><dd>{escape(entry.why)}</dd>" if entry.why else ""
     return (
-        f'<div class="comparison {_class(entry.verdict)}"><p class="verdict">{_badge(entry.verdict)}</p><dl>'
+        f'<div class="comparison {verdict_class(entry.verdict)}"><p class="verdict">{badge(entry.verdict)}</p><dl>'
         f"<dt>Paper</dt><dd>{escape(entry.statement)}</dd><dt>Here</dt><dd>{escape(entry.ours)}</dd>{why}"
         f'<dt class="rule">Rule</dt><dd class="rule">{escape(entry.rule)}</dd></dl></div>'
     )
-
-
-def _class(verdict: Verdict) -> str:
-    return verdict.value.lower().replace(" ", "-")
-
-
-def _badge(verdict: Verdict) -> str:
-    return f'<span aria-hidden="true">{_MARK[verdict]}</span> {verdict.value}'

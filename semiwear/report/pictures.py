@@ -219,11 +219,8 @@ def _pattern_text(tree: xr.DataTree) -> str:
 
 def _curves_text(tree: xr.DataTree) -> str:
     values = tree["mesh_cycle"].to_dataset()["transmission_error_loaded"].values
-    return (
-        f"At the first wear step from {values[0].min():.4g} to {values[0].max():.4g} arcsec, at "
-        "the last from "
-        f"{values[-1].min():.4g} to {values[-1].max():.4g} arcsec."
-    )
+    first, last = (f"from {curve.min():.4g} to {curve.max():.4g} arcsec" for curve in (values[0], values[-1]))
+    return f"At the first wear step {first}, at the last {last}."
 
 
 PICTURES: tuple[Picture, ...] = (
