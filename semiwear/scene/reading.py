@@ -55,6 +55,11 @@ class Reading:
         """Whether a field is absent although the table that holds it is there, or would be by default."""
         return not self.has(key) and self._expects(parent(key))
 
+    @property
+    def complete(self) -> bool:
+        """Whether every field that is there is in its range, and every required one is there."""
+        return not self.refused and not any(self.lacks(key) for key in self.schema.required)
+
     def _expects(self, table: str) -> bool:
         if table in self.tables or table in self.refused:
             return table in self.tables
