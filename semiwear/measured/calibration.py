@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
-from semiwear.life import step_lengths_to
+from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
 from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part
 from semiwear.measured.life_spread import LifeSpread, log_deviation
@@ -167,8 +167,7 @@ class Calibration:
             deviation, told, freedom = sqrt(own**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")
         stepper = self.family.stepper
         meshes = sum(step_lengths_to(stepper, BODIES.index(name), 1e-3 * depth_limit_um))
-        speed = self.scene.operation.pinion_speed_rpm
-        per_mesh = None if speed is None else stepper.teeth.pair.driving_meshes / (60.0 * speed)
+        per_mesh = hours_per_mesh(self.scene, stepper.teeth.pair)
         return LifeSpread(name, depth_limit_um, meshes / self.factor, deviation, freedom, told, per_mesh)
 
     def to_dataset(self) -> xr.Dataset:

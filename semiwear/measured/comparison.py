@@ -18,6 +18,7 @@ from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.plan import plan
+from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
 __all__ = ["compare_wear", "comparison_of_fit"]
@@ -66,11 +67,11 @@ def compare_wear(
     SceneError
         As `measured_wear`.
     """
-    if "flank" not in tree.children or "wear_depth" not in tree["flank"].to_dataset():
+    flank = group_of(tree, "flank")
+    if "wear_depth" not in flank:
         raise SemiwearError("compare_wear needs /flank/wear_depth, which this result does not have")
     scene = parse_scene(str(tree.attrs.get("scene_toml", "")), name="scene of the result")
     worn = as_wear(scene, measured, before, body, datum="best_fit" if datum else "as_measured")
-    flank = tree["flank"].to_dataset()
     grid = _grid_of(scene, flank, body)
     steps = flank.sizes["wear_step"]
     if not -steps <= wear_step < steps:

@@ -19,7 +19,7 @@ from semiwear.plot.style import (
     need,
     styled,
 )
-from semiwear.results.missing import why_missing
+from semiwear.results.missing import group_of, why_missing
 from semiwear.results.wearing import main_body, pitch_name, worn_bodies
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         wear = need(tree, "flank", "wear_depth")
         (ax,) = axes_for(ax)
         meshes = _meshes_below(ax, wear, "Greatest wear depth")
-        history = tree["history"].to_dataset() if "history" in tree.children else xr.Dataset()
+        history = group_of(tree, "history")
         for body in worn_bodies(tree) or (main_body(tree),):
             colour = BODY_COLOUR[body]
             ax.plot(meshes, wear.sel(body=body).max(("profile", "face")).values, "o-", color=colour, label=body)

@@ -11,6 +11,7 @@ import xarray as xr
 
 from semiwear.errors import MissingExtraError, SemiwearError
 from semiwear.plain_text import power_of_ten, unit_text
+from semiwear.results.missing import group_of
 from semiwear.untyped import Options
 
 if TYPE_CHECKING:
@@ -112,9 +113,10 @@ def axes_for(
 
 def need(tree: xr.DataTree, group: str, name: str) -> xr.DataArray:
     """A variable of a result, or an error that says which one the picture lacks."""
-    if group not in tree.children or name not in tree[group].to_dataset():
+    variables = group_of(tree, group)
+    if name not in variables:
         raise SemiwearError(f"the picture needs /{group}/{name}, which this result does not have")
-    return tree[group].to_dataset()[name]
+    return variables[name]
 
 
 def label(array: xr.DataArray, text: str = "") -> str:

@@ -10,6 +10,7 @@ from semiwear.plot.history import history_of
 from semiwear.plot.style import label, styled
 from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
 from semiwear.report.pictures import figure_uri
+from semiwear.results.missing import group_of
 
 __all__ = ["effects_section"]
 
@@ -34,15 +35,14 @@ def effects_section(tree: xr.DataTree) -> str:
 
 
 def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
-    if "history" in tree.children:
-        history = tree["history"].to_dataset()
-        yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
+    history = group_of(tree, "history")
+    yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    if "life" not in tree.children:
+    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    if not life:
         return
-    life = {str(name): float(value) for name, value in tree["life"].to_dataset().data_vars.items()}
     hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"
     yield f"Life until {life['depth_limit']:g} µm of wear", f"{figure_text(life['meshes_to_limit'])} meshes", hours
     for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):

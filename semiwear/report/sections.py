@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.report.markup import NONE, element, figure_text, table, tiles, unit_text, with_unit
-from semiwear.results.missing import missing_notes
+from semiwear.results.missing import group_of, missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
@@ -195,7 +195,7 @@ def _work(line: str) -> str:
 
 def residual_note(tree: xr.DataTree) -> str:
     """The greatest residuals in one sentence."""
-    found = tree["diagnostics"].to_dataset() if "diagnostics" in tree.children else xr.Dataset()
+    found = group_of(tree, "diagnostics")
     parts = [
         f"{found[name].attrs['long_name']} {figure_text(float(np.max(found[name].values)), 3)}"
         for name in ("load_balance_residual", "complementarity_residual", "edge_residual", "wear_law_residual")
