@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import exp, sqrt
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
-from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part
+from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part, half_interval
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
 from semiwear.measured.rigid import DATUM, TURNS
@@ -87,7 +86,7 @@ class Calibration:
         """Standard uncertainty of ln k: of one part's fit, or of the mean of several parts."""
         if len(self.parts) == 1:
             return self.parts[0].log_error
-        return float(np.std(np.log(self.coefficients), ddof=1)) / sqrt(len(self.parts))
+        return self._log_scatter / sqrt(len(self.parts))
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -97,7 +96,7 @@ class Calibration:
         how they differ.
         """
         freedom = self.parts[0].freedom if len(self.parts) == 1 else len(self.parts) - 1.0
-        half = float(student.ppf(0.5 + 0.5 * self.confidence, freedom)) * self.log_error
+        half = half_interval(self.log_error, freedom, self.confidence)
         return self.coefficient * exp(-half), self.coefficient * exp(half)
 
     @property
@@ -105,7 +104,7 @@ class Calibration:
         """Coefficient of variation of k between the parts (log-normal); None of one part."""
         if len(self.parts) == 1:
             return None
-        return sqrt(exp(float(np.var(np.log(self.coefficients), ddof=1))) - 1.0)
+        return sqrt(exp(self._log_scatter**2) - 1.0)
 
     @property
     def calibrated_scene(self) -> Scene:
@@ -157,7 +156,7 @@ class Calibration:
         if k_scatter == "measured":
             if count < 3:
                 raise SceneError.of("k_scatter", k_scatter, "a number, with fewer than three parts", "0.5 is usual")
-            deviation = float(np.std(np.log(self.coefficients), ddof=1)) * sqrt(1.0 + 1.0 / count)
+            deviation = self._log_scatter * sqrt(1.0 + 1.0 / count)
             told, freedom = self.k_scatter or 0.0, count - 1.0
         else:
             if isinstance(k_scatter, str) or not 0.0 <= k_scatter < np.inf:
@@ -174,22 +173,23 @@ class Calibration:
         """`coefficient` and `interval` [mm2/N], and over the parts what each tells."""
         run = {"units": "1", "long_name": "engagements of one gear tooth"}
         k = {"units": "mm2 N-1", "long_name": f"wear coefficient of the {self.body}"}
-        low, high = self.interval
-        lengths = np.array([self._lengths(part) for part in self.parts])
-        mm = {"units": "mm"}
+
+        def of_parts(value: Callable[[PartFit], float], units: str) -> tuple[str, FloatArray, dict[str, str]]:
+            return "part", np.array([value(part) for part in self.parts]), {"units": units}
+
         return xr.Dataset(
             {
                 "coefficient": ((), self.coefficient, k),
-                "interval": ("end", np.array([low, high]), k),
+                "interval": ("end", np.array(self.interval), k),
                 "part_coefficient": ("part", np.array(self.coefficients), k),
-                "log_uncertainty": ("part", np.array([part.log_error for part in self.parts]), {"units": "1"}),
+                "log_uncertainty": of_parts(lambda part: part.log_error, "1"),
                 "meshes": ("part", np.array(self.meshes), run),
-                "explained": ("part", np.array([part.explained for part in self.parts]), {"units": "1"}),
-                "residual_rms": ("part", np.array([_UM * p.residual_rms for p in self.parts]), {"units": "um"}),
-                "points": ("part", np.array([part.points for part in self.parts]), {"units": "1"}),
-                "effective_points": ("part", np.array([p.effective_points for p in self.parts]), {"units": "1"}),
-                "correlation_length_profile": ("part", lengths[:, 0], mm),
-                "correlation_length_face": ("part", lengths[:, 1], mm),
+                "explained": of_parts(lambda part: part.explained, "1"),
+                "residual_rms": of_parts(lambda part: _UM * part.residual_rms, "um"),
+                "points": of_parts(lambda part: part.points, "1"),
+                "effective_points": of_parts(lambda part: part.effective_points, "1"),
+                "correlation_length_profile": of_parts(lambda part: part.noise.correlation.profile_length, "mm"),
+                "correlation_length_face": of_parts(lambda part: part.noise.correlation.face_length, "mm"),
             },
             {"end": ["low", "high"], "part": np.arange(len(self.parts))},
             {"title": "wear coefficient from measured wear", "body": self.body, "confidence": self.confidence},
@@ -212,10 +212,10 @@ class Calibration:
         assert self.scene.wear is not None
         return self.scene.wear.coefficient(self.body)
 
-    @staticmethod
-    def _lengths(part: PartFit) -> tuple[float, float]:
-        found = part.noise.correlation
-        return found.profile_length, found.face_length
+    @property
+    def _log_scatter(self) -> float:
+        """Standard deviation of ln k between several parts."""
+        return float(np.std(np.log(self.coefficients), ddof=1))
 
     def _row(self, number: int) -> tuple[str, ...]:
         part, k = self.parts[number], self.coefficients[number]

@@ -24,7 +24,7 @@ from semiwear.measured.rigid import determined, motions_of
 from semiwear.measured.robust import huber_weights, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
-__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part"]
+__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval"]
 
 FloatArray = NDArray[np.float64]
 
@@ -81,8 +81,13 @@ class PartFit:
 
     def interval(self, confidence: float) -> tuple[float, float]:
         """Meshes between which N lies."""
-        half = float(student.ppf(0.5 + 0.5 * confidence, self.freedom)) * self.log_error
+        half = half_interval(self.log_error, self.freedom, confidence)
         return self.meshes * float(np.exp(-half)), self.meshes * float(np.exp(half))
+
+
+def half_interval(error: float, freedom: float, confidence: float) -> float:
+    """Half a confidence interval of a quantity with a standard uncertainty, by Student's t."""
+    return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
 def datum_modes(measured: MeasuredWear, motions: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
@@ -174,7 +179,7 @@ def fit_part(
     on_grid = measured.on_grid
     noise = estimate(on_grid(rest), on_grid(derivatives), on_grid(weights), *measured.places)
     error = float(noise.errors[0])
-    if float(student.ppf(0.5 + 0.5 * confidence, noise.freedom)) * error >= 1.0:
+    if half_interval(error, noise.freedom, confidence) >= 1.0:
         _no_information(measured, rest, predicted, error, field)
     bare = _beside(flat, weights)(np.sqrt(weights) * wear)
     total = float(bare @ bare)
