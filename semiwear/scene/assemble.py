@@ -1,4 +1,4 @@
-"""What is wrong with a nested mapping as a scene: every problem at once."""
+"""Problems of a nested mapping as a scene: every one at once."""
 
 from __future__ import annotations
 
