@@ -72,7 +72,7 @@ _PLACES["report"] = ("report", "write_report")
 _PACKAGES = ("contact", "errors", "geometry", "measured", "plot", "references", "results", "scene", "wear")
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> Any:  # which type, the name decides; a checker sees the imports above
     """Public functions and classes, loaded when they are asked for, and the version."""
     if name == "__version__":
         return _version()

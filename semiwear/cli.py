@@ -60,36 +60,31 @@ def _commands() -> ModuleType:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="semiwear", description="Gear tooth wear, from a scene to a worn flank.")
     parser.add_argument("--version", action="version", version=f"semiwear {sw.__version__}")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
+    of_scene = argparse.ArgumentParser(add_help=False)
+    of_scene.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    of_scene.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
 
-    run = commands.add_parser("run", help="simulate a scene")
-    run.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
     run.add_argument("--resume", action="store_true", help="go on from the wear steps in FILE.partial (see -o)")
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
     run.add_argument("--against", metavar="FILE", help="set the report beside another result of the same flank grid")
     run.add_argument("--fidelity", metavar="NAME", help="short for --set numerics.fidelity=NAME: line or patch")
-    run.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
-    run.set_defaults(command="run")
 
-    plan = commands.add_parser("plan", help="show what would run for a scene, and why")
-    plan.add_argument("scene", help="a shipped scene's name, or a TOML file")
-    plan.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
+    plan = commands.add_parser("plan", help="show what would run for a scene, and why", parents=[of_scene])
     plan.add_argument(
         "--last", metavar="FILE", help="an earlier result, for the share of its time that each effect took"
     )
-    plan.set_defaults(command="plan")
 
-    screen = commands.add_parser("screen", help="show which effects a scene calls for, and what each would cost")
-    screen.add_argument("scene", help="a shipped scene's name, or a TOML file")
-    screen.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
+    what = "show which effects a scene calls for, and what each would cost"
+    screen = commands.add_parser("screen", help=what, parents=[of_scene])
     screen.add_argument(
         "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
     )
-    screen.set_defaults(command="screen")
 
-    calibrate = commands.add_parser("calibrate", help="find the wear coefficient from measured flanks")
-    calibrate.add_argument("scene", help="a shipped scene's name, or a TOML file")
+    what = "find the wear coefficient from measured flanks"
+    calibrate = commands.add_parser("calibrate", help=what, parents=[of_scene])
     calibrate.add_argument("measured", nargs="+", help="worn flanks, one a part: .nc or .csv, points or deviations")
     calibrate.add_argument("--before", metavar="FILE", nargs="+", help="the same flanks before, in the same order")
     calibrate.add_argument("--body", metavar="NAME", default="gear", help="whose flanks: gear (default) or pinion")
@@ -101,8 +96,6 @@ def _parser() -> argparse.ArgumentParser:
         "--k-scatter", metavar="V", type=float, default=0.5,
         help="coefficient of variation of k from part to part, for the life; default 0.5",
     )  # fmt: skip
-    calibrate.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
-    calibrate.set_defaults(command="calibrate")
 
     report = commands.add_parser("report", help="make the HTML page of a result")
     report.add_argument("file", help="a netCDF file that semiwear wrote")
@@ -110,7 +103,6 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--against", metavar="FILE", help="another result of the same flank grid, e.g. of fidelity patch"
     )
-    report.set_defaults(command="report")
     return parser
 
 

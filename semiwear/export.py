@@ -17,6 +17,8 @@ from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
 from semiwear.meshing.pairs import flank_pair
+from semiwear.plain_text import one_of
+from semiwear.results.missing import group_of
 from semiwear.scene import Placement, Scene
 
 __all__ = ["export_flank"]
@@ -60,7 +62,7 @@ def export_flank(
         For an unknown body, too few points, another kind of file, or a result that does not fit.
     """
     if body not in BODIES:
-        raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+        raise SceneError.of("body", body, one_of(BODIES))
     if len(points) != 2 or min(points) < LEAST_POINTS:
         raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
     index = BODIES.index(body)
@@ -132,9 +134,9 @@ def _depth(
     pair: FlankPair, body: int, worn: xr.DataTree, wear_step: int, face: FloatArray, profile: FloatArray
 ) -> FloatArray:
     """Wear depth at places of a flank, (rows, columns) [mm]; beyond the outermost nodes as at them."""
-    if "flank" not in worn.children or "wear_depth" not in worn["flank"]:
+    flank = group_of(worn, "flank")
+    if "wear_depth" not in flank:
         raise SceneError.of("worn", "a tree without /flank/wear_depth", "a result of simulate", "simulate the scene")
-    flank = worn["flank"].to_dataset()
     if not -flank.sizes["wear_step"] <= wear_step < flank.sizes["wear_step"]:
         raise SceneError.of("wear_step", wear_step, f"a wear step of the result, below {flank.sizes['wear_step']}")
     depth = 1e-3 * flank["wear_depth"].isel(wear_step=wear_step, body=body).transpose("face", "profile").values

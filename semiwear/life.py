@@ -20,14 +20,14 @@ import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import ConvergenceError
-from semiwear.meshing.flank_pair import BODIES, DRIVING
+from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
 from semiwear.wear.step_count import SEARCH_STEPS, steps_of_life, two_stage_steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
-__all__ = ["Life", "find_life", "life_group", "step_lengths_to"]
+__all__ = ["Life", "find_life", "hours_per_mesh", "life_group", "step_lengths_to"]
 
 Heard = Callable[[int, int, str], None]
 """Hears how many steps are done, of how many, and what they are."""
@@ -127,11 +127,16 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
             f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {error}; for "
             "the life, lower effects.run_life.depth_limit_um"
         ) from error
-    meshes = sum(way.lengths)
+    meshes, per_mesh = sum(way.lengths), hours_per_mesh(scene, teeth.pair)
+    hours = None if per_mesh is None else meshes * per_mesh
+    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]))
+
+
+def hours_per_mesh(scene: Scene, pair: FlankPair) -> float | None:
+    """Running time of an engagement of one gear tooth [h]; None where the scene gives no speed."""
     speed = scene.operation.pinion_speed_rpm
     # a driven tooth meshes once a turn of its body, which takes as many turns of the pinion as the ratio says
-    hours = None if speed is None else meshes * teeth.pair.driving_meshes / (60.0 * speed)
-    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]))
+    return None if speed is None else pair.driving_meshes / (60.0 * speed)
 
 
 def step_lengths_to(

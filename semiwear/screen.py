@@ -6,10 +6,10 @@ documented default, and with each present one removed. Nothing is changed by it.
 
 from __future__ import annotations
 
-import textwrap
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -20,15 +20,15 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.meshing.flank_pair import BODIES
+from semiwear.plain_text import folded, table
 from semiwear.plan import plan
-from semiwear.plan.choices import table
 from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
-from semiwear.untyped import Table, Value
+from semiwear.untyped import Table
 from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_of_life
 
@@ -131,16 +131,16 @@ class Screening:
     def __str__(self) -> str:
         called, share = ", ".join(self.called_for) or "none", f"{100.0 * self.threshold:g} %"
         parts = [
-            _folded(f"as it is: {self._as_it_is()}"),
-            _folded(
+            folded(f"as it is: {self._as_it_is()}"),
+            folded(
                 "change of one unworn mesh cycle in % when an absent effect is added at its default or a present one "
                 "removed; time: processor time, once as it is:"
             ),
             table(_HEAD, [self._cells(row) for row in self.rows]),
-            _folded(f"called for at {share}: {called}"),
+            folded(f"called for at {share}: {called}"),
         ]
         if self.could_go:
-            parts.append(_folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
+            parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
         return "\n\n".join(parts)
 
     def _counts(self, row: ScreenedEffect) -> bool:
@@ -272,10 +272,6 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
     return ScreenedEffect(name, present, change, seconds, "; ".join(notes))
 
 
-def _folded(text: str) -> str:
-    return textwrap.fill(text, 118, subsequent_indent="    ")
-
-
 def _percent(change: float) -> str:
     return "0" if change == 0.0 else f"{100.0 * change:+.1f}"
 
@@ -284,14 +280,6 @@ def _relative(value: float, before: float) -> float:
     if value == before:
         return 0.0
     return value / before - 1.0 if before != 0.0 else float(np.inf)
-
-
-def _needs(key: str, own: Mapping[str, Value]) -> list[str]:
-    """Keys that an effect with these fields needs; a field that is not there has its default."""
-    kind = EFFECTS[key]
-    values = {field.name: field.default for field in fields(kind)} | dict(own)  # type: ignore[arg-type]
-    further = [need for (field, value), needs in kind.needs_if.items() if values[field] == value for need in needs]
-    return [*kind.needs, *further]
 
 
 def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
@@ -305,7 +293,8 @@ def _with(scene: Scene, name: str, speed_rpm: float) -> tuple[Table, list[str]]:
         changes[f"effects.{one}"] = own
         if one != name:
             notes.append(f"with {one}")
-        for need in _needs(one, own):
+        values = {field.name: field.default for field in fields(EFFECTS[one])} | own  # type: ignore[arg-type]
+        for need in EFFECTS[one].needed_with(values.__getitem__):
             if need == "wear" and scene.wear is None:
                 raise _NotRun("needs [wear]")
             if need == _SPEED and scene.operation.pinion_speed_rpm is None and need not in changes:
@@ -322,12 +311,10 @@ def _without(scene: Scene, name: str) -> tuple[Table, list[str]]:
     without = [name]
     for one in without:
         for other, own in scene.effects.present():
-            needs = _needs(other, {field.name: getattr(own, field.name) for field in fields(own)})  # type: ignore[arg-type]
-            if f"effects.{one}" in needs and other not in without:
+            if f"effects.{one}" in own.needed_with(partial(getattr, own)) and other not in without:
                 without.append(other)
-    return {f"effects.{one}": None for one in without}, [
-        f"together with {one}, which needs it" for one in without[1:]
-    ]
+    notes = [f"together with {one}, which needs it" for one in without[1:]]
+    return {f"effects.{one}": None for one in without}, notes
 
 
 def _hardness_at_the_end(scene: Scene, cycle: _Cycle) -> tuple[float, str]:

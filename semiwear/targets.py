@@ -5,13 +5,14 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from semiwear.errors import SceneError, SemiwearError
 
-__all__ = ["PAGES", "RESULTS", "file_target", "naming", "require_apart"]
+__all__ = ["PAGES", "RESULTS", "file_target", "naming", "replacing", "require_apart"]
 
 RESULTS = (".nc", ".nc4")
 """How the names of result files end."""
@@ -112,3 +113,21 @@ def naming(target: Path) -> Iterator[None]:
         failed = OSError(f"{target}: cannot be written ({why}); {fix}, or give a file in another place")
         failed.errno = number
         raise failed from error
+
+
+@contextmanager
+def replacing(target: Path) -> Iterator[Path]:
+    """A new file beside a target, which takes its place once written: there is the old one or the whole new one.
+
+    Raises
+    ------
+    OSError
+        As `naming`.
+    """
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
+    try:
+        with naming(target):
+            yield temporary
+            os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -95,11 +95,7 @@ def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Prob
             fix = "the tip lies below the root: leave it out for its default, or give a profile shift nearer to zero"
             yield problem_of(scene, field, f"{'below' if tooth.internal else 'above'} the root diameter", fix)
         elif tooth.half_thickness(tooth.tip_radius) <= 0.0:
-
-            def land(radius: float, tooth: CylindricalTooth = tooth) -> float:
-                return tooth.half_thickness(radius)
-
-            limit = 2.0 * crossing(land, tooth.reference_radius, tooth.tip_radius)
+            limit = 2.0 * crossing(tooth.half_thickness, tooth.reference_radius, tooth.tip_radius)
             fix = "the teeth are pointed: give " + ("more" if tooth.internal else "less, or less profile shift")
             allowed = f"above {up(limit)} mm" if tooth.internal else f"below {down(limit)} mm"
             yield problem_of(scene, field, allowed, fix)
@@ -244,22 +240,10 @@ def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
     middle = np.zeros(1)
     sharp, rounded = mesh.borders(middle, sharp=True), mesh.borders(middle)
-    for body, tooth, radius, inset, flank in (
-        (
-            "pinion",
-            mesh.pinion,
-            sharp.driving_tip_edge_radius,
-            sharp.driving_tip - rounded.driving_tip,
-            sharp.driving_tip - sharp.driving_root,
-        ),
-        (
-            "gear",
-            mesh.gear,
-            sharp.tip_edge_radius,
-            float((sharp.tip - rounded.tip)[0]),
-            float((sharp.tip - sharp.root)[0]),
-        ),
-    ):
+    radii = sharp.driving_tip_edge_radius, sharp.tip_edge_radius
+    insets = sharp.driving_tip - rounded.driving_tip, float((sharp.tip - rounded.tip)[0])
+    flanks = sharp.driving_tip - sharp.driving_root, float((sharp.tip - sharp.root)[0])
+    for (body, tooth), radius, inset, flank in zip(_teeth(mesh), radii, insets, flanks, strict=True):
         room = min(tooth.half_thickness(tooth.tip_radius), flank)
         # a tooth without a land is pointed, which is another limit
         if inset > 0.0 and 0.0 < room < inset:

@@ -61,19 +61,13 @@ def _shaper_has_a_crest(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     tooth = mesh.gear
     sharp = replace(tooth, shaper_tip_radius=0.0)
     if not _crest_margin(sharp) >= 0.0:
-
-        def land(addendum: float) -> float:
-            return _crest_margin(replace(sharp, shaper_addendum=addendum))
-
-        greatest = crossing(land, 0.0, tooth.shaper_addendum)
+        greatest = crossing(lambda a: _crest_margin(replace(sharp, shaper_addendum=a)), 0.0, sharp.shaper_addendum)
         fix = f"the shaper's teeth are pointed below their crest: {_less(mesh, 1.25, greatest)}"
         yield problem_of(scene, "shaper_addendum_mm", f"up to {down(greatest)} mm", fix)
     elif not _crest_margin(tooth) >= 0.0:
-
-        def rounded_land(tip_radius: float) -> float:
-            return _crest_margin(replace(tooth, shaper_tip_radius=tip_radius))
-
-        greatest = crossing(rounded_land, 0.0, tooth.shaper_tip_radius)
+        greatest = crossing(
+            lambda r: _crest_margin(replace(tooth, shaper_tip_radius=r)), 0.0, tooth.shaper_tip_radius
+        )
         fix = f"the crest is fully round at {down(greatest)} mm: give less, or lower shaper_addendum_mm"
         yield problem_of(scene, "shaper_tip_radius_mm", f"0 to {down(greatest)} mm", fix)
 
@@ -177,11 +171,7 @@ def _pinion_is_not_pointed(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
     pinion = mesh.pinion
     if pinion.tip_half_thickness > 0.0:
         return
-
-    def land(addendum: float) -> float:
-        return replace(pinion, addendum=addendum).tip_half_thickness
-
-    greatest = crossing(land, 0.0, pinion.addendum)
+    greatest = crossing(lambda a: replace(pinion, addendum=a).tip_half_thickness, 0.0, pinion.addendum)
     fix = f"the pinion's teeth are pointed below their tip circle: {_less(mesh, 1.0, greatest)}"
     yield problem_of(scene, "pinion_addendum_mm", f"below {down(greatest)} mm", fix)
 

@@ -28,41 +28,27 @@ def flank_points_problems(scene: Scene) -> list[Problem]:
     if isinstance(flanks, tuple):
         return list(flanks)
     mesh = PointFlankMesh(flanks, Placement())
-    found = [*_edges_fit(flanks, mesh), *_teeth_hand_over(mesh), *_sections(scene, flanks)]
+    found = [*_edges_fit(mesh), *_teeth_hand_over(mesh), *_sections(scene, flanks)]
     return found or list(_control_point_is_on_the_flank(scene, mesh))
 
 
-def _edges_fit(flanks: PointFlanks, mesh: PointFlankMesh) -> Iterator[Problem]:
+def _edges_fit(mesh: PointFlankMesh) -> Iterator[Problem]:
     """The rounded edges leave a flank."""
     ends = np.array(mesh.face_limits)
     sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
-    for body, flank, inset, radius, width, end_radius in (
-        (
-            "pinion",
-            sharp.driving_tip,
-            sharp.driving_tip - rounded.driving_tip,
-            sharp.driving_tip_edge_radius,
-            sharp.driving_face[1] - sharp.driving_face[0],
-            sharp.driving_end_edge_radius,
-        ),
-        (
-            "gear",
-            float(sharp.tip.min()),
-            float((sharp.tip - rounded.tip).max()),
-            sharp.tip_edge_radius,
-            ends[1] - ends[0],
-            sharp.end_edge_radius,
-        ),
-    ):
-        if inset >= flank:
-            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
-            yield Problem(
-                f"gear_pair.{body}_tip_edge_radius_mm", radius, f"below {down(radius * flank / inset)} mm", fix
-            )
-        if end_radius >= 0.5 * width:
-            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
-            allowed = f"less than half the face width ({down(0.5 * width)} mm)"
-            yield Problem(f"gear_pair.{body}_end_edge_radius_mm", end_radius, allowed, fix)
+    radii = sharp.driving_tip_edge_radius, sharp.tip_edge_radius
+    insets = sharp.driving_tip - rounded.driving_tip, float((sharp.tip - rounded.tip).max())
+    lengths = sharp.driving_tip, float(sharp.tip.min())
+    end_radii = sharp.driving_end_edge_radius, sharp.end_edge_radius
+    widths = sharp.driving_face[1] - sharp.driving_face[0], ends[1] - ends[0]
+    fix = "an edge radius is small, usually 0.2 mm at a module of 5"
+    for k, body in enumerate(BODIES):
+        if insets[k] >= lengths[k]:
+            allowed = f"below {down(radii[k] * lengths[k] / insets[k])} mm"
+            yield Problem(f"gear_pair.{body}_tip_edge_radius_mm", radii[k], allowed, fix)
+        if end_radii[k] >= 0.5 * widths[k]:
+            allowed = f"less than half the face width ({down(0.5 * widths[k])} mm)"
+            yield Problem(f"gear_pair.{body}_end_edge_radius_mm", end_radii[k], allowed, fix)
 
 
 def _teeth_hand_over(mesh: PointFlankMesh) -> Iterator[Problem]:

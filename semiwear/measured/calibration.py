@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import exp, sqrt
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
-from semiwear.life import step_lengths_to
+from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
-from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part
+from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part, half_interval
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
-from semiwear.measured.rigid import DATUM
+from semiwear.measured.rigid import DATUM, TURNS
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.plan.choices import table
+from semiwear.plain_text import folded, one_of, table
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
@@ -88,7 +86,7 @@ class Calibration:
         """Standard uncertainty of ln k: of one part's fit, or of the mean of several parts."""
         if len(self.parts) == 1:
             return self.parts[0].log_error
-        return float(np.std(np.log(self.coefficients), ddof=1)) / sqrt(len(self.parts))
+        return self._log_scatter / sqrt(len(self.parts))
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -98,7 +96,7 @@ class Calibration:
         how they differ.
         """
         freedom = self.parts[0].freedom if len(self.parts) == 1 else len(self.parts) - 1.0
-        half = float(student.ppf(0.5 + 0.5 * self.confidence, freedom)) * self.log_error
+        half = half_interval(self.log_error, freedom, self.confidence)
         return self.coefficient * exp(-half), self.coefficient * exp(half)
 
     @property
@@ -106,7 +104,7 @@ class Calibration:
         """Coefficient of variation of k between the parts (log-normal); None of one part."""
         if len(self.parts) == 1:
             return None
-        return sqrt(exp(float(np.var(np.log(self.coefficients), ddof=1))) - 1.0)
+        return sqrt(exp(self._log_scatter**2) - 1.0)
 
     @property
     def calibrated_scene(self) -> Scene:
@@ -153,12 +151,12 @@ class Calibration:
         assert wear is not None
         name = self.body if body is None else body
         if name not in wear.worn_bodies:
-            raise SceneError.of("body", name, " or ".join(f'"{one}"' for one in wear.worn_bodies))
+            raise SceneError.of("body", name, one_of(wear.worn_bodies))
         count = len(self.parts)
         if k_scatter == "measured":
             if count < 3:
                 raise SceneError.of("k_scatter", k_scatter, "a number, with fewer than three parts", "0.5 is usual")
-            deviation = float(np.std(np.log(self.coefficients), ddof=1)) * sqrt(1.0 + 1.0 / count)
+            deviation = self._log_scatter * sqrt(1.0 + 1.0 / count)
             told, freedom = self.k_scatter or 0.0, count - 1.0
         else:
             if isinstance(k_scatter, str) or not 0.0 <= k_scatter < np.inf:
@@ -168,30 +166,30 @@ class Calibration:
             deviation, told, freedom = sqrt(own**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")
         stepper = self.family.stepper
         meshes = sum(step_lengths_to(stepper, BODIES.index(name), 1e-3 * depth_limit_um))
-        speed = self.scene.operation.pinion_speed_rpm
-        per_mesh = None if speed is None else stepper.teeth.pair.driving_meshes / (60.0 * speed)
+        per_mesh = hours_per_mesh(self.scene, stepper.teeth.pair)
         return LifeSpread(name, depth_limit_um, meshes / self.factor, deviation, freedom, told, per_mesh)
 
     def to_dataset(self) -> xr.Dataset:
         """`coefficient` and `interval` [mm2/N], and over the parts what each tells."""
         run = {"units": "1", "long_name": "engagements of one gear tooth"}
         k = {"units": "mm2 N-1", "long_name": f"wear coefficient of the {self.body}"}
-        low, high = self.interval
-        lengths = np.array([self._lengths(part) for part in self.parts])
-        mm = {"units": "mm"}
+
+        def of_parts(value: Callable[[PartFit], float], units: str) -> tuple[str, FloatArray, dict[str, str]]:
+            return "part", np.array([value(part) for part in self.parts]), {"units": units}
+
         return xr.Dataset(
             {
                 "coefficient": ((), self.coefficient, k),
-                "interval": ("end", np.array([low, high]), k),
+                "interval": ("end", np.array(self.interval), k),
                 "part_coefficient": ("part", np.array(self.coefficients), k),
-                "log_uncertainty": ("part", np.array([part.log_error for part in self.parts]), {"units": "1"}),
+                "log_uncertainty": of_parts(lambda part: part.log_error, "1"),
                 "meshes": ("part", np.array(self.meshes), run),
-                "explained": ("part", np.array([part.explained for part in self.parts]), {"units": "1"}),
-                "residual_rms": ("part", np.array([_UM * p.residual_rms for p in self.parts]), {"units": "um"}),
-                "points": ("part", np.array([part.points for part in self.parts]), {"units": "1"}),
-                "effective_points": ("part", np.array([p.effective_points for p in self.parts]), {"units": "1"}),
-                "correlation_length_profile": ("part", lengths[:, 0], mm),
-                "correlation_length_face": ("part", lengths[:, 1], mm),
+                "explained": of_parts(lambda part: part.explained, "1"),
+                "residual_rms": of_parts(lambda part: _UM * part.residual_rms, "um"),
+                "points": of_parts(lambda part: part.points, "1"),
+                "effective_points": of_parts(lambda part: part.effective_points, "1"),
+                "correlation_length_profile": of_parts(lambda part: part.noise.correlation.profile_length, "mm"),
+                "correlation_length_face": of_parts(lambda part: part.noise.correlation.face_length, "mm"),
             },
             {"end": ["low", "high"], "part": np.arange(len(self.parts))},
             {"title": "wear coefficient from measured wear", "body": self.body, "confidence": self.confidence},
@@ -207,18 +205,17 @@ class Calibration:
             f"wear coefficient of the {self.body}: {self.coefficient:.3e} mm2/N, {share} interval {low:.3e} to "
             f"{high:.3e} ({several}); the scene has {self._own:.3e} mm2/N{scatter}"
         )
-        folded = textwrap.fill(told, 118, subsequent_indent="    ")
-        return folded + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
+        return folded(told) + "\n\n" + table(_HEAD, [self._row(k) for k in range(count)])
 
     @property
     def _own(self) -> float:
         assert self.scene.wear is not None
         return self.scene.wear.coefficient(self.body)
 
-    @staticmethod
-    def _lengths(part: PartFit) -> tuple[float, float]:
-        found = part.noise.correlation
-        return found.profile_length, found.face_length
+    @property
+    def _log_scatter(self) -> float:
+        """Standard deviation of ln k between several parts."""
+        return float(np.std(np.log(self.coefficients), ddof=1))
 
     def _row(self, number: int) -> tuple[str, ...]:
         part, k = self.parts[number], self.coefficients[number]
@@ -238,7 +235,7 @@ class Calibration:
 
 def _told(name: str, amount: float) -> str:
     """An amount of a motion in its usual unit."""
-    if name in ("rotation", "tilt_radial", "tilt_tangential"):
+    if name in TURNS:
         return f"{np.degrees(amount) * 3600.0:.2f} arcsec"
     return f"{_UM * amount:.2f} um"
 
@@ -297,9 +294,8 @@ def calibrate(
     """
     if not 0.0 < confidence < 1.0:
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
-    parts, firsts = _listed(measured), [None] if before is None else _listed(before)
-    if before is None:
-        firsts = [None] * len(parts)
+    parts = _listed(measured)
+    firsts = [None] * len(parts) if before is None else _listed(before)
     if not parts or len(firsts) != len(parts):
         found = f"{len(parts)} measured parts, {len(firsts)} before"
         raise SceneError.of("measured", found, "one part or more, and as many before", "give them in the same order")
@@ -339,13 +335,13 @@ def _is_points(measured: Sequence[object]) -> bool:
 
 def _meshes_run(scene: Scene, meshes: float | Sequence[float] | None, count: int) -> tuple[float, ...]:
     given = meshes
-    if given is None:
-        given = scene.wear.until.meshes if scene.wear is not None else None
+    if given is None and scene.wear is not None:
+        given = scene.wear.until.meshes
     if given is None:
         raise SceneError.of(
             "meshes", None, "above 0", "say how many engagements of a gear tooth the parts have run (meshes=...)"
         )
-    run = np.broadcast_to(np.asarray(given, float), (count,)) if np.ndim(given) == 0 else np.asarray(given, float)
+    run = np.full(count, given, float) if np.ndim(given) == 0 else np.asarray(given, float)
     if run.shape != (count,) or not np.all(np.isfinite(run)) or np.any(run <= 0.0):
         raise SceneError.of("meshes", given, f"one number above 0, or {count}", "one for each measured part")
     return tuple(map(float, run))

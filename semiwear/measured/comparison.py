@@ -17,8 +17,9 @@ from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
-from semiwear.meshing.pairs import flank_pair, on_loaded_flank
-from semiwear.scene import Placement, Scene, parse_scene
+from semiwear.plan import plan
+from semiwear.results.missing import group_of
+from semiwear.scene import Scene, parse_scene
 
 __all__ = ["compare_wear", "comparison_of_fit"]
 
@@ -66,11 +67,11 @@ def compare_wear(
     SceneError
         As `measured_wear`.
     """
-    if "flank" not in tree.children or "wear_depth" not in tree["flank"].to_dataset():
+    flank = group_of(tree, "flank")
+    if "wear_depth" not in flank:
         raise SemiwearError("compare_wear needs /flank/wear_depth, which this result does not have")
     scene = parse_scene(str(tree.attrs.get("scene_toml", "")), name="scene of the result")
     worn = as_wear(scene, measured, before, body, datum="best_fit" if datum else "as_measured")
-    flank = tree["flank"].to_dataset()
     grid = _grid_of(scene, flank, body)
     steps = flank.sizes["wear_step"]
     if not -steps <= wear_step < steps:
@@ -91,11 +92,7 @@ def comparison_of_fit(worn: MeasuredWear, part: PartFit, attrs: dict[str, str]) 
 
 def _grid_of(scene: Scene, flank: xr.Dataset, body: str) -> FlankGrid:
     """Nodes of a result's wear, made again and checked against the heights that it holds."""
-    table, placement = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
-    misaligned = scene.effects.misalignment
-    if misaligned is not None:
-        table, placement = on_loaded_flank(scene.gear_pair, misaligned.placement, scene.operation.loaded_flank)
-    pair = flank_pair(table, placement)
+    pair = plan(scene).flank_pair()
     face, points = np.asarray(flank["face"].values, float), flank.sizes["profile"]
     make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
     grid = make(pair, face, points)
@@ -118,23 +115,11 @@ def _compared(worn: MeasuredWear, predicted: FloatArray, modes: FloatArray, attr
     spread = float(np.std(predicted) * np.std(aligned))
     together = float(np.mean((predicted - predicted.mean()) * (aligned - aligned.mean())))
     difference = predicted - aligned
-    height, radius = worn.flank.place(worn.face, worn.profile)
-
-    def on_grid(values: FloatArray) -> FloatArray:
-        out = np.zeros(inside.shape)
-        out[inside] = _UM * values
-        return out
-
     values: dict[str, object] = {
-        "predicted": on_grid(predicted),
-        "wear_depth": on_grid(aligned),
-        "difference": on_grid(difference),
-        "flank_profile": worn.profile,
-        "flank_face": worn.face,
-        "flank_height": height,
-        "flank_radius": radius,
-        "inside": inside,
-        "points": int(inside.sum()),
+        "predicted": worn.on_grid(_UM * predicted),
+        "wear_depth": worn.on_grid(_UM * aligned),
+        "difference": worn.on_grid(_UM * difference),
+        **worn.where(),
         "difference_max": _UM * float(difference[np.argmax(np.abs(difference))]),
         "difference_rms": _UM * float(np.sqrt(np.mean(difference**2))),
         "correlation": together / spread if spread > 0.0 else 0.0,

@@ -9,6 +9,7 @@ correlation of neighbouring residuals (`semiwear.measured.correlated`): what the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +21,10 @@ from semiwear.errors import SceneError
 from semiwear.measured.correlated import Estimate, estimate
 from semiwear.measured.predicted import WearCurve
 from semiwear.measured.rigid import determined, motions_of
-from semiwear.measured.robust import huber_weights
+from semiwear.measured.robust import huber_weights, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
-__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part"]
+__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval"]
 
 FloatArray = NDArray[np.float64]
 
@@ -80,8 +81,13 @@ class PartFit:
 
     def interval(self, confidence: float) -> tuple[float, float]:
         """Meshes between which N lies."""
-        half = float(student.ppf(0.5 + 0.5 * confidence, self.freedom)) * self.log_error
+        half = half_interval(self.log_error, self.freedom, confidence)
         return self.meshes * float(np.exp(-half)), self.meshes * float(np.exp(half))
+
+
+def half_interval(error: float, freedom: float, confidence: float) -> float:
+    """Half a confidence interval of a quantity with a standard uncertainty, by Student's t."""
+    return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
 def datum_modes(measured: MeasuredWear, motions: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
@@ -110,14 +116,11 @@ def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: 
     modes : (points, motions) array
     weights : (points,) array
     """
-    root = np.sqrt(weights)
-    basis = np.linalg.qr(root[:, None] * modes)[0]
-    wanted = root * wear
-    wanted = wanted - basis @ (basis.T @ wanted)
+    root, beside = np.sqrt(weights), _beside(modes, weights)
+    wanted = beside(root * wear)
 
     def squares(log_meshes: float) -> float:
-        shown = root * curve.at(float(np.exp(log_meshes)))
-        rest = wanted - shown + basis @ (basis.T @ shown)
+        rest = wanted - beside(root * curve.at(float(np.exp(log_meshes))))
         return float(rest @ rest)
 
     last = float(np.log(curve.meshes[-1]))
@@ -129,6 +132,12 @@ def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: 
     bounds = (trials[best - 1], trials[best + 1])
     found = minimize_scalar(squares, bounds=bounds, method="bounded", options={"xatol": 1e-9})
     return float(np.exp(found.x)), float(found.x) < last - _END
+
+
+def _beside(modes: FloatArray, weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """From weighted values to what is left of them beside all that the modes can make."""
+    basis = np.linalg.qr(np.sqrt(weights)[:, None] * modes)[0]
+    return lambda values: np.asarray(values - basis @ (basis.T @ values))
 
 
 def fit_part(
@@ -154,34 +163,25 @@ def fit_part(
     meshes, within = best_meshes(curve, wear, flat, weights)
     for _ in range(_PASSES if robust else 0):
         rest = wear - curve.at(meshes)
-        root = np.sqrt(weights)
-        amounts = np.linalg.lstsq(root[:, None] * flat, root * rest, rcond=None)[0]
+        amounts = weighted_fit(flat, rest, weights)
         weights = huber_weights(rest - flat @ amounts, np.ones(wear.size, dtype=bool))
         before = meshes
         meshes, within = best_meshes(curve, wear, flat, weights)
         if abs(np.log(meshes / before)) < 1e-8:
             break
-    root = np.sqrt(weights)
-    amounts = np.linalg.lstsq(root[:, None] * flat, root * (wear - curve.at(meshes)), rcond=None)[0]
-
-    def on_grid(values: FloatArray) -> FloatArray:
-        out = np.zeros((*inside.shape, *values.shape[1:]))
-        out[inside] = values
-        return out
-
     predicted = curve.at(meshes)
+    amounts = weighted_fit(flat, wear - predicted, weights)
     rest = wear - predicted - flat @ amounts
     derivatives = np.column_stack([curve.slope(meshes), flat])
     at_start = meshes <= 2.0 * _SHORTEST * curve.meshes[-1] or not np.any(derivatives[:, 0])
     if at_start or not within:
         _no_information(measured, rest, predicted, np.inf, field)
+    on_grid = measured.on_grid
     noise = estimate(on_grid(rest), on_grid(derivatives), on_grid(weights), *measured.places)
     error = float(noise.errors[0])
-    if float(student.ppf(0.5 + 0.5 * confidence, noise.freedom)) * error >= 1.0:
+    if half_interval(error, noise.freedom, confidence) >= 1.0:
         _no_information(measured, rest, predicted, error, field)
-    bare = root * wear
-    basis = np.linalg.qr(root[:, None] * flat)[0]
-    bare = bare - basis @ (basis.T @ bare)
+    bare = _beside(flat, weights)(np.sqrt(weights) * wear)
     total = float(bare @ bare)
     return PartFit(
         meshes=meshes,

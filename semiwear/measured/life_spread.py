@@ -17,7 +17,6 @@ own scatter takes its place, and Student's t that of the normal distribution.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, log, sqrt
@@ -27,6 +26,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from semiwear.errors import SceneError
+from semiwear.plain_text import folded
 
 __all__ = ["QUANTILES", "LifeSpread", "log_deviation"]
 
@@ -91,9 +91,7 @@ class LifeSpread:
             hours = "" if self.hours_per_mesh is None else f" ({meshes * self.hours_per_mesh:.4g} h)"
             parts.append(f"B{100 * share:.0f} {meshes:.4g} meshes{hours}")
         spread = 100.0 * sqrt(exp(self.log_deviation**2) - 1.0)
-        return textwrap.fill(
+        return folded(
             f"life of the {self.body} until {self.depth_limit:g} um: {', '.join(parts)}; k scatters by "
-            f"{100.0 * self.k_scatter:.0f} % from part to part, the life of the next part by {spread:.0f} %",
-            118,
-            subsequent_indent="    ",
+            f"{100.0 * self.k_scatter:.0f} % from part to part, the life of the next part by {spread:.0f} %"
         )

@@ -19,6 +19,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import axis_of, own_flank
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.point_flank_body import frame_about
+from semiwear.plain_text import one_of
 from semiwear.scene import Placement, Scene
 
 __all__ = ["NominalFlank", "nominal_flank"]
@@ -114,7 +115,7 @@ def nominal_flank(scene: Scene, body: str = "gear") -> NominalFlank:
         For another body.
     """
     if body not in BODIES:
-        raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+        raise SceneError.of("body", body, one_of(BODIES))
     coast = scene.operation.loaded_flank == "coast"
     table, placement = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
     return NominalFlank(flank_pair(table, placement), BODIES.index(body), coast)

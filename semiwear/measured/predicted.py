@@ -6,7 +6,8 @@ coefficient. Its states are interpolated by a monotone cubic (Fritsch and Carlso
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,13 +88,9 @@ class WearCurve:
         """Change of the wear depth per relative change of the meshes [mm]."""
         return np.asarray(meshes * self._curve(meshes, 1))
 
-    @property
+    @cached_property
     def _curve(self) -> PchipInterpolator:
-        found = self.__dict__.get("_known")
-        if found is None:
-            found = PchipInterpolator(self.meshes, self.depths, axis=0)
-            object.__setattr__(self, "_known", found)
-        return found
+        return PchipInterpolator(self.meshes, self.depths, axis=0)
 
 
 @dataclass
@@ -106,6 +103,10 @@ class WearFamily:
     body : int
     depth_a_step : float [mm]
         Greatest wear that a step adds, about.
+    state : WearState
+        The last one.
+    rate : float [mm]
+        Greatest wear that a mesh added of late.
     meshes : list of float
     depths : list of (face, profile) arrays [mm]
     """
@@ -113,10 +114,10 @@ class WearFamily:
     stepper: WearStepper
     body: int
     depth_a_step: float
-    meshes: list[float] = field(default_factory=lambda: [0.0])
-    depths: list[FloatArray] = field(default_factory=list)
-    _state: WearState | None = None
-    _rate: float = 0.0
+    state: WearState
+    rate: float
+    meshes: list[float]
+    depths: list[FloatArray]
 
     @property
     def grid(self) -> FlankGrid:
@@ -130,18 +131,7 @@ class WearFamily:
     @property
     def greatest(self) -> float:
         """Greatest wear depth so far [mm]."""
-        return float(self.depths[-1].max()) if self.depths else 0.0
-
-    def begin(self) -> None:
-        """The unworn flank, and how fast it begins to wear."""
-        self._state = self.stepper.start()
-        self.depths.append(self._depth(self._state))
-        self._rate = float(self._depth(self.stepper.step(self._state, 1.0)).max())
-        if self._rate <= 0.0:
-            raise ConvergenceError(
-                f"the {BODIES[self.body]} of this scene does not wear: its wear coefficient is 0 there, or a film "
-                "carries all load"
-            )
+        return float(self.depths[-1].max())
 
     def extend(self) -> None:
         """One step further.
@@ -151,33 +141,35 @@ class WearFamily:
         ConvergenceError
             If the flank cannot be worn further.
         """
-        assert self._state is not None
-        length = self.depth_a_step / self._rate
-        ahead = self.stepper.step(self._state, length)
-        depth = self._depth(ahead)
+        length = self.depth_a_step / self.rate
+        self.state = self.stepper.step(self.state, length)
+        depth = _depth(self.state, self.body)
         rate = float(depth.max() - self.depths[-1].max()) / length
-        self._rate = max(rate, 0.2 * self._rate)
-        self._state = ahead
-        self.meshes.append(ahead.meshes)
+        self.rate = max(rate, 0.2 * self.rate)
+        self.meshes.append(self.state.meshes)
         self.depths.append(depth)
 
     def curve(self, reading: FlankReading) -> WearCurve:
         """The wear at measured places."""
         return WearCurve(np.array(self.meshes), np.stack([reading.read(depth) for depth in self.depths]))
 
-    def _depth(self, state: WearState) -> FloatArray:
-        depth = state.worn.driven if self.body == DRIVEN else state.worn.driving
-        assert depth is not None
-        return depth
+
+def _depth(state: WearState, body: int) -> FloatArray:
+    """Wear depth of a body that wears, (face, profile) [mm]."""
+    depth = state.worn.driven if body == DRIVEN else state.worn.driving
+    assert depth is not None
+    return depth
 
 
 def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
-    """The wear of a scene's body, begun.
+    """The wear of a scene's body, unworn, and how fast it begins.
 
     Raises
     ------
     SceneError
         If the scene has no wear, or the body does not wear.
+    ConvergenceError
+        If nothing wears it.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "give wear.coefficient_mm2_per_N, a first guess")
@@ -186,9 +178,13 @@ def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
         raise SceneError.of("wear.worn_bodies", found, f"with the {body}, which was measured", "add it")
     physics = plan(scene)
     stepper = physics.wear_stepper(physics.loaded_teeth())
-    family = WearFamily(stepper, BODIES.index(body), depth_a_step)
-    family.begin()
-    return family
+    index, state = BODIES.index(body), stepper.start()
+    rate = float(_depth(stepper.step(state, 1.0), index).max())
+    if rate <= 0.0:
+        raise ConvergenceError(
+            f"the {body} of this scene does not wear: its wear coefficient is 0 there, or a film carries all load"
+        )
+    return WearFamily(stepper, index, depth_a_step, state, rate, [0.0], [_depth(state, index)])
 
 
 def reading_of(family: WearFamily, measured: MeasuredWear) -> FlankReading:

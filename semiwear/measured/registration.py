@@ -29,11 +29,12 @@ from semiwear.measured.nearest import Feet, feet, turned_by
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled, units_of
 from semiwear.measured.rigid import DATUM, MOTIONS, Displacement, Motions, determined, motions_of
-from semiwear.measured.robust import local_noise, one_sided_fit
+from semiwear.measured.robust import local_noise, one_sided_fit, weighted_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
+from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
-__all__ = ["Registration", "register", "registered"]
+__all__ = ["OnFlank", "Registration", "register", "registered"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -48,18 +49,55 @@ _UM = 1e3
 
 
 @dataclass(frozen=True)
-class Registration:
-    """A measured flank on the nominal one; arrays are (profile, face).
+class OnFlank:
+    """A grid of points on a nominal flank; arrays are (profile, face).
 
     Attributes
     ----------
     flank : NominalFlank
     face, profile : array [mm]
         Flank coordinates of the points.
+    inside : bool array
+        Points that count: they lie on the nominal flank.
+    """
+
+    flank: NominalFlank
+    face: FloatArray
+    profile: FloatArray
+    inside: BoolArray
+
+    @property
+    def places(self) -> tuple[FloatArray, FloatArray]:
+        """Mean profile and face coordinate of the grid's rows and columns [mm]."""
+        return grid_places(self.profile, self.face)
+
+    def on_grid(self, values: FloatArray) -> FloatArray:
+        """Values (points that count, ...) on the grid, (profile, face, ...); 0 elsewhere."""
+        out = np.zeros((*self.inside.shape, *values.shape[1:]))
+        out[self.inside] = values
+        return out
+
+    def where(self) -> dict[str, object]:
+        """Where the points lie, as quantities of a dataset."""
+        height, radius = self.flank.place(self.face, self.profile)
+        return {
+            "flank_profile": self.profile,
+            "flank_face": self.face,
+            "flank_height": height,
+            "flank_radius": radius,
+            "inside": self.inside,
+            "points": int(self.inside.sum()),
+        }
+
+
+@dataclass(frozen=True)
+class Registration(OnFlank):
+    """A measured flank on the nominal one.
+
+    Attributes
+    ----------
     deviation : array [mm]
         Positive for material in excess; 0 where not inside.
-    inside : bool array
-        Points that lie on the nominal flank.
     weights : array
         Of the fit; as `inside` without one.
     amounts : mapping of str to float [rad, mm]
@@ -71,35 +109,16 @@ class Registration:
     noise : Estimate or None
     """
 
-    flank: NominalFlank
-    face: FloatArray
-    profile: FloatArray
     deviation: FloatArray
-    inside: BoolArray
     weights: FloatArray
     amounts: dict[str, float]
     errors: dict[str, float]
     held: tuple[str, ...]
     noise: Estimate | None
 
-    @property
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        """Mean profile and face coordinate of the grid's rows and columns [mm]."""
-        return grid_places(self.profile, self.face)
-
     def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
         """Deviations in um, the datum with its uncertainties, and the root mean square of what is left."""
-        height, radius = self.flank.place(self.face, self.profile)
-        values: dict[str, object] = {
-            "deviation": _UM * self.deviation,
-            "flank_profile": self.profile,
-            "flank_face": self.face,
-            "flank_height": height,
-            "flank_radius": radius,
-            "inside": self.inside,
-            "weight": self.weights,
-            "points": int(self.inside.sum()),
-        }
+        values = {"deviation": _UM * self.deviation, **self.where(), "weight": self.weights}
         for name, amount in self.amounts.items():
             factor = _ARCSEC if units_of(name) == "arcsec" else 1.0
             values[name] = factor * amount
@@ -185,10 +204,10 @@ def registered(
     """As `register`, of a nominal flank."""
     for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
         if value not in allowed:
-            raise SceneError.of(name, value, " or ".join(f'"{one}"' for one in allowed))
+            raise SceneError.of(name, value, one_of(allowed))
     unknown = [name for name in motions if name not in MOTIONS]
     if unknown:
-        raise SceneError.of("motions", unknown[0], " or ".join(f'"{one}"' for one in MOTIONS))
+        raise SceneError.of("motions", unknown[0], one_of(MOTIONS))
     if isinstance(measured, DeviationGrid):
         return _of_deviations(flank, measured, field)
     check_points(flank, measured, field)
@@ -218,7 +237,7 @@ def _of_deviations(flank: NominalFlank, grid: DeviationGrid, field: str) -> Regi
     inside = (profile <= tip + 1e-3) & (face <= high + 1e-3) & (profile >= root - 1e-3) & (face >= low - 1e-3)
     _enough(inside, field)
     deviation = np.where(inside, grid.deviation, 0.0)
-    return Registration(flank, face, profile, deviation, inside, inside.astype(float), {}, {}, (), None)
+    return Registration(flank, face, profile, inside, deviation, inside.astype(float), {}, {}, (), None)
 
 
 def _of_points(
@@ -266,7 +285,7 @@ def _of_points(
     face, profile = _held_to_flank(flank, at)
     deviation = np.where(at.inside, at.deviation, 0.0)
     amounts_found = {name: every[name] for name in names}
-    return Registration(flank, face, profile, deviation, at.inside, weights, amounts_found, errors, held, estimated)
+    return Registration(flank, face, profile, at.inside, deviation, weights, amounts_found, errors, held, estimated)
 
 
 def _fitted(
@@ -275,8 +294,8 @@ def _fitted(
     """Amounts of the motions, and the weights of the points."""
     if fit == "one_sided":
         return one_sided_fit(deviation, modes, counts, noise)
-    start = counts.astype(float)
-    return np.asarray(np.linalg.lstsq(start[:, None] * modes, start * deviation, rcond=None)[0], float), start
+    weights = counts.astype(float)
+    return weighted_fit(modes, deviation, weights), weights
 
 
 def _held_to_flank(flank: NominalFlank, at: Feet) -> tuple[FloatArray, FloatArray]:

@@ -11,16 +11,21 @@ from scipy.spatial.transform import Rotation
 
 from semiwear.measured.nominal import NominalFlank
 
-__all__ = ["DATUM", "MOTIONS", "Displacement", "Motions", "determined", "motions_of"]
+__all__ = ["DATUM", "MOTIONS", "TURNS", "Displacement", "Motions", "determined", "motions_of"]
 
 FloatArray = NDArray[np.float64]
 
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
 """Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
 
+TURNS = ("rotation", "tilt_radial", "tilt_tangential")
+"""Motions that are rotations; the others are shifts."""
+
 DATUM = MOTIONS[:2]
 """Placement that a measuring machine leaves open: where the tooth stands about the axis, and along it."""
 
+# row of the frame that a motion is along or about
+_DIRECTION = {"rotation": 0, "axial": 0, "radial": 1, "tilt_radial": 1, "tangential": 2, "tilt_tangential": 2}
 _TELLABLE = 1e-5  # share of a motion that must not be a mixture of the ones before it
 _NOTHING = 1e-9  # mm/mm or mm/rad: a motion that moves flanks no more than this along their normals is not felt
 
@@ -84,8 +89,8 @@ class Motions:
         """Movement of flank points along their normals per unit of each motion, (..., motions) [mm/rad or 1]."""
         columns = []
         for name in self.names:
-            direction = self.frame[_direction(name)]
-            if name in ("rotation", "tilt_radial", "tilt_tangential"):
+            direction = self.frame[_DIRECTION[name]]
+            if name in TURNS:
                 moved = np.cross(direction, points - self.centre)
             else:
                 moved = np.broadcast_to(direction, points.shape)
@@ -96,8 +101,8 @@ class Motions:
         """The displacement by amounts [rad, mm] of each motion."""
         turning, shift = np.zeros(3), np.zeros(3)
         for name, amount in zip(self.names, amounts, strict=True):
-            direction = self.frame[_direction(name)]
-            if name in ("rotation", "tilt_radial", "tilt_tangential"):
+            direction = self.frame[_DIRECTION[name]]
+            if name in TURNS:
                 turning = turning + amount * direction
             else:
                 shift = shift + amount * direction
@@ -115,11 +120,6 @@ class Motions:
         shift = self.frame @ (displacement.apply(self.centre) - self.centre)
         values = (angle, shift[0], shift[1], shift[2], turning[1], turning[2])
         return {name: float(value) for name, value in zip(MOTIONS, values, strict=True)}
-
-
-def _direction(name: str) -> int:
-    """Row of the frame that a motion is along or about."""
-    return {"rotation": 0, "axial": 0, "radial": 1, "tilt_radial": 1, "tangential": 2, "tilt_tangential": 2}[name]
 
 
 def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:

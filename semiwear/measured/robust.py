@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["huber_weights", "local_noise", "one_sided_fit"]
+__all__ = ["huber_weights", "local_noise", "one_sided_fit", "weighted_fit"]
 
 FloatArray = NDArray[np.float64]
 
@@ -47,6 +47,12 @@ def local_noise(deviation: FloatArray, inside: NDArray[np.bool_]) -> float:
     return max(min(found, default=0.0), _LEAST)
 
 
+def weighted_fit(modes: FloatArray, values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Amounts of modes (points, motions) that fit values by weighted least squares, (motions,)."""
+    root = np.sqrt(weights)
+    return np.asarray(np.linalg.lstsq(root[:, None] * modes, root * values, rcond=None)[0], float)
+
+
 def one_sided_fit(
     deviation: FloatArray, modes: FloatArray, counts: NDArray[np.bool_], noise: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -62,17 +68,12 @@ def one_sided_fit(
         `local_noise`: down to this the fit looks for the points above.
     """
     weights = counts.astype(float)
-
-    def fitted() -> FloatArray:
-        root = np.sqrt(weights)
-        return np.asarray(np.linalg.lstsq(root[:, None] * modes, root * deviation, rcond=None)[0], float)
-
-    amounts = fitted()
+    amounts = weighted_fit(modes, deviation, weights)
     scatter = float(np.std((deviation - modes @ amounts)[counts]))
     while scatter > noise:
         scatter *= _SHRINK
         weights = _weights(deviation - modes @ amounts, counts, scatter)
-        amounts = fitted()
+        amounts = weighted_fit(modes, deviation, weights)
     for _ in range(_PASSES):
         rest = deviation - modes @ amounts
         above = rest[counts & (rest > 0.0)]
@@ -81,7 +82,7 @@ def one_sided_fit(
         # half-way: two sets of points must not take turns
         changed = float(np.abs(found - weights).max())
         weights = 0.5 * (weights + found)
-        amounts = fitted()
+        amounts = weighted_fit(modes, deviation, weights)
         if changed < _CHANGE:
             break
     return amounts, np.where(weights > _CHANGE, weights, 0.0)

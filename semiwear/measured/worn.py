@@ -14,7 +14,7 @@ from semiwear.errors import SceneError
 from semiwear.measured.files import Measurement, read_measured
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled
-from semiwear.measured.registration import Registration, grid_places, registered
+from semiwear.measured.registration import OnFlank, registered
 from semiwear.meshing.flank_deviations import deviations_of
 from semiwear.scene import Scene
 
@@ -32,44 +32,20 @@ _LEAST_POINTS = 16
 
 
 @dataclass(frozen=True)
-class MeasuredWear:
-    """Wear that was measured; arrays are (profile, face).
+class MeasuredWear(OnFlank):
+    """Wear that was measured.
 
     Attributes
     ----------
-    flank : NominalFlank
-    face, profile : array [mm]
-        Flank coordinates of the points.
-    depth : array [mm]
+    depth : (profile, face) array [mm]
         Positive for material removed; 0 where not inside.
-    inside : bool array
-        Points that count.
     """
 
-    flank: NominalFlank
-    face: FloatArray
-    profile: FloatArray
     depth: FloatArray
-    inside: BoolArray
-
-    @property
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        """Mean profile and face coordinate of the grid's rows and columns [mm]."""
-        return grid_places(self.profile, self.face)
 
     def to_dataset(self, attrs: dict[str, str]) -> xr.Dataset:
         """`wear_depth` [um] and where the points lie."""
-        height, radius = self.flank.place(self.face, self.profile)
-        values = {
-            "wear_depth": _UM * self.depth,
-            "flank_profile": self.profile,
-            "flank_face": self.face,
-            "flank_height": height,
-            "flank_radius": radius,
-            "inside": self.inside,
-            "points": int(self.inside.sum()),
-        }
-        return labelled(values, attrs, "measured wear")
+        return labelled({"wear_depth": _UM * self.depth, **self.where()}, attrs, "measured wear")
 
 
 def measured_wear(
@@ -139,7 +115,7 @@ def as_wear(
             field, f"{int(counts.sum())} points in common", f"{_LEAST_POINTS} points or more",
             "measure the same part of the same flank before and after",
         )  # fmt: skip
-    return MeasuredWear(flank, worn.face, worn.profile, np.where(counts, new - worn.depth, 0.0), counts)
+    return MeasuredWear(flank, worn.face, worn.profile, counts, np.where(counts, new - worn.depth, 0.0))
 
 
 def _deviations(flank: NominalFlank, measured: Measured, body: str, datum: str, fit: str, field: str) -> MeasuredWear:
@@ -149,8 +125,8 @@ def _deviations(flank: NominalFlank, measured: Measured, body: str, datum: str, 
         if said != body:
             raise SceneError.of(field, f"a flank of the {said}", f"one of the {body}", f'body = "{said}"')
         return _from_dataset(flank, measured, "deviation", field)
-    found: Registration = registered(flank, read_measured(measured, field), datum=datum, fit=fit, field=field)
-    return MeasuredWear(flank, found.face, found.profile, found.deviation, found.inside)
+    found = registered(flank, read_measured(measured, field), datum=datum, fit=fit, field=field)
+    return MeasuredWear(flank, found.face, found.profile, found.inside, found.deviation)
 
 
 def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) -> MeasuredWear:
@@ -164,7 +140,7 @@ def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) 
     inside = np.asarray(data["inside"].transpose("profile", "face").values).astype(bool)
     if not all(np.all(np.isfinite(entry)) for entry in (face, profile, values)):
         raise SceneError.of(field, f"{name} that is not finite", "finite numbers", "set inside to 0 and fill with 0")
-    return MeasuredWear(flank, face, profile, np.where(inside, values / _UM, 0.0), inside)
+    return MeasuredWear(flank, face, profile, inside, np.where(inside, values / _UM, 0.0))
 
 
 def _modified(scene: Scene, flank: NominalFlank, at: MeasuredWear) -> FloatArray:

@@ -29,8 +29,9 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, refe
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.meshing.tooth_contact import contact_points
+from semiwear.plain_text import table
 from semiwear.plan import effects
-from semiwear.plan.choices import Choice, physics_choices, table
+from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
 from semiwear.plan.teeth import elastic, tooth_compliance

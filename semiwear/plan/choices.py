@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from semiwear.meshing.point_flanks import surfaces_told
@@ -11,7 +9,7 @@ from semiwear.scene import FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
 
-__all__ = ["Choice", "physics_choices", "table"]
+__all__ = ["Choice", "physics_choices"]
 
 
 @dataclass(frozen=True)
@@ -50,22 +48,10 @@ def physics_choices(scene: Scene) -> tuple[Choice, ...]:
     return found if scene.numerics.accuracy is None else (*found, _accuracy_choice(scene))
 
 
-def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """A table as text, its last column folded."""
-    wide = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head) - 1)]
-    rule = (*("-" * width for width in wide), "-" * len(head[-1]))
-    return "\n".join(_wrapped((head, rule, *rows), wide))
-
-
 def _geometry_choice(scene: Scene) -> Choice:
     pair = scene.gear_pair
-    return Choice(
-        "geometry",
-        pair.description,
-        True,
-        f'gear_pair.type = "{pair.type}"' + (f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""),
-        pair.references,
-    )
+    told = f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""
+    return Choice("geometry", pair.description, True, f'gear_pair.type = "{pair.type}"{told}', pair.references)
 
 
 def _contact_choice(scene: Scene) -> Choice:
@@ -124,24 +110,16 @@ def _pairs_choice(scene: Scene) -> Choice:
 def _wear_choice(scene: Scene) -> Choice:
     if scene.wear is None:
         return Choice("wear", "none", False, "the scene has no table [wear]")
-    bodies = ", ".join(scene.wear.worn_bodies)
+    bodies = scene.wear.worn_bodies
+    k = ", ".join(f"{scene.wear.coefficient(body):g}" for body in bodies)
+    default = f' (a default, as gear_pair.type = "{scene.gear_pair.type}")' if scene.wear._derived else ""
     return Choice(
         "wear",
-        "Archard, k = "
-        + ", ".join(f"{scene.wear.coefficient(body):g}" for body in scene.wear.worn_bodies)
-        + " mm^2/N",
+        f"Archard, k = {k} mm^2/N",
         True,
-        f"[wear], worn_bodies = {bodies}{_by_default(scene)}{_unusual(scene.wear)}",
+        f"[wear], worn_bodies = {', '.join(bodies)}{default}{_unusual(scene.wear)}",
         ("Archard 1953, J. Appl. Phys. 24", "Andersson and Eriksson 1990, KTH"),
     )
-
-
-def _by_default(scene: Scene) -> str:
-    """A word on bodies that were left to their default."""
-    assert scene.wear is not None
-    if not scene.wear._derived:
-        return ""
-    return f' (a default, as gear_pair.type = "{scene.gear_pair.type}")'
 
 
 def _unusual(wear: Wear) -> str:
@@ -184,20 +162,12 @@ def _end_choice(scene: Scene) -> Choice:
     if scene.wear is None:
         return Choice("end of the run", "none", False, "no wear")
     until = scene.wear.until
-    if until.control_depths_um is not None:
-        depths = until.control_depths_um
-        return Choice(
-            "end of the run",
-            f"{len(depths)} control depths to {depths[-1]:g} um",
-            True,
-            f"wear.until.control_depths_um on the {scene.wear.watched_body}: meshes found for each",
-        )
-    return Choice(
-        "end of the run",
-        f"{until.meshes:g} meshes, steps: {scene.numerics.wear_steps}",
-        True,
-        "wear.until.meshes",
-    )
+    if (depths := until.control_depths_um) is not None:
+        end = f"{len(depths)} control depths to {depths[-1]:g} um"
+        why = f"wear.until.control_depths_um on the {scene.wear.watched_body}: meshes found for each"
+        return Choice("end of the run", end, True, why)
+    end = f"{until.meshes:g} meshes, steps: {scene.numerics.wear_steps}"
+    return Choice("end of the run", end, True, "wear.until.meshes")
 
 
 def _accuracy_choice(scene: Scene) -> Choice:
@@ -214,14 +184,3 @@ def _accuracy_choice(scene: Scene) -> Choice:
         "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I",
     )
     return Choice("accuracy", f"{numerics.accuracy:g} of the greatest of a kind", True, why, references)
-
-
-def _wrapped(rows: Iterable[tuple[str, ...]], wide: list[int], columns: int = 118) -> Iterable[str]:
-    """Rows of a table whose last column is folded."""
-    indent = sum(wide) + 2 * len(wide)
-    for row in rows:
-        left = "  ".join(text.ljust(width) for text, width in zip(row[:-1], wide, strict=True))
-        lines = textwrap.wrap(row[-1], max(columns - indent, 24)) or [""]
-        yield f"{left}  {lines[0]}"
-        for line in lines[1:]:
-            yield " " * indent + line

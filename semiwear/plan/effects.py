@@ -23,6 +23,7 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.surface_speed import SurfaceSpeeds
+from semiwear.plan.teeth import elastic
 from semiwear.scene import Scene
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def _free_edges(
     return FreeEdges.of(
         lines,
         borders,
-        (_Elastic.of(scene, "pinion"), _Elastic.of(scene, "gear")),
+        (elastic(scene.material.pinion), elastic(scene.material.gear)),
         (bodies[DRIVING].depth, bodies[DRIVEN].depth) if bodies else None,
         half_width,
         tip_turns=(borders.driving_tip_turn, borders.tip_turn),
@@ -163,18 +164,6 @@ def _mounting(shafts: ShaftCompliance, pair: FlankPair, lines: ContactLines) -> 
     face = np.broadcast_to(lines.face, lines.profile.shape)
     met = pair.meeting(face, lines.profile, lines.roll[:, None])
     return Mounting(springs, met.position, met.normal, pair.pitch_point)
-
-
-class _Elastic:
-    """Young's modulus [MPa] and Poisson's ratio of a body."""
-
-    def __init__(self, youngs_modulus: float, poissons_ratio: float) -> None:
-        self.youngs_modulus, self.poissons_ratio = youngs_modulus, poissons_ratio
-
-    @classmethod
-    def of(cls, scene: Scene, body: str) -> _Elastic:
-        material = getattr(scene.material, body)
-        return cls(material.youngs_modulus_MPa, material.poissons_ratio)
 
 
 # ---------------------------------------------------------------- rubbing and oil

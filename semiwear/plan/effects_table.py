@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import DataTree
 
-from semiwear.plan.choices import table
+from semiwear.plain_text import table
 from semiwear.scene import EFFECTS, EffectTable, Scene
 
 __all__ = ["effects_table", "seconds_of_effects"]
@@ -27,7 +27,7 @@ def seconds_of_effects(last: DataTree) -> dict[str, float]:
     return found
 
 
-def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, str] | None = None) -> str:
+def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, str]) -> str:
     """Every effect, on or off.
 
     Parameters
@@ -35,26 +35,16 @@ def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, s
     scene : Scene
     last : mapping
         As `seconds_of_effects` gives it; empty without an earlier run.
-    costs : mapping, optional
+    costs : mapping
         What effects that run cost, by name, where that is worth saying beforehand.
     """
     head = ("effect", "on", "acts in", "needs", "what and why")
     rows = []
     for name, kind in EFFECTS.items():
         own = scene.effects.get(name)
+        told = "no table" if own is None else f"{_values(own)}{_cost(name, costs)}{_share(name, last)}"
         needs = ", ".join(_needs(kind, own)) or "-"
-        if own is None:
-            rows.append((name, "no", kind.acts_in, needs, f"{kind.title}: no table"))
-            continue
-        rows.append(
-            (
-                name,
-                "yes",
-                kind.acts_in,
-                needs,
-                f"{kind.title}: {_values(own)}{_cost(name, costs)}{_share(name, last)}",
-            )
-        )
+        rows.append((name, "no" if own is None else "yes", kind.acts_in, needs, f"{kind.title}: {told}"))
     return table(head, rows)
 
 
@@ -72,16 +62,13 @@ def _values(own: EffectTable) -> str:
     return ", ".join(told)
 
 
-def _cost(name: str, costs: Mapping[str, str] | None) -> str:
-    return f"; {costs[name]}" if costs and name in costs else ""
+def _cost(name: str, costs: Mapping[str, str]) -> str:
+    return f"; {costs[name]}" if name in costs else ""
 
 
 def _needs(kind: type[EffectTable], own: EffectTable | None) -> list[str]:
-    needs = [key for key in kind.needs if key != "wear"]
-    for (field, value), keys in kind.needs_if.items():
-        if own is not None and getattr(own, field) == value:
-            needs += [key for key in keys if key not in needs]
-    return needs
+    needs = kind.needed_with(lambda name: None if own is None else getattr(own, name))
+    return [key for key in needs if key != "wear"]
 
 
 def _share(name: str, last: Mapping[str, float]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,15 +22,28 @@ from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.scene import GearPair, Material, Placement, Scene
 from semiwear.threads import in_threads
 
-__all__ = ["elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
+__all__ = ["Elastic", "elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
 
 _TAPERING = 4
 """Sections from which on a course along the face can be told."""
 
 
-def elastic(material: Material) -> tuple[float, float]:
-    """Young's modulus [MPa] and Poisson's ratio."""
-    return material.youngs_modulus_MPa, material.poissons_ratio
+class Elastic(NamedTuple):
+    """Elastic constants of a body.
+
+    Attributes
+    ----------
+    youngs_modulus : float [MPa]
+    poissons_ratio : float
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+
+
+def elastic(material: Material) -> Elastic:
+    """Elastic constants of a material."""
+    return Elastic(material.youngs_modulus_MPa, material.poissons_ratio)
 
 
 def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> ElasticTeeth:

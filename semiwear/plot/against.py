@@ -8,9 +8,20 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch_band
 from semiwear.plot.flank_places import flank_places
-from semiwear.plot.style import axes_for, label, legend_above, need, step_name, styled
+from semiwear.plot.style import (
+    ROLL_LABEL,
+    axes_for,
+    colour_bar,
+    label,
+    legend_above,
+    need,
+    pressure_scale,
+    step_name,
+    styled,
+)
 from semiwear.plot.two_results import TwoResults
 from semiwear.untyped import Options
 
@@ -19,9 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["pressure_of_both", "wear_difference"]
 
-_BODIES = ("pinion", "gear")
 _LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
-_LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
 
 
 def wear_difference(
@@ -53,7 +62,7 @@ def wear_difference(
             raise SemiwearError("the two results have no worn flank in common")
         first, second = results.values("flank", "wear_depth", results.steps[-1])
         body = chosen_body(tree, body)
-        difference = first[_BODIES.index(body)] - second[_BODIES.index(body)]
+        difference = first[BODIES.index(body)] - second[BODIES.index(body)]
         scale = max(float(np.abs(difference).max()), _LEAST_SCALE)
         (ax,) = axes_for(ax)
         wear = need(tree, "flank", "wear_depth")
@@ -62,9 +71,7 @@ def wear_difference(
         if body == "gear":
             _mark_strips(ax, results, tree)
         ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
-        bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
-        bar.set_label(label(wear, "Difference in wear depth"))
-        bar.ax.spines["outline"].set_visible(False)
+        colour_bar(ax, mesh, label(wear, "Difference in wear depth"))
         legend_above(ax, 2)
         ax.set_title(ax.get_title(loc="left"), pad=22.0)
     return ax
@@ -99,12 +106,9 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
                     width = 0.8 if edge else 1.8
                     ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
                     highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
-        if highest["contact_pressure_max_edge"] > _LOG_FROM * highest["contact_pressure_max"] > 0.0:
-            ax.set_yscale("log")
-        else:
-            ax.set_ylim(bottom=0.0)
+        pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
         pressure = need(tree, "engagement", "contact_pressure_max")
-        ax.set(xlabel="Roll position (base pitches, 0 at the pitch point)", ylabel=label(pressure))
+        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure))
         legend_above(ax, 2)
     return ax
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from semiwear.plot.style import (
     BODY_COLOUR,
+    ROLL_LABEL,
     SIZE_PAIR,
     axes_for,
     chosen_steps,
@@ -17,6 +18,7 @@ from semiwear.plot.style import (
     legend_above,
     meshes_axis,
     need,
+    pressure_scale,
     step_colours,
     step_name,
     styled,
@@ -32,9 +34,6 @@ __all__ = [
     "sliding_along_path",
     "transmission_error_curves",
 ]
-
-_LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
-_ROLL_LABEL = "Roll position (base pitches, 0 at the pitch point)"
 
 
 def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
@@ -64,7 +63,7 @@ def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None =
                 ax.plot(*_curve(curves, 0, where), color=colour, lw=1.1, ls="--", label=f"{body}, unworn")
             name = f"{body}, {step_name(sliding, shown)}"
             ax.plot(*_curve(curves, shown, where), color=colour, label=name)
-        ax.set(xlabel=_ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
+        ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
         ax.set_ylim(bottom=0.0)
         legend_above(ax, 2)
     return ax
@@ -90,7 +89,7 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
         greatest = need(tree, "history", "load_share_max")
         over_roll, over_meshes = axes_for(ax, 2, SIZE_PAIR)
         _step_curves(over_roll, share, _loaded(tree))
-        over_roll.set(xlabel=_ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
+        over_roll.set(xlabel=ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
         over_roll.legend(loc="lower center")
         meshes, meshes_label = meshes_axis(greatest)
         over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
@@ -112,12 +111,8 @@ def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) 
         clear = away_from_edges(engagement)
         _step_curves(ax, clear, where, of=pressure)
         greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
-        highest = _edge_curves(ax, engagement, clear, where)
-        if highest > _LOG_FROM * greatest > 0.0:
-            ax.set_yscale("log")
-        else:
-            ax.set_ylim(bottom=0.0)
-        ax.set(xlabel=_ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
+        pressure_scale(ax, greatest, _edge_curves(ax, engagement, clear, where))
+        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
         legend_above(ax, 2)
     return ax
 

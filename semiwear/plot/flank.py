@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.plot.style import SIZE_PAIR, axes_for, label, legend_above, need, step_name, styled
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.plot.style import SIZE_PAIR, axes_for, colour_bar, label, legend_above, need, step_name, styled
 from semiwear.results.missing import away_from_edges
 from semiwear.results.schema import Zone
 from semiwear.results.wearing import control_place, main_body, pitch_name, pitch_surface
@@ -33,7 +34,6 @@ __all__ = [
 ]
 
 WEAR_COLOURS = "magma_r"
-_BODIES = ("pinion", "gear")
 
 
 def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
@@ -71,9 +71,7 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
         if point is not None and point.body == body:
             ax.plot(_along_at(tree, body, point.along), point.height, "D", ms=6, label="control point", **marker)
         name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-        bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
-        bar.set_label(label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
-        bar.ax.spines["outline"].set_visible(False)
+        colour_bar(ax, mesh, label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
         legend_above(ax, 3)
         ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm", pad=22.0)
     return ax
@@ -95,9 +93,8 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
         mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
         mark_pitch_band(ax, tree, "white")
         ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
-        bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02, extend="max" if pattern.values.max() > scale else "neither")
-        bar.set_label(label(pattern, "Greatest pressure in a mesh"))
-        bar.ax.spines["outline"].set_visible(False)
+        beyond = "max" if pattern.values.max() > scale else "neither"
+        colour_bar(ax, mesh, label(pattern, "Greatest pressure in a mesh"), {"extend": beyond})
         ax.legend(loc="upper right", labelcolor="white")
     return ax
 
@@ -169,7 +166,7 @@ def chosen_body(tree: xr.DataTree, body: str | None) -> str:
     """The body to draw: the one named, else the gear unless the pinion alone wears."""
     if body is None:
         return main_body(tree)
-    if body not in _BODIES:
+    if body not in BODIES:
         raise SemiwearError(f'body: {body!r}; it is "pinion" or "gear"')
     return body
 

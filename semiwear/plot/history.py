@@ -19,7 +19,7 @@ from semiwear.plot.style import (
     need,
     styled,
 )
-from semiwear.results.missing import why_missing
+from semiwear.results.missing import group_of, why_missing
 from semiwear.results.wearing import main_body, pitch_name, worn_bodies
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ __all__ = [
     "wear_history",
 ]
 
+_ZONE_DASHES = {"root": "--", "addendum": "-.", "pitch": ":"}
+
 
 def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest wear of every body that wears, over the meshes, and that of the zones of its flank.
@@ -43,8 +45,8 @@ def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     with styled():
         wear = need(tree, "flank", "wear_depth")
         (ax,) = axes_for(ax)
-        meshes, meshes_label = meshes_axis(wear)
-        history = tree["history"].to_dataset() if "history" in tree.children else xr.Dataset()
+        meshes = _meshes_below(ax, wear, "Greatest wear depth")
+        history = group_of(tree, "history")
         for body in worn_bodies(tree) or (main_body(tree),):
             colour = BODY_COLOUR[body]
             ax.plot(meshes, wear.sel(body=body).max(("profile", "face")).values, "o-", color=colour, label=body)
@@ -52,7 +54,6 @@ def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
             for zone, dashes in _ZONE_DASHES.items():
                 if (name := f"{stem}_{zone}") in history:
                     ax.plot(meshes, history[name].values, dashes, color=colour, lw=1.0, label=f"{body}, {zone}")
-        ax.set(xlabel=meshes_label, ylabel=label(wear, "Greatest wear depth"))
         ax.set_ylim(bottom=0.0)
         ax.legend()
     return ax
@@ -75,10 +76,9 @@ def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     with styled():
         stress = need(tree, "history", "root_stress_max")
         (ax,) = axes_for(ax)
-        meshes, meshes_label = meshes_axis(stress)
+        meshes = _meshes_below(ax, stress, "Greatest root stress")
         for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
             ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
-        ax.set(xlabel=meshes_label, ylabel=label(stress, "Greatest root stress"))
         ax.legend()
     return ax
 
@@ -93,12 +93,11 @@ def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         names = {"pitch": pitch_name(tree)}
         for zone, colour in ZONE_COLOUR.items():
             pressure = need(tree, "history", f"contact_pressure_{zone}")
-            meshes, meshes_label = meshes_axis(pressure)
+            meshes = _meshes_below(ax, pressure, "Greatest contact pressure")
             name = names.get(zone, zone)
             if why_missing(pressure):
                 name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
             ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=name)
-        ax.set(xlabel=meshes_label, ylabel=label(pressure, "Greatest contact pressure"))
         ax.legend()
     return ax
 
@@ -122,11 +121,10 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
         mean = need(tree, "history", "transmission_error_mean")
         amplitude = need(tree, "history", "transmission_error_amplitude")
         upper, lower = axes_for(ax, 2, SIZE_PAIR)
-        meshes, meshes_label = meshes_axis(mean)
-        upper.plot(meshes, mean.values, "o-", color="#333333")
-        lower.plot(meshes, amplitude.values, "o-", color="#333333")
-        upper.set(xlabel=meshes_label, ylabel=label(mean, "Mean"), title="Mean, gear side (negative: it lags)")
-        lower.set(xlabel=meshes_label, ylabel=label(amplitude, "Amplitude"), title="Amplitude, peak to peak")
+        upper.plot(_meshes_below(upper, mean, "Mean"), mean.values, "o-", color="#333333")
+        lower.plot(_meshes_below(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
+        upper.set_title("Mean, gear side (negative: it lags)")
+        lower.set_title("Amplitude, peak to peak")
     return upper, lower
 
 
@@ -141,14 +139,8 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         meshes, meshes_label = meshes_axis(depth)
         ax.plot(depth.values, meshes, "o-", color="#333333", label="computed")
         if meshes[-1] > 0:
-            ax.plot(
-                [0.0, depth.values[-1]],
-                [0.0, meshes[-1]],
-                color="#888888",
-                lw=1.0,
-                ls="--",
-                label="constant rate",
-            )
+            ends = [0.0, depth.values[-1]], [0.0, meshes[-1]]
+            ax.plot(*ends, color="#888888", lw=1.0, ls="--", label="constant rate")
             ax.legend()
         ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
     return ax
@@ -173,10 +165,13 @@ def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
     with styled():
         series = need(tree, "history", name)
         (ax,) = axes_for(ax)
-        meshes, meshes_label = meshes_axis(series)
+        meshes = _meshes_below(ax, series, name.replace("_", " "))
         ax.plot(meshes, series.values, "o-", color="#333333")
-        ax.set(xlabel=meshes_label, ylabel=label(series, name.replace("_", " ")))
     return ax
 
 
-_ZONE_DASHES = {"root": "--", "addendum": "-.", "pitch": ":"}
+def _meshes_below(ax: Axes, series: xr.DataArray, text: str) -> np.ndarray:
+    """Label axes for a quantity over the meshes; returns these, as the axis counts them."""
+    meshes, meshes_label = meshes_axis(series)
+    ax.set(xlabel=meshes_label, ylabel=label(series, text))
+    return meshes

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.plot.style import label, styled
+from semiwear.plot.style import axes_for, colour_bar, label, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,15 +41,7 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
     if missing:
         raise SemiwearError(f"the picture needs {missing[0]}: give what compare_wear returns")
     with styled():
-        import matplotlib.pyplot as plt
-
-        if ax is None:
-            _, created = plt.subplots(1, 3, figsize=_SIZE, layout="constrained", sharex=True, sharey=True)
-            axes = list(created)
-        else:
-            axes = list(ax)
-        if len(axes) != 3:
-            raise SemiwearError(f"ax: {len(axes)} axes, this picture has 3 panels")
+        axes = axes_for(ax, 3, _SIZE, side_by_side=True, options={"sharex": True, "sharey": True})
         inside = comparison["inside"].values.astype(bool)
         along, name = _along(comparison)
         height = comparison["flank_height"]
@@ -81,9 +73,7 @@ def measured_wear(comparison: xr.Dataset, ax: Sequence[Axes] | None = None) -> t
             panel.set_xlabel(label(along, name))
         axes[0].set_ylabel(label(height, "Height above the pitch surface"))
         for panels, mesh, text in ((axes[:2], drawn[1], "Wear depth"), (axes[2:], drawn[2], "Predicted − measured")):
-            bar = axes[0].figure.colorbar(mesh, ax=panels, pad=0.02)
-            bar.set_label(f"{text} (µm)")
-            bar.ax.spines["outline"].set_visible(False)
+            colour_bar(panels, mesh, f"{text} (µm)")
     return axes[0], axes[1], axes[2]
 
 

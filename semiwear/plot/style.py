@@ -10,12 +10,18 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import MissingExtraError, SemiwearError
+from semiwear.plain_text import power_of_ten, unit_text
+from semiwear.results.missing import group_of
+from semiwear.untyped import Options
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colorbar import Colorbar
 
 __all__ = [
     "BODY_COLOUR",
+    "ROLL_LABEL",
     "SIZE",
     "SIZE_PAIR",
     "SIZE_WIDE",
@@ -23,10 +29,12 @@ __all__ = [
     "ZONE_MARKER",
     "axes_for",
     "chosen_steps",
+    "colour_bar",
     "label",
     "legend_above",
     "meshes_axis",
     "need",
+    "pressure_scale",
     "step_colours",
     "step_name",
     "styled",
@@ -36,6 +44,8 @@ __all__ = [
 BODY_COLOUR = {"pinion": "#0072B2", "gear": "#D55E00"}
 ZONE_COLOUR = {"root": "#882255", "pitch": "#B07D00", "addendum": "#117733"}
 ZONE_MARKER = {"root": "v", "pitch": "o", "addendum": "^"}
+
+ROLL_LABEL = "Roll position (base pitches, 0 at the pitch point)"
 
 SIZE = (5.8, 3.7)
 SIZE_PAIR = (5.8, 6.0)
@@ -66,8 +76,7 @@ _STYLE: Any = {
     "figure.constrained_layout.h_pad": 0.07,
 }
 
-_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_UNIT_TEXT = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
+_LOG_FROM = 4.0  # times the pressure away from borders: edges higher than this need a logarithmic axis
 
 
 @contextmanager
@@ -82,9 +91,14 @@ def styled() -> Iterator[None]:
 
 
 def axes_for(
-    ax: Axes | Sequence[Axes] | None, panels: int = 1, size: tuple[float, float] = SIZE, **subplot: str
+    ax: Axes | Sequence[Axes] | None,
+    panels: int = 1,
+    size: tuple[float, float] = SIZE,
+    *,
+    side_by_side: bool = False,
+    options: Options | None = None,
 ) -> list[Axes]:
-    """Axes to draw on: the caller's, or new ones, panels under one another."""
+    """Axes to draw on: the caller's, or new ones, panels under one another unless `side_by_side`."""
     if ax is not None:
         given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
         if len(given) != panels:
@@ -92,26 +106,45 @@ def axes_for(
         return given
     import matplotlib.pyplot as plt
 
-    _, created = plt.subplots(
-        panels, 1, figsize=size, squeeze=False, layout="constrained", subplot_kw=subplot or None
-    )
-    return list(created[:, 0])
+    shape = (1, panels) if side_by_side else (panels, 1)
+    _, created = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained", **(options or {}))
+    return list(created.flat)
 
 
 def need(tree: xr.DataTree, group: str, name: str) -> xr.DataArray:
     """A variable of a result, or an error that says which one the picture lacks."""
-    if group not in tree.children or name not in tree[group].to_dataset():
+    variables = group_of(tree, group)
+    if name not in variables:
         raise SemiwearError(f"the picture needs /{group}/{name}, which this result does not have")
-    return tree[group].to_dataset()[name]
+    return variables[name]
 
 
 def label(array: xr.DataArray, text: str = "") -> str:
     """Axis label: long name (or `text`) and unit."""
     name = text or str(array.attrs.get("long_name", array.name))
-    units = str(array.attrs.get("units", "1"))
-    shown = _UNIT_TEXT.get(units, units)
+    shown = unit_text(str(array.attrs.get("units", "1")))
     name = name[:1].upper() + name[1:]
     return f"{name} ({shown})" if shown else name
+
+
+def colour_bar(
+    ax: Axes | Sequence[Axes], mesh: ScalarMappable, text: str, options: Options | None = None
+) -> Colorbar:
+    """Scale of the colours of a picture, beside its axes."""
+    settings: Options = {"pad": 0.02} | (options or {})
+    first = ax[0] if isinstance(ax, Sequence) else ax
+    bar = first.figure.colorbar(mesh, ax=ax, **settings)
+    bar.set_label(text)
+    bar.ax.spines["outline"].set_visible(False)
+    return bar
+
+
+def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
+    """Scale of pressures from zero, or logarithmic where edges press far harder than the rest."""
+    if on_edges > _LOG_FROM * greatest > 0.0:
+        ax.set_yscale("log")
+    else:
+        ax.set_ylim(bottom=0.0)
 
 
 def legend_above(ax: Axes, columns: int) -> None:
@@ -123,7 +156,7 @@ def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
     """Meshes of each wear step over a power of ten, and the label that names the power."""
     meshes = np.asarray(array["meshes"].values, dtype=float)
     exponent = _exponent(meshes.max(initial=0.0))
-    power = f"10{str(exponent).translate(_SUPERSCRIPT)} " if exponent else ""
+    power = f"{power_of_ten(exponent)} " if exponent else ""
     return meshes / 10.0**exponent, f"Engagements of a gear tooth ({power}meshes)"
 
 
@@ -135,7 +168,7 @@ def step_name(array: xr.DataArray, step: int) -> str:
     if meshes == 0:
         return "unworn"
     exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
-    return f"{meshes / 10.0**exponent:.2f}·10{str(exponent).translate(_SUPERSCRIPT)} meshes"
+    return f"{meshes / 10.0**exponent:.2f}·{power_of_ten(exponent)} meshes"
 
 
 def chosen_steps(array: xr.DataArray) -> list[int]:

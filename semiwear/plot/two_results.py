@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.results.missing import away_from_edges
+from semiwear.results.missing import away_from_edges, group_of
 
 __all__ = ["TwoResults"]
 
@@ -89,7 +89,7 @@ class TwoResults:
 
 def has(tree: xr.DataTree, group: str, name: str) -> bool:
     """Whether a result holds a variable or coordinate."""
-    return group in tree.children and name in tree[group].to_dataset().variables
+    return name in group_of(tree, group).variables
 
 
 def fidelity(tree: xr.DataTree) -> str:
@@ -119,11 +119,8 @@ def _check_same_grid(this: xr.DataTree, other: xr.DataTree) -> None:
 
 
 def _sizes(tree: xr.DataTree) -> dict[str, int]:
-    sizes: dict[str, int] = {}
-    for group in ("flank", "engagement"):
-        if group in tree.children:
-            sizes |= {str(dim): size for dim, size in tree[group].to_dataset().sizes.items() if dim in _GRID}
-    return sizes
+    groups = (group_of(tree, name) for name in ("flank", "engagement"))
+    return {str(dim): size for group in groups for dim, size in group.sizes.items() if dim in _GRID}
 
 
 def _common_steps(this: xr.DataTree, other: xr.DataTree) -> tuple[tuple[int, int], ...]:
@@ -144,4 +141,4 @@ def _common_steps(this: xr.DataTree, other: xr.DataTree) -> tuple[tuple[int, int
 
 def _count(tree: xr.DataTree) -> int:
     """Wear steps of a result."""
-    return int(tree["history"].sizes["wear_step"]) if "history" in tree.children else 1
+    return group_of(tree, "history").sizes.get("wear_step", 1)

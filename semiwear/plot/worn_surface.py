@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from semiwear.plot.flank import WEAR_COLOURS, chosen_body, label_along, on_flank
-from semiwear.plot.style import axes_for, label, need, step_name, styled
+from semiwear.plot.style import axes_for, colour_bar, label, need, step_name, styled
+from semiwear.untyped import Options
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,16 +45,13 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
     with styled():
         body = chosen_body(tree, body)
         along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
-        (drawn,) = axes_for(ax, size=(5.8, 4.0), projection="3d")
+        (drawn,) = axes_for(ax, size=(5.8, 4.0), options={"subplot_kw": {"projection": "3d"}})
         surface: Axes3D = drawn
         scale = float(wear.max()) or 1.0
         bottom = -(1.0 + _BELOW) * scale
         _body_of_tooth(surface, along, height, wear, bottom, scale)
         box = (1.5, 1.0, 0.55)
-        surface.set(
-            xlabel=label_along(tree, body),
-            ylabel=label(need(tree, "flank", "flank_height"), "Height"),
-        )
+        surface.set(xlabel=label_along(tree, body), ylabel=label(need(tree, "flank", "flank_height"), "Height"))
         surface.set_zlim(bottom, 0.0)
         surface.set_zticks([])  # the colours tell the depth
         surface.view_init(elev=34, azim=-62)
@@ -66,10 +64,8 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
             import matplotlib
 
             mapped = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0.0, scale), WEAR_COLOURS)
-            bar = drawn.figure.colorbar(mapped, ax=drawn, shrink=0.7, pad=0.12)
-            bar.set_label(label(need(tree, "flank", "wear_depth"), "Wear depth"))
-            bar.ax.spines["outline"].set_visible(False)
-            bar.ax.invert_yaxis()
+            depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
+            colour_bar(drawn, mapped, depth, {"shrink": 0.7, "pad": 0.12}).ax.invert_yaxis()
     return drawn
 
 
@@ -90,18 +86,8 @@ def _body_of_tooth(
 
     colours = matplotlib.colormaps[WEAR_COLOURS](matplotlib.colors.Normalize(0.0, scale)(wear))
     # every node is drawn: with some left out, narrow crests come and go like the teeth of a comb
-    surface.plot_surface(
-        along,
-        height,
-        -wear,
-        facecolors=colours,
-        rstride=1,
-        cstride=1,
-        linewidth=0,
-        antialiased=False,
-        shade=False,
-        zorder=1,
-    )
+    every: Options = {"rstride": 1, "cstride": 1, "linewidth": 0, "antialiased": False, "shade": False}
+    surface.plot_surface(along, height, -wear, facecolors=colours, zorder=1, **every)
     # cut faces that the viewer sees: at the root's side and at one end
     for edge in (np.s_[0, :], np.s_[:, -1]):
         x, y, z = along[edge], height[edge], -wear[edge]

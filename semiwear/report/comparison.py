@@ -7,7 +7,7 @@ statement names are those of `semiwear.report.measures`.
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from string import Formatter
@@ -98,14 +98,14 @@ def compare(reference: str, tree: xr.DataTree, scene: Table) -> Comparison:
 
 
 def _compared(statement: Table, evidence: Evidence, stated: Table) -> Compared:
-    values = _Values(evidence, {**stated, **statement})
-    published, rule = _text(statement["published"], values), _text(_rule(statement), values)
+    words = _Words(evidence, {**stated, **statement})
+    published, rule = words.format(statement["published"]), words.format(_rule(statement))
     why = ""
     try:
-        agrees, ours = _judged(statement, evidence, values)
+        agrees, ours = _judged(statement, evidence, words)
         verdict = Verdict.AGREE if agrees else Verdict.DISAGREE
         if not agrees:
-            why = " ".join(_sentences(statement["why"], values))
+            why = " ".join(words.sentences(statement["why"]))
     except NotComparable as reason:
         verdict, ours = Verdict.NOT_COMPARED, f"Not compared: {reason}."
     return Compared(statement["picture"], published, rule, verdict, ours, why)
@@ -126,18 +126,17 @@ def _rule(statement: Table) -> str:
     return f"Agrees if {what} {' and '.join(course['does'])}."
 
 
-def _judged(statement: Table, evidence: Evidence, values: _Values) -> tuple[bool, str]:
+def _judged(statement: Table, evidence: Evidence, words: _Words) -> tuple[bool, str]:
     """Whether a result agrees with a statement, and its values in words."""
     if "number" in statement:
         number = statement["number"]
-        published, value = (float(_field(number[name], values)) for name in ("published", "of"))
+        published, value = (words.number(number[name]) for name in ("published", "of"))
         deviation = value / published - 1.0
         return abs(deviation) <= number["within"], f"{figure_text(value)} {number['units']} ({deviation:+.1%})"
     if "course" in statement:
         trends = _trends(statement["course"], evidence)
         return all(trend.holds for trend in trends), "; ".join(trend.text for trend in trends)
-    holds = all(_holds(comparison, values) for comparison in statement["holds"])
-    return holds, _text(statement["ours"], values)
+    return all(map(words.holds, statement["holds"])), words.format(statement["ours"])
 
 
 def _trends(course: Table, evidence: Evidence) -> list[Trend]:
@@ -161,27 +160,18 @@ def _level_after(evidence: Evidence, history: np.ndarray, turn: float) -> Trend:
     return Trend(abs(change) < LEVEL_SHARE, text)
 
 
-# ---------------------------------------------------------------------- templates
+class _Words(Formatter):
+    """Fills templates with a study's and a statement's fields and with what is measured.
 
-
-class _Values(Mapping[str, object]):
-    """Values that a template may name: its study's and its statement's fields, and what is measured."""
+    The format ``:fig3`` shows three significant digits, and a minus is no hyphen.
+    """
 
     def __init__(self, evidence: Evidence, fields: Table):
         self._evidence, self._fields = evidence, {**evidence.paper, **fields}
 
-    def __getitem__(self, name: str) -> object:
+    def get_value(self, key: int | str, args: Sequence[object], kwargs: Mapping[str, object]) -> object:
+        name = str(key)
         return MEASURES[name](self._evidence) if name in MEASURES else self._fields[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter({**MEASURES, **self._fields})
-
-    def __len__(self) -> int:
-        return len({**MEASURES, **self._fields})
-
-
-class _Figures(Formatter):
-    """Format of templates; ``:fig3`` shows three significant digits, and a minus is no hyphen."""
 
     def format_field(self, value: object, format_spec: str) -> str:
         if format_spec.startswith("fig") and isinstance(value, int | float):
@@ -189,36 +179,22 @@ class _Figures(Formatter):
         text = str(super().format_field(value, format_spec))
         return text if isinstance(value, str) else text.replace("-", "−")
 
-
-_FIGURES = _Figures()
-
-
-def _text(template: str, values: _Values) -> str:
-    return _FIGURES.vformat(template, (), values)
-
-
-def _field(name: str, values: _Values) -> float:
-    found, _ = _FIGURES.get_field(name, (), values)
-    return float(found)
-
-
-def _holds(comparison: str, values: _Values) -> bool:
-    """Whether a comparison holds: two values with a sign between them, each a number or a name."""
-    left, sign, right = comparison.split()
-    return bool(_IS[sign](*(_number(word, values) for word in (left, right))))
-
-
-def _number(word: str, values: _Values) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return _field(word, values)
-
-
-def _sentences(templates: list[str], values: _Values) -> Iterator[str]:
-    """Sentences of an explanation, without those on what the result does not hold."""
-    for template in templates:
+    def number(self, word: str) -> float:
+        """A number, or the value of a name."""
         try:
-            yield _text(template, values)
-        except NotComparable:
-            continue
+            return float(word)
+        except ValueError:
+            return float(self.get_field(word, (), {})[0])
+
+    def holds(self, comparison: str) -> bool:
+        """Whether a comparison holds: two values with a sign between them, each a number or a name."""
+        left, sign, right = comparison.split()
+        return bool(_IS[sign](self.number(left), self.number(right)))
+
+    def sentences(self, templates: list[str]) -> Iterator[str]:
+        """Sentences of an explanation, without those on what the result does not hold."""
+        for template in templates:
+            try:
+                yield self.format(template)
+            except NotComparable:
+                continue

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 import numpy as np
 
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
-from semiwear.report.markup import figure_text, unit_text
+from semiwear.report.markup import unit_text, with_unit
 from semiwear.results.schema import VARIABLES
 
 __all__ = ["LOAD_SHARE", "RELATIVE", "Difference", "Kind", "Mark", "differences"]
@@ -22,8 +24,6 @@ LOAD_SHARE = 0.02
 """Two load shares agree up to this difference."""
 
 _LEAST_LOAD = 0.05  # of the greatest line load: smaller line loads are compared with this
-
-_BODIES = ("pinion", "gear")
 
 
 class Kind(Enum):
@@ -107,7 +107,7 @@ class Difference:
 
     def value_text(self, value: float) -> str:
         """One of its values with units."""
-        return "" if self.missing else f"{figure_text(value)} {unit_text(self.units)}".strip()
+        return "" if self.missing else with_unit(value, self.units)
 
 
 def _signed(value: float, decimals: int) -> str:
@@ -134,10 +134,17 @@ def _states(results: TwoResults) -> dict[str, tuple[int, int]]:
     return {"unworn": results.steps[0]} | ({"last": results.steps[-1]} if len(results.steps) > 1 else {})
 
 
-def _greatest(
-    results: TwoResults, kind: Kind, quantity: str, where: str, group: str, name: str, border: bool = False
+def _in_each_state(
+    results: TwoResults,
+    kind: Kind,
+    quantity: str,
+    where: str,
+    variable: tuple[str, str],
+    of: Callable[[np.ndarray], float] = np.nanmax,
+    border: bool = False,
 ) -> Iterator[Difference]:
-    """Greatest value of a variable in each common state."""
+    """A number of a variable (group, name), the greatest unless said, in each common state."""
+    group, name = variable
     for when, step in _states(results).items():
         if not results.have(group, name):
             yield Difference(kind, quantity, where, when, border=border, missing=results.lack(group, name))
@@ -148,18 +155,11 @@ def _greatest(
             missing = f"no contact there away from edges in {' and '.join(lacking)}"
             yield Difference(kind, quantity, where, when, border=border, missing=missing)
             continue
-        values = (float(np.nanmax(array)) for array in arrays)
-        yield _relative(kind, quantity, where, when, values, VARIABLES[group, name].units, border=border)
+        yield _relative(kind, quantity, where, when, map(of, arrays), VARIABLES[variable].units, border=border)
 
 
 def _relative(
-    kind: Kind,
-    quantity: str,
-    where: str,
-    when: str,
-    values: Iterable[float],
-    units: str,
-    border: bool = False,
+    kind: Kind, quantity: str, where: str, when: str, values: Iterable[float], units: str, border: bool = False
 ) -> Difference:
     """A difference relative to the greater of the two values."""
     this, other = map(float, values)
@@ -168,12 +168,12 @@ def _relative(
 
 def _pressures(results: TwoResults) -> Iterator[Difference]:
     kind, quantity = Kind.PRESSURE, "greatest pressure"
-    yield from _greatest(results, kind, quantity, Place.INSIDE.value, "engagement", "contact_pressure_max")
+    inside, edge = ("engagement", "contact_pressure_max"), ("engagement", "contact_pressure_max_edge")
+    yield from _in_each_state(results, kind, quantity, Place.INSIDE.value, inside)
     if results.have("history", "meshes"):
         for zone in ("root", "pitch", "addendum"):
-            yield from _greatest(results, kind, quantity, zone, "history", f"contact_pressure_{zone}")
-    where = "borders: tips, ends, corners"
-    yield from _greatest(results, kind, quantity, where, "engagement", "contact_pressure_max_edge", border=True)
+            yield from _in_each_state(results, kind, quantity, zone, ("history", f"contact_pressure_{zone}"))
+    yield from _in_each_state(results, kind, quantity, "borders: tips, ends, corners", edge, border=True)
 
 
 def _wear(results: TwoResults) -> Iterator[Difference]:
@@ -264,23 +264,17 @@ def shares(results: TwoResults, step: tuple[int, int]) -> tuple[np.ndarray, np.n
 
 
 def _root_stresses(results: TwoResults) -> Iterator[Difference]:
-    kind, quantity = Kind.ROOT_STRESS, "greatest root stress"
-    for body, name in enumerate(_BODIES):
-        for when, step in _states(results).items():
-            if not results.have("engagement", "root_stress"):
-                missing = results.lack("engagement", "root_stress")
-                yield Difference(kind, quantity, name, when, missing=missing)
-                continue
-            values = (float(array[:, body].max()) for array in results.values("engagement", "root_stress", step))
-            yield _relative(kind, quantity, name, when, values, "MPa")
+    quantity, variable = "greatest root stress", ("engagement", "root_stress")
+    for body, name in enumerate(BODIES):
+        of = partial(_greatest_of, body)
+        yield from _in_each_state(results, Kind.ROOT_STRESS, quantity, name, variable, of)
+
+
+def _greatest_of(body: int, stress: np.ndarray) -> float:
+    return float(stress[:, body].max())
 
 
 def _transmission_errors(results: TwoResults) -> Iterator[Difference]:
-    kind, name = Kind.TRANSMISSION_ERROR, "transmission_error_loaded"
-    for quantity, of in (("mean", np.mean), ("amplitude, peak to peak", np.ptp)):
-        for when, step in _states(results).items():
-            if not results.have("mesh_cycle", name):
-                yield Difference(kind, quantity, "mesh cycle", when, missing=results.lack("mesh_cycle", name))
-                continue
-            values = (float(of(array)) for array in results.values("mesh_cycle", name, step))
-            yield _relative(kind, quantity, "mesh cycle", when, values, "arcsec")
+    kind, variable = Kind.TRANSMISSION_ERROR, ("mesh_cycle", "transmission_error_loaded")
+    yield from _in_each_state(results, kind, "mean", "mesh cycle", variable, np.mean)
+    yield from _in_each_state(results, kind, "amplitude, peak to peak", "mesh cycle", variable, np.ptp)

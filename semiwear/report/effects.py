@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 
 import xarray as xr
 
 from semiwear.plot.history import history_of
 from semiwear.plot.style import label, styled
-from semiwear.report.markup import element, figure_text, unit_text
+from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
 from semiwear.report.pictures import figure_uri
+from semiwear.results.missing import group_of
 
 __all__ = ["effects_section"]
 
@@ -28,27 +28,21 @@ _SIZE = (4.4, 2.8)
 def effects_section(tree: xr.DataTree) -> str:
     """Tiles of the life and of what effects tell, and their course over the wear steps; empty without any."""
     told = list(_told(tree))
-    tiles = "".join(
-        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
-        for name, value, note in [*_life(tree), *(_tile(title, series) for title, series in told)]
-    )
-    if not tiles:
-        return ""
+    numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in told)])
     charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)
     cards = element("div", charts, class_="cards small") if charts else ""
-    return element("ul", tiles, class_="tiles") + cards
+    return numbers + cards
 
 
 def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
-    if "history" in tree.children:
-        history = tree["history"].to_dataset()
-        yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
+    history = group_of(tree, "history")
+    yield from ((title, history[name]) for name, title in _TITLES.items() if name in history)
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    if "life" not in tree.children:
+    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    if not life:
         return
-    life = {str(name): float(value) for name, value in tree["life"].to_dataset().data_vars.items()}
     hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"
     yield f"Life until {life['depth_limit']:g} µm of wear", f"{figure_text(life['meshes_to_limit'])} meshes", hours
     for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
@@ -62,7 +56,7 @@ def _tile(title: str, series: xr.DataArray) -> tuple[str, str, str]:
 
 
 def _value(series: xr.DataArray, step: int) -> str:
-    return f"{figure_text(float(series[step]))} {unit_text(series.attrs['units'])}".strip()
+    return with_unit(float(series[step]), series.attrs["units"])
 
 
 def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
@@ -72,6 +66,5 @@ def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
         )
     alt = f"{title} over the wear steps: {_value(series, 0)} at first, {_value(series, -1)} at last."
     long_name = str(series.attrs["long_name"])
-    caption = f"<figcaption>{escape(long_name[:1].upper() + long_name[1:])}.</figcaption>"
-    image = f'<img src="{uri}" alt="{escape(alt)}" width="440" height="280">'
-    return element("article", f"<figure><h3>{escape(title)}</h3>{image}{caption}</figure>", class_="card")
+    caption = f"{long_name[:1].upper()}{long_name[1:]}."
+    return element("article", picture(title, uri, alt, caption, _SIZE), class_="card")

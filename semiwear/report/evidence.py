@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from semiwear.results.missing import why_missing
+from semiwear.results.missing import group_of, why_missing
 from semiwear.untyped import Table
 
 __all__ = ["Evidence", "NotComparable"]
@@ -39,9 +39,9 @@ class Evidence:
         """A variable, for numpy to compute with."""
         if self.misfit:
             raise NotComparable(f"the pair is not the paper's ({self.misfit})")
-        if group not in self.tree.children or name not in self.tree[group].to_dataset():
+        if name not in (variables := group_of(self.tree, group)):
             raise NotComparable(f"the result has no /{group}/{name}")
-        array = self.tree[group].to_dataset()[name]
+        array = variables[name]
         if "wear_step" in array.dims and array.sizes["wear_step"] < 3:
             raise NotComparable("the result has fewer than three wear steps")
         return array

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from html import escape
 
@@ -14,16 +13,24 @@ from semiwear.plot.against import pressure_of_both, wear_difference
 from semiwear.plot.style import SIZE, styled
 from semiwear.plot.two_results import TwoResults, fidelity
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, Mark, differences
-from semiwear.report.markup import code_marked, element, figure_text, table
+from semiwear.report.markup import (
+    code_marked,
+    counts,
+    element,
+    figure_text,
+    picture,
+    table,
+    verdict_class,
+    verdict_text,
+)
 from semiwear.report.pictures import figure_uri
 from semiwear.report.reasons import reason
-from semiwear.results.wearing import pitch_name, worn_bodies
-from semiwear.untyped import Value
+from semiwear.results.wearing import pitch_name, scene_tables, worn_bodies
+from semiwear.scene.toml_io import flat
+from semiwear.untyped import Table
 
 __all__ = ["against_section", "heading"]
 
-_MARK = {Mark.AGREE: "✓", Mark.DIFFER: "✗", Mark.NOT_COMPARED: "–"}
-_CLASS = {Mark.AGREE: "agree", Mark.DIFFER: "disagree", Mark.NOT_COMPARED: "not-compared"}
 _DEFAULT = "default"
 _OF_FIDELITY = {
     "name",
@@ -41,17 +48,13 @@ def heading(against: xr.DataTree) -> str:
     return f"Against fidelity “{fidelity(against)}”"
 
 
-def against_section(
-    tree: xr.DataTree, against: xr.DataTree, scenes: tuple[Mapping[str, Value], Mapping[str, Value]]
-) -> str:
+def against_section(tree: xr.DataTree, against: xr.DataTree) -> str:
     """Tables, reasons and pictures of how two results differ.
 
     Parameters
     ----------
     tree, against : DataTree
         Results on the same flank grid.
-    scenes : two mappings
-        Tables of their scenes.
 
     Returns
     -------
@@ -64,6 +67,7 @@ def against_section(
         If the results lie on different flank grids; the message says in what they differ and what to do.
     """
     results = TwoResults.of(tree, against)
+    scenes = scene_tables(tree), scene_tables(against)
     rows = differences(results)
     differing = _differing(scenes) if all(scenes) else None
     alike = differing is not None and set(differing) <= _OF_FIDELITY
@@ -95,9 +99,9 @@ def _states(results: TwoResults) -> str:
     return f"<p>{text}</p>"
 
 
-def _differing(scenes: tuple[Mapping[str, Value], Mapping[str, Value]]) -> dict[str, tuple[str, str]]:
+def _differing(scenes: tuple[Table, Table]) -> dict[str, tuple[str, str]]:
     """Fields in which two scenes differ, with both values."""
-    first, second = (dict(_fields(scene)) for scene in scenes)
+    first, second = (dict(flat(scene)) for scene in scenes)
     return {
         name: (str(first.get(name, _DEFAULT)), str(second.get(name, _DEFAULT)))
         for name in dict.fromkeys((*first, *second))
@@ -118,31 +122,13 @@ def _scenes(results: TwoResults, differing: Mapping[str, tuple[str, str]] | None
     return note + table("Fields in which the scenes differ", ("field", *map(escape, results.names)), listed)
 
 
-def _fields(scene: Mapping[str, Value], prefix: str = "") -> Iterator[tuple[str, Value]]:
-    for key, value in scene.items():
-        if isinstance(value, Mapping):
-            yield from _fields(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
 def _summary(rows: Sequence[Difference]) -> str:
-    counts = Counter(row.mark for row in rows)
-    badges = "".join(
-        f'<li class="{_CLASS[mark]}"><strong>{counts[mark]}</strong> {_badge(mark)}</li>'
-        for mark in Mark
-        if counts[mark]
-    )
     rule = (
         f"Two values agree where they are within {RELATIVE * 100:g} % of the greater one (wear on the map: of "
         f"the greatest wear; line load: of at least a twentieth of the greatest), two load shares where they are "
         f"within {LOAD_SHARE:g}. Differences are this result minus the other."
     )
-    return f'<ul class="counts">{badges}</ul><p>{escape(rule)}</p>'
-
-
-def _badge(mark: Mark) -> str:
-    return f'<span aria-hidden="true">{_MARK[mark]}</span> {mark.value}'
+    return f"{counts((row.mark for row in rows), Mark)}<p>{escape(rule)}</p>"
 
 
 def _table(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: bool) -> str:
@@ -158,12 +144,12 @@ def _table(kind: Kind, rows: Sequence[Difference], results: TwoResults, alike: b
             row.value_text(row.this),
             row.value_text(row.other),
             row.text,
-            f"{_MARK[row.mark]} {row.mark.value}",
+            verdict_text(row.mark),
         )
         for row in own
     ]
     head = ("quantity", "where", "wear state", *map(escape, results.names), "difference", "mark")
-    shown = table(kind.value, head, cells, [_CLASS[row.mark] for row in own])
+    shown = table(kind.value, head, cells, [verdict_class(row.mark) for row in own])
     why = reason(kind, rows, results, alike)
     return element("div", shown + (f"<p>{code_marked(why)}</p>" if why else ""), class_="against")
 
@@ -196,15 +182,12 @@ def _pictures(results: TwoResults) -> str:
     return f'<div class="cards">{"".join(drawn)}</div>'
 
 
-def _card(title: str, caption: str, picture: Callable[..., object], results: TwoResults) -> str:
+def _card(title: str, caption: str, draw: Callable[..., object], results: TwoResults) -> str:
     try:
         with styled():
-            uri = figure_uri(SIZE, 1, lambda axes: picture(results.this, results.other, ax=axes[0]))
+            uri = figure_uri(SIZE, 1, lambda axes: draw(results.this, results.other, ax=axes[0]))
     except SemiwearError as reason_:
         if isinstance(reason_, ImportError):
             raise
         return element("p", f"{escape(title)} is left out: {escape(str(reason_))}.")
-    width, height = (round(side * 100) for side in SIZE)
-    image = f'<img src="{uri}" alt="{escape(f"{title}. {caption}")}" width="{width}" height="{height}">'
-    figure = f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
-    return element("article", figure, class_="card")
+    return element("article", picture(title, uri, f"{title}. {caption}", caption, SIZE), class_="card")

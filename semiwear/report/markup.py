@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
+from enum import Enum
 from html import escape
 from math import isnan
 
-__all__ = ["NONE", "code_marked", "element", "figure_text", "table", "unit_text"]
+from semiwear.plain_text import power_of_ten, unit_text
 
-_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
-
-
-def unit_text(units: str) -> str:
-    """Units as a reader writes them."""
-    return _UNITS.get(units, units)
-
+__all__ = [
+    "NONE",
+    "badge",
+    "code_marked",
+    "counts",
+    "element",
+    "figure_text",
+    "picture",
+    "table",
+    "tiles",
+    "unit_text",
+    "verdict_class",
+    "verdict_text",
+    "with_unit",
+]
 
 NONE = "–"
 """Sign for a value that is missing."""
@@ -38,8 +47,13 @@ def figure_text(value: float, digits: int = 4) -> str:
         text = f"{number:#.{digits}g}".rstrip(".") if exponent < digits else f"{number:.0f}"
     else:
         mantissa = f"{number / 10.0**exponent:.{digits - 2}f}"
-        text = f"{mantissa}·10{str(exponent).translate(_SUPERSCRIPT)}"
+        text = f"{mantissa}·{power_of_ten(exponent)}"
     return text.replace("-", "−")
+
+
+def with_unit(value: float, units: str) -> str:
+    """A number with its units."""
+    return f"{figure_text(value)} {unit_text(units)}".strip()
 
 
 def element(tag: str, content: str, **attributes: str) -> str:
@@ -47,6 +61,53 @@ def element(tag: str, content: str, **attributes: str) -> str:
     names = (name.strip("_").replace("_", "-") for name in attributes)
     written = "".join(f' {name}="{escape(text)}"' for name, text in zip(names, attributes.values(), strict=True))
     return f"<{tag}{written}>{content}</{tag}>"
+
+
+def picture(title: str, uri: str, alt: str, caption: str, size: tuple[float, float]) -> str:
+    """A figure with its heading; `size` is width and height [inch]."""
+    width, height = (round(side * 100) for side in size)
+    image = f'<img src="{uri}" alt="{escape(alt)}" width="{width}" height="{height}">'
+    return f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def tiles(numbers: Iterable[tuple[str, str, str]]) -> str:
+    """Numbers side by side, each with its name and a note; empty without any."""
+    entries = "".join(
+        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
+        for name, value, note in numbers
+    )
+    return element("ul", entries, class_="tiles") if entries else ""
+
+
+# By the names of verdicts, whatever their words.
+_SIGNS = {"AGREE": "✓", "DISAGREE": "✗", "DIFFER": "✗", "NOT_COMPARED": NONE}
+_CLASSES = {"AGREE": "agree", "DISAGREE": "disagree", "DIFFER": "disagree", "NOT_COMPARED": "not-compared"}
+
+
+def verdict_text(verdict: Enum) -> str:
+    """A verdict in a word, with its sign."""
+    return f"{_SIGNS[verdict.name]} {verdict.value}"
+
+
+def verdict_class(verdict: Enum) -> str:
+    """Class of the elements that show a verdict."""
+    return _CLASSES[verdict.name]
+
+
+def badge(verdict: Enum) -> str:
+    """A verdict, its sign hidden from readers who hear the page."""
+    return f'<span aria-hidden="true">{_SIGNS[verdict.name]}</span> {verdict.value}'
+
+
+def counts(verdicts: Iterable[Enum], kinds: Iterable[Enum]) -> str:
+    """How many verdicts there are of each kind."""
+    found = Counter(verdicts)
+    badges = "".join(
+        f'<li class="{verdict_class(kind)}"><strong>{found[kind]}</strong> {badge(kind)}</li>'
+        for kind in kinds
+        if found[kind]
+    )
+    return f'<ul class="counts">{badges}</ul>'
 
 
 def code_marked(text: str) -> str:

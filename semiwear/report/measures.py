@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.report.markup import figure_text
 from semiwear.results.schema import Zone
@@ -19,7 +20,6 @@ MEASURES: dict[str, Measure] = {}
 """Measured values by name; `NotComparable` where the result does not hold what one needs."""
 
 _SIDES = {"root": Zone.ROOT, "addendum": Zone.ADDENDUM}
-_BODIES = ("pinion", "gear")
 
 
 def _measure(function: Measure) -> Measure:
@@ -191,7 +191,7 @@ def greatest_load_share(evidence: Evidence) -> SimpleNamespace:
 @_measure
 def greatest_root_stress(evidence: Evidence) -> SimpleNamespace:
     """Places of the greatest root stresses at the last wear step."""
-    return _middle(evidence, "root_stress", *_BODIES)
+    return _middle(evidence, "root_stress", *BODIES)
 
 
 def _middle(evidence: Evidence, name: str, *bodies: str) -> SimpleNamespace:
@@ -225,7 +225,7 @@ def loaded_length(evidence: Evidence) -> SimpleNamespace:
     face = load["face"].values
     spacing = float(face[-1] - face[0]) / max(face.size - 1, 1)
     found = {}
-    for body in _BODIES:
+    for body in BODIES:
         for when, step in (("unworn", 0), ("last", -1)):
             roll = int(stress.sel(body=body).isel(wear_step=step).values.argmax())
             loaded = load.isel(wear_step=step, roll_position=roll).values > 0.0
@@ -236,13 +236,13 @@ def loaded_length(evidence: Evidence) -> SimpleNamespace:
 @_measure
 def root_stress(evidence: Evidence) -> SimpleNamespace:
     """Greatest root stress at the published depth [MPa]."""
-    return SimpleNamespace(**{body: evidence.at_last_depth("root_stress_max", body) for body in _BODIES})
+    return SimpleNamespace(**{body: evidence.at_last_depth("root_stress_max", body) for body in BODIES})
 
 
 @_measure
 def root_stress_ratio(evidence: Evidence) -> SimpleNamespace:
     """Greatest root stress of the pinion over that of the gear, at all wear steps."""
-    ratio = np.divide(*(evidence.history("root_stress_max", body) for body in _BODIES))
+    ratio = np.divide(*(evidence.history("root_stress_max", body) for body in BODIES))
     return SimpleNamespace(least=ratio.min(), greatest=ratio.max())
 
 
@@ -253,7 +253,7 @@ def fitting_torque(evidence: Evidence) -> SimpleNamespace:
     if not isinstance(torque, int | float):
         raise NotComparable("the scene has no single torque")
     values = evidence.paper["at_60_um"]
-    scaled = {body: torque * values[f"root_bending_stress_{body}_MPa"] / getattr(stress, body) for body in _BODIES}
+    scaled = {body: torque * values[f"root_bending_stress_{body}_MPa"] / getattr(stress, body) for body in BODIES}
     return SimpleNamespace(scene=torque, **scaled)
 
 

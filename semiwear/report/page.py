@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
-import uuid
-from collections import Counter
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -18,15 +15,14 @@ from semiwear.report import sections
 from semiwear.report.comparison import Compared, Comparison, Verdict, compare
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
-from semiwear.report.markup import element
+from semiwear.report.markup import badge, counts, element, picture, verdict_class
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
-from semiwear.targets import PAGES, file_target, naming
+from semiwear.results.wearing import scene_tables
+from semiwear.targets import PAGES, file_target, replacing
 from semiwear.untyped import Table
 
 __all__ = ["write_report"]
-
-_MARK = {Verdict.AGREE: "✓", Verdict.DISAGREE: "✗", Verdict.NOT_COMPARED: "–"}
 
 
 def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
@@ -67,23 +63,17 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     if not target.parent.is_dir():
         raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
     page = _page(tree, against)
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        with naming(target):
-            temporary.write_text(page, encoding="utf-8")
-            os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(target) as temporary:
+        temporary.write_text(page, encoding="utf-8")
     return Path(path)
 
 
 def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     attrs = {str(name): str(value) for name, value in tree.attrs.items()}
-    scene = _scene(attrs.get("scene_toml", ""))
+    scene = scene_tables(tree)
     other = ""
     if against is not None:
-        scenes = scene, _scene(str(against.attrs.get("scene_toml", "")))
-        other = _section(heading(against), against_section(tree, against, scenes))
+        other = _section(heading(against), against_section(tree, against))
     comparison = _comparison_of(tree, scene)
     drawn = draw_all(tree)
     title = escape(attrs.get("title", "Gear tooth wear"))
@@ -117,14 +107,6 @@ def _section(heading: str, content: str) -> str:
     return f"<section><h2>{escape(heading)}</h2>{content}</section>\n" if content else ""
 
 
-def _scene(scene_toml: str) -> Table:
-    """Tables of the scene; empty where its text is no TOML, which the page then shows as it is."""
-    try:
-        return tomllib.loads(scene_toml)
-    except tomllib.TOMLDecodeError:
-        return {}
-
-
 def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
     """The result beside the study that the scene names."""
     reference = scene.get("reference")
@@ -133,16 +115,11 @@ def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
 
 def _summary(comparison: Comparison) -> str:
     """Count of the verdicts, and the rules behind them."""
-    counts = Counter(entry.verdict for entry in comparison.statements)
-    badges = "".join(
-        f'<li class="{_class(verdict)}"><strong>{counts[verdict]}</strong> {_badge(verdict)}</li>'
-        for verdict in Verdict
-        if counts[verdict]
-    )
+    badges = counts((entry.verdict for entry in comparison.statements), Verdict)
     rules = "".join(f"<dt>{escape(name)}</dt><dd>{escape(rule)}.</dd>" for name, rule in RULES.items())
     return (
         f"<p>“{escape(comparison.title)}”. Each verdict is computed from this result by the rule beside it.</p>"
-        f'<ul class="counts">{badges}</ul><details><summary>What “rises”, “falls” and “levels” mean</summary>'
+        f"{badges}<details><summary>What “rises”, “falls” and “levels” mean</summary>"
         f"<dl>{rules}</dl></details>"
     )
 
@@ -166,13 +143,10 @@ def _beside(drawn: Drawn, compared: tuple[Compared, ...]) -> list[Compared]:
 
 
 def _card(drawn: Drawn, compared: list[Compared]) -> str:
-    picture = drawn.picture
-    width, height = (round(side * 100) for side in picture.size)
-    image = f'<img src="{drawn.uri}" alt="{escape(drawn.alt)}" width="{width}" height="{height}">'
-    caption = f"<figcaption>{escape(picture.caption)}</figcaption>"
-    figure = f"<figure><h3>{escape(picture.title)}</h3>{image}{caption}</figure>"
+    shown = drawn.picture
+    figure = picture(shown.title, drawn.uri, drawn.alt, shown.caption, shown.size)
     if not compared:
-        return element("article", figure, class_="card full" if picture.both_ends else "card")
+        return element("article", figure, class_="card full" if shown.both_ends else "card")
     beside = "".join(_comparison(entry) for entry in compared)
     return element("article", f'{figure}<div class="paper">{beside}</div>', class_="card wide")
 
@@ -180,15 +154,7 @@ def _card(drawn: Drawn, compared: list[Compared]) -> str:
 def _comparison(entry: Compared) -> str:
     why = f"<dt>Why</dt><dd>{escape(entry.why)}</dd>" if entry.why else ""
     return (
-        f'<div class="comparison {_class(entry.verdict)}"><p class="verdict">{_badge(entry.verdict)}</p><dl>'
+        f'<div class="comparison {verdict_class(entry.verdict)}"><p class="verdict">{badge(entry.verdict)}</p><dl>'
         f"<dt>Paper</dt><dd>{escape(entry.statement)}</dd><dt>Here</dt><dd>{escape(entry.ours)}</dd>{why}"
         f'<dt class="rule">Rule</dt><dd class="rule">{escape(entry.rule)}</dd></dl></div>'
     )
-
-
-def _class(verdict: Verdict) -> str:
-    return verdict.value.lower().replace(" ", "-")
-
-
-def _badge(verdict: Verdict) -> str:
-    return f'<span aria-hidden="true">{_MARK[verdict]}</span> {verdict.value}'

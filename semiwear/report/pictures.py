@@ -16,7 +16,7 @@ from semiwear import plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
-from semiwear.results.missing import why_missing
+from semiwear.results.missing import group_of, why_missing
 from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_bodies
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def draw_all(tree: xr.DataTree) -> list[Drawn]:
 
 def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
     """Draw a picture from a result."""
-    steps = tree["history"].sizes["wear_step"] if "history" in tree.children else 1
+    steps = group_of(tree, "history").sizes.get("wear_step", 1)
     if picture.needs_wear and steps < 2:
         return Drawn(picture, "", "", "the result has one wear step, so there is no wear to show")
     try:
@@ -111,8 +111,7 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
 def _png(picture: Picture, tree: xr.DataTree) -> str:
     function: Callable[..., object] = getattr(plot, picture.name)
     if picture.both_ends:
-        flank = tree.children.get("flank")
-        steps = (0, -1) if flank is not None and flank.sizes["wear_step"] > 1 else (0,)
+        steps = (0, -1) if group_of(tree, "flank").sizes.get("wear_step", 1) > 1 else (0,)
 
         def ends(axes: list[Axes]) -> None:
             for step, ax in zip(steps, axes, strict=True):
@@ -219,11 +218,8 @@ def _pattern_text(tree: xr.DataTree) -> str:
 
 def _curves_text(tree: xr.DataTree) -> str:
     values = tree["mesh_cycle"].to_dataset()["transmission_error_loaded"].values
-    return (
-        f"At the first wear step from {values[0].min():.4g} to {values[0].max():.4g} arcsec, at "
-        "the last from "
-        f"{values[-1].min():.4g} to {values[-1].max():.4g} arcsec."
-    )
+    first, last = (f"from {curve.min():.4g} to {curve.max():.4g} arcsec" for curve in (values[0], values[-1]))
+    return f"At the first wear step {first}, at the last {last}."
 
 
 PICTURES: tuple[Picture, ...] = (

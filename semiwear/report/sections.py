@@ -9,8 +9,8 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from semiwear.report.markup import NONE, element, figure_text, table, unit_text
-from semiwear.results.missing import missing_notes
+from semiwear.report.markup import NONE, element, figure_text, table, tiles, unit_text, with_unit
+from semiwear.results.missing import group_of, missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.schema import VARIABLES
 from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
@@ -23,6 +23,7 @@ __all__ = [
     "physics",
     "references",
     "residual_note",
+    "tips_that_press",
     "wear_steps",
 ]
 
@@ -32,11 +33,7 @@ _OF_GEAR = tuple(f"wear_depth_max_{zone}" for zone in ("root", "addendum", "pitc
 
 def key_numbers(tree: xr.DataTree) -> str:
     """Tiles with the main numbers of the last wear step, the first beside them."""
-    tiles = "".join(
-        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
-        for name, value, note in _key_numbers(tree)
-    )
-    return element("ul", tiles, class_="tiles") if tiles else ""
+    return tiles(_key_numbers(tree))
 
 
 def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
@@ -77,8 +74,7 @@ def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
 
 
 def _first_and_last(title: str, series: xr.DataArray) -> tuple[str, str, str]:
-    units = unit_text(series.attrs["units"])
-    first, last = (f"{figure_text(float(series[step]))} {units}".strip() for step in (0, -1))
+    first, last = (with_unit(float(series[step]), series.attrs["units"]) for step in (0, -1))
     return title, last, f"{first} unworn" if series.size > 1 else ""
 
 
@@ -199,7 +195,7 @@ def _work(line: str) -> str:
 
 def residual_note(tree: xr.DataTree) -> str:
     """The greatest residuals in one sentence."""
-    found = tree["diagnostics"].to_dataset() if "diagnostics" in tree.children else xr.Dataset()
+    found = group_of(tree, "diagnostics")
     parts = [
         f"{found[name].attrs['long_name']} {figure_text(float(np.max(found[name].values)), 3)}"
         for name in ("load_balance_residual", "complementarity_residual", "edge_residual", "wear_law_residual")

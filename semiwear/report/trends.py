@@ -23,8 +23,7 @@ RULES: dict[str, str] = {
     ),
     "falls": "the same, upside down",
     "levels": (
-        f"over the last third of the meshes the value changes by less than {LEVEL_SHARE:.0%} of "
-        "its whole range "
+        f"over the last third of the meshes the value changes by less than {LEVEL_SHARE:.0%} of its whole range "
         "(an even slope would change it by 33 %)"
     ),
 }

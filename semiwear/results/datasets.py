@@ -99,7 +99,7 @@ def build_dataset(
     return xr.Dataset(labelled, axes, _strings(attrs or {}, f"/{group}"))
 
 
-def check_tree(tree: xr.DataTree) -> None:  # noqa: C901
+def check_tree(tree: xr.DataTree) -> None:
     """Check that the variables of a tree are whole: required ones present, dims and units as in the schema,
     finite but for what may be missing.
 
@@ -113,15 +113,7 @@ def check_tree(tree: xr.DataTree) -> None:  # noqa: C901
     for group in tree.children:
         dataset = tree[group].to_dataset()
         for entry in variables_of(group):
-            if entry.name not in dataset:
-                if not entry.optional:
-                    raise SemiwearError(f"{entry.path}: missing")
-                continue
-            if dataset[entry.name].dims != entry.dims:
-                raise SemiwearError(f"{entry.path}: dims {dataset[entry.name].dims}, expected {entry.dims}")
-            for dim in entry.dims:
-                if dim not in dataset.coords and dim in COORDINATES:
-                    raise SemiwearError(f"/{group}/{dim}: missing, needed by {entry.path}")
+            _check_dims(dataset, entry)
         for name in map(str, dataset.variables):
             entry_or_none = variable(group, name)
             if entry_or_none is not None:
@@ -131,13 +123,25 @@ def check_tree(tree: xr.DataTree) -> None:  # noqa: C901
             raise SemiwearError("/history/meshes: missing")
 
 
+def _check_dims(dataset: xr.Dataset, entry: Variable) -> None:
+    if entry.name not in dataset:
+        if not entry.optional:
+            raise SemiwearError(f"{entry.path}: missing")
+        return
+    if dataset[entry.name].dims != entry.dims:
+        raise SemiwearError(f"{entry.path}: dims {dataset[entry.name].dims}, expected {entry.dims}")
+    for dim in entry.dims:
+        if dim not in dataset.coords:
+            raise SemiwearError(f"/{entry.group}/{dim}: missing, needed by {entry.path}")
+
+
 def _check_units(found: object, expected: str, path: str) -> None:
     if found != expected:
         said = "no units" if found is None else f"units {found!r}"
         raise SemiwearError(f"{path}: {said}, expected {expected!r}")
 
 
-def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: C901
+def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Coordinate values of a group by name."""
     used: dict[str, tuple[str, int]] = {}
     for name, array in arrays.items():
@@ -151,27 +155,32 @@ def _labels(group: str, arrays: Mapping[str, np.ndarray], coords: Mapping[str, n
         entry = COORDINATES[name]
         if entry.dims[0] not in used:
             continue
-        path, size = used[entry.dims[0]]
-        if name in coords:
-            values = _array(coords[name], entry, f"coordinate {name}")
-        elif entry.labels:
-            values = np.array(entry.labels)
-        elif name in ("wear_step", "profile"):
-            values = np.arange(size)
-        elif name == "meshes" and group != "history":
+        if name == "meshes" and group != "history" and name not in coords:
             continue
-        else:
-            raise SemiwearError(f"coordinate {name}: missing, needed by {path}")
-        if entry.labels and tuple(values) != entry.labels:
-            raise SemiwearError(f"coordinate {name}: {tuple(values)}, must be {entry.labels}")
-        if values.ndim != 1:
-            raise SemiwearError(f"coordinate {name}: shape {values.shape}, must have one dimension")
-        labels[name] = values
+        labels[name] = _label(entry, coords, *used[entry.dims[0]])
     if "meshes" in labels and len(labels["meshes"]) != len(labels["wear_step"]):
         raise SemiwearError(
             f"coordinate meshes: {len(labels['meshes'])} values for {len(labels['wear_step'])} wear steps"
         )
     return labels
+
+
+def _label(entry: Variable, coords: Mapping[str, np.ndarray], path: str, size: int) -> np.ndarray:
+    """Values of a coordinate, given or by default, for a dim of some size that the variable at `path` has."""
+    name = entry.name
+    if name in coords:
+        values = _array(coords[name], entry, f"coordinate {name}")
+    elif entry.labels:
+        values = np.array(entry.labels)
+    elif name in ("wear_step", "profile"):
+        values = np.arange(size)
+    else:
+        raise SemiwearError(f"coordinate {name}: missing, needed by {path}")
+    if entry.labels and tuple(values) != entry.labels:
+        raise SemiwearError(f"coordinate {name}: {tuple(values)}, must be {entry.labels}")
+    if values.ndim != 1:
+        raise SemiwearError(f"coordinate {name}: shape {values.shape}, must have one dimension")
+    return values
 
 
 def _array(values: object, entry: Variable, path: str) -> np.ndarray:

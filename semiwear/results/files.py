@@ -12,7 +12,6 @@ import hashlib
 import os
 import subprocess
 import sys
-import uuid
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -23,7 +22,7 @@ import xarray as xr
 from semiwear.errors import ResultFileError, SemiwearError
 from semiwear.results.datasets import check_tree
 from semiwear.results.schema import GROUPS, SCHEMA_VERSION
-from semiwear.targets import RESULTS, file_target, naming
+from semiwear.targets import RESULTS, file_target, replacing
 from semiwear.untyped import Options
 
 __all__ = ["open_results", "save", "sync_folder"]
@@ -71,21 +70,16 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     check_tree(tree)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"save: no folder {target.parent} for {target.name}")
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        with naming(target):
-            stored = tree.copy()
-            stored.attrs = {**tree.attrs, _CHECK_SUMS: _check_sums(tree)}
-            stored.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
-            with temporary.open("r+b") as written:
-                digest = _digest(written, temporary.stat().st_size)
-                written.write(_SEAL_MARK + digest)
-                written.flush()
-                os.fsync(written.fileno())
-            os.replace(temporary, target)
-        sync_folder(target.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(target) as temporary:
+        stored = tree.copy()
+        stored.attrs = {**tree.attrs, _CHECK_SUMS: _check_sums(tree)}
+        stored.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+        with temporary.open("r+b") as written:
+            digest = _digest(written, temporary.stat().st_size)
+            written.write(_SEAL_MARK + digest)
+            written.flush()
+            os.fsync(written.fileno())
+    sync_folder(target.parent)
 
 
 def sync_folder(folder: Path) -> None:
@@ -236,12 +230,9 @@ def _check_version(version: str, source: Path) -> None:
         raise ResultFileError(f"{source}: a netCDF file, but not of semiwear (it has no schema_version); {_ANEW}")
     if not version.isdecimal():
         raise ResultFileError(f"{source}: schema_version {version!r} is not one of semiwear; {_ANEW}")
-    remedy = (
-        "compute it anew with this semiwear"
-        if int(version) < int(SCHEMA_VERSION)
-        else "open it with a newer semiwear"
-    )
-    age = "older" if int(version) < int(SCHEMA_VERSION) else "newer"
+    age, remedy = "newer", "open it with a newer semiwear"
+    if int(version) < int(SCHEMA_VERSION):
+        age, remedy = "older", "compute it anew with this semiwear"
     raise ResultFileError(
         f"{source}: schema version {version} is {age} than this semiwear's {SCHEMA_VERSION}; {remedy}"
     )
@@ -249,12 +240,7 @@ def _check_version(version: str, source: Path) -> None:
 
 def _encoding(tree: xr.DataTree) -> dict[str, dict[str, Options]]:
     """Light compression for numbers; no fill values, since a result has no gaps."""
-    packed: Options = {
-        "zlib": True,
-        "complevel": 1,
-        "shuffle": True,
-        "_FillValue": None,
-    }
+    packed: Options = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
     encoding: dict[str, dict[str, Options]] = {}
     for node in tree.subtree:
         encoding[node.path] = {

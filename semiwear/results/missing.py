@@ -1,13 +1,18 @@
-"""Values that a result does not hold, and pressures that are an edge's."""
+"""Groups and values that a result does not hold, and pressures that are an edge's."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-__all__ = ["away_from_edges", "missing_notes", "why_missing"]
+__all__ = ["away_from_edges", "group_of", "missing_notes", "why_missing"]
 
 _BEARS = 1e-6  # of the load: rounding below
+
+
+def group_of(tree: xr.DataTree, name: str) -> xr.Dataset:
+    """A group of a result; empty where it has none of that name."""
+    return tree[name].to_dataset() if name in tree.children else xr.Dataset()
 
 
 def why_missing(array: xr.DataArray) -> str:

@@ -7,6 +7,8 @@ import tomllib
 import numpy as np
 import xarray as xr
 
+from semiwear.results.missing import group_of
+
 __all__ = ["pressing_tips"]
 
 _TELLS = 0.01  # of the load: a tip that bears less is not told of
@@ -20,9 +22,9 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
     tree : DataTree
         With `/engagement`; the relief comes from `/history` where there is one.
     """
-    if "engagement" not in tree.children or "tip_load_share" not in tree["engagement"].to_dataset():
+    engagement = group_of(tree, "engagement")
+    if "tip_load_share" not in engagement:
         return []
-    engagement = tree["engagement"].to_dataset()
     last = engagement.sizes["wear_step"] - 1
     told = []
     for step in sorted({0, last}):
@@ -34,18 +36,19 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
                 continue
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
-            text = (
+            told.append(
                 f"{when}, the {body}'s tip presses at roll {roll:+.2f}: its edge bears up to {share.max():.0%} of "
                 f"the load at up to {pressure:,.0f} MPa, a pressure that depends on how the edge is rounded"
+                f"{_relief(tree, step, str(body))}."
             )
-            told.append(text + _relief(tree, step, str(body)) + ".")
     return [text.replace("-", "−") for text in told]
 
 
 def _relief(tree: xr.DataTree, step: int, body: str) -> str:
-    if "history" not in tree.children or "tip_relief_to_free" not in tree["history"].to_dataset():
+    history = group_of(tree, "history")
+    if "tip_relief_to_free" not in history:
         return ""
-    relief = float(tree["history"].to_dataset()["tip_relief_to_free"].sel(body=body).values[step])
+    relief = float(history["tip_relief_to_free"].sel(body=body).values[step])
     if relief <= 0.0:
         return ""
     key = f"effects.modification.{body}.tip_relief_um"

@@ -5,28 +5,20 @@ from __future__ import annotations
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
 from semiwear.results.provenance import version
 from semiwear.scene.external import file_digests
+from semiwear.scene.toml_io import flat
 from semiwear.untyped import Value
 
 __all__ = ["differences", "run_identity"]
 
 _PACKAGE = Path(__file__).parents[1]
-_ROOMS = (
-    "scene",
-    "closed_forms",
-    "geometry",
-    "meshing",
-    "compliance",
-    "contact",
-    "wear",
-    "plan",
-    "accuracy",
-)  # what wear steps are computed with, ...
+# what wear steps are computed with, ...
+_ROOMS = ("scene", "closed_forms", "geometry", "meshing", "compliance", "contact", "wear", "plan", "accuracy")
 _MODULES = ("simulate.py", "life.py", "collect.py", "threads.py")  # ... and how a run is divided into them
 _COMMENTS = re.compile(rb"^[ \t]*#.*\n|[ \t]+#[^'\"\n]*$", re.MULTILINE)
 _LIBRARIES = ("numpy", "scipy", "numba")  # they decide the last bits
@@ -78,7 +70,7 @@ def differences(kept: Mapping[str, str], now: Mapping[str, str], finished: int) 
 
 
 def _scene_differences(kept: str, now: str, finished: int) -> list[str]:
-    then, here = dict(_flat(tomllib.loads(kept))), dict(_flat(tomllib.loads(now)))
+    then, here = dict(flat(tomllib.loads(kept))), dict(flat(tomllib.loads(now)))
     lines = []
     for key in [*here, *(key for key in then if key not in here)]:
         old, new = then.get(key), here.get(key)
@@ -94,19 +86,9 @@ def _scene_differences(kept: str, now: str, finished: int) -> list[str]:
 
 
 def _shown(value: Value) -> str:
-    return "absent" if value is None else repr(value)
-
-
-def _flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields under their dotted keys; a table without fields stands for itself, since it may be an effect."""
-    for name, value in table.items():
-        key = f"{path}{name}"
-        if not isinstance(value, Mapping):
-            yield key, value
-        elif value:
-            yield from _flat(value, f"{key}.")
-        else:
-            yield key, "a table"
+    if value is None:
+        return "absent"
+    return repr(value if value != {} else "a table")
 
 
 def _code_digest() -> str:

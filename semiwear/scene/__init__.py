@@ -3,27 +3,17 @@
 A problem in a scene is never raised alone: `SceneError.problems` lists all of them.
 """
 
+from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
 from semiwear.scene.effects import EFFECTS, Effects, EffectTable
 from semiwear.scene.external import scene_files
+from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
+from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.kinds import GearPair
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
-from semiwear.scene.model import (
-    BodyCoefficients,
-    ControlPoint,
-    CylindricalControlPoint,
-    CylindricalPair,
-    FaceGearPair,
-    FlankPointsControlPoint,
-    FlankPointsPair,
-    Material,
-    Materials,
-    Numerics,
-    Operation,
-    Wear,
-    WearUntil,
-)
 from semiwear.scene.placement import Placement
+from semiwear.scene.rules import BodyCoefficients
 from semiwear.scene.scene import Check, Scene, scene_from_dict
+from semiwear.scene.tables import ControlPoint, Material, Materials, Numerics, Operation, Wear, WearUntil
 
 __all__ = [
     "EFFECTS",

@@ -8,10 +8,12 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.tables import BODIES, BodyCoefficients, default_watched_body
+from semiwear.scene.defaults import full_round_radius
+from semiwear.scene.rules import BODIES, BodyCoefficients
+from semiwear.scene.tables import default_watched_body
 from semiwear.scene.values import shown
 
-__all__ = ["CROSS_RULES"]
+__all__ = ["CROSS_RULES", "edge_fits", "mm"]
 
 CROSS_RULES: RuleBook = []
 _across = partial(across, CROSS_RULES)
@@ -29,7 +31,8 @@ def _reference_is_of_the_kind(reference: str | None, kind: str) -> Iterator[Prob
         )
 
 
-def _mm(length: float) -> str:
+def mm(length: float) -> str:
+    """A length in a message."""
     return f"{length:.6g}"
 
 
@@ -49,30 +52,30 @@ def _shaper_exceeds_pinion(pinion_teeth: int, shaper_teeth: int) -> Iterator[Pro
 def _pitch_point_lies_in_the_face(module: float, gear_teeth: int, inner: float, outer: float) -> Iterator[Problem]:
     pitch_radius = 0.5 * module * gear_teeth
     if outer <= inner:
-        fix = f"swap them: {_mm(outer)} and {_mm(inner)}" if outer < pitch_radius < inner else "give radii"
-        allowed = f"greater than gear_inner_radius_mm ({_mm(inner)} mm)"
+        fix = f"swap them: {mm(outer)} and {mm(inner)}" if outer < pitch_radius < inner else "give radii"
+        allowed = f"greater than gear_inner_radius_mm ({mm(inner)} mm)"
         yield Problem("gear_pair.gear_outer_radius_mm", outer, allowed, fix)
         return
     if inner < pitch_radius < outer:
         return
-    pitch = f"the pitch radius is {_mm(pitch_radius)} mm"
+    pitch = f"the pitch radius is {mm(pitch_radius)} mm"
     scaled = True
     if inner / 2 < pitch_radius < outer / 2:
-        fix = f"these look like diameters: {pitch}; give {_mm(inner / 2)} and {_mm(outer / 2)}"
+        fix = f"these look like diameters: {pitch}; give {mm(inner / 2)} and {mm(outer / 2)}"
     elif inner * 2 < pitch_radius < outer * 2:
         fix = (
             f"these look like halved radii (the paper calls its radii diameters): {pitch}; "
-            f"give {_mm(inner * 2)} and {_mm(outer * 2)}"
+            f"give {mm(inner * 2)} and {mm(outer * 2)}"
         )
     else:
         scaled = False
         fix = f"{pitch} (module times gear_teeth / 2): correct the radii, the module or the teeth"
     # Radii that were scaled alike both need the correction, although only one is on the wrong side.
     if scaled or inner >= pitch_radius:
-        allowed = f"below the pitch radius ({_mm(pitch_radius)} mm)"
+        allowed = f"below the pitch radius ({mm(pitch_radius)} mm)"
         yield Problem("gear_pair.gear_inner_radius_mm", inner, allowed, fix)
     if scaled or outer <= pitch_radius:
-        allowed = f"above the pitch radius ({_mm(pitch_radius)} mm)"
+        allowed = f"above the pitch radius ({mm(pitch_radius)} mm)"
         yield Problem("gear_pair.gear_outer_radius_mm", outer, allowed, fix)
 
 
@@ -94,45 +97,37 @@ def _pinion_covers_the_pitch_point(
     low, high = pitch_radius - width / 2, pitch_radius + width / 2
     middle = (inner + outer) / 2
     if abs(middle - pitch_radius) < width / 2:
-        fix = f"give {_mm(middle)}, the middle of the gear's face"
+        fix = f"give {mm(middle)}, the middle of the gear's face"
     else:
-        fix = f"give {_mm(pitch_radius)}, or a wider pinion"
-    allowed = f"{_mm(low)} to {_mm(high)} mm: the pinion's face must cover the pitch radius"
+        fix = f"give {mm(pitch_radius)}, or a wider pinion"
+    allowed = f"{mm(low)} to {mm(high)} mm: the pinion's face must cover the pitch radius"
     yield Problem("gear_pair.pinion_centre_mm", centre, allowed, fix)
 
 
-@_across("gear_pair", "pinion_addendum_mm", "shaper_addendum_mm")
-def _gear_root_is_clear(pinion_addendum: float, shaper_addendum: float) -> Iterator[Problem]:
-    if pinion_addendum >= shaper_addendum:
-        allowed = f"less than shaper_addendum_mm ({_mm(shaper_addendum)} mm)"
-        fix = "the pinion's tips need bottom clearance in the gear's roots, usually 0.25 modules"
-        yield Problem("gear_pair.pinion_addendum_mm", pinion_addendum, allowed, fix)
+for _body, _other, _cutter in (("pinion", "gear", "shaper"), ("gear", "pinion", "rack")):
 
-
-@_across("gear_pair", "gear_addendum_mm", "rack_addendum_mm")
-def _pinion_root_is_clear(gear_addendum: float, rack_addendum: float) -> Iterator[Problem]:
-    if gear_addendum >= rack_addendum:
-        allowed = f"less than rack_addendum_mm ({_mm(rack_addendum)} mm)"
-        fix = "the gear's tips need bottom clearance in the pinion's roots, usually 0.25 modules"
-        yield Problem("gear_pair.gear_addendum_mm", gear_addendum, allowed, fix)
+    @_across("gear_pair", f"{_body}_addendum_mm", f"{_cutter}_addendum_mm")
+    def _root_is_clear(
+        addendum: float, dedendum: float, body: str = _body, other: str = _other, cutter: str = _cutter
+    ) -> Iterator[Problem]:
+        if addendum >= dedendum:
+            allowed = f"less than {cutter}_addendum_mm ({mm(dedendum)} mm)"
+            fix = f"the {body}'s tips need bottom clearance in the {other}'s roots, usually 0.25 modules"
+            yield Problem(f"gear_pair.{body}_addendum_mm", addendum, allowed, fix)
 
 
 @_across("gear_pair", "module_mm", "pressure_angle_deg", "rack_addendum_mm", "rack_tip_radius_mm")
 def _rack_crest_can_be_rounded(
     module: float, pressure_angle_deg: float, addendum: float, tip_radius: float
 ) -> Iterator[Problem]:
-    alpha = math.radians(pressure_angle_deg)
-    crest_half_width = math.pi * module / 4 - addendum * math.tan(alpha)
-    if crest_half_width < 0.0:
-        greatest = math.pi * module / 4 / math.tan(alpha)
+    full = full_round_radius(module, pressure_angle_deg, addendum)
+    if full < 0.0:
+        greatest = math.pi * module / 4 / math.tan(math.radians(pressure_angle_deg))
         fix = "the rack's flanks cross below its crest: lower the addendum or the pressure angle"
-        yield Problem("gear_pair.rack_addendum_mm", addendum, f"up to {_mm(greatest)} mm", fix)
-        return
-    # A crest that is fully round: the arc touches both flanks and the crest line.
-    greatest = crest_half_width / ((1.0 - math.sin(alpha)) / math.cos(alpha))
-    if tip_radius > greatest:
-        fix = f"the crest is fully round at {_mm(greatest)} mm: give less, or lower rack_addendum_mm"
-        yield Problem("gear_pair.rack_tip_radius_mm", tip_radius, f"0 to {_mm(greatest)} mm", fix)
+        yield Problem("gear_pair.rack_addendum_mm", addendum, f"up to {mm(greatest)} mm", fix)
+    elif tip_radius > full:
+        fix = f"the crest is fully round at {mm(full)} mm: give less, or lower rack_addendum_mm"
+        yield Problem("gear_pair.rack_tip_radius_mm", tip_radius, f"0 to {mm(full)} mm", fix)
 
 
 @_across("gear_pair", "module_mm", "pinion_teeth", "rack_addendum_mm", "pinion_bore_radius_mm")
@@ -140,39 +135,35 @@ def _pinion_has_a_rim(module: float, pinion_teeth: int, rack_addendum: float, bo
     root_radius = 0.5 * module * pinion_teeth - rack_addendum
     if root_radius <= 0.0:
         fix = "the pinion's root would lie at its axis: the addendum of a rack is usually 1.25 modules"
-        allowed = f"less than the pinion's pitch radius ({_mm(root_radius + rack_addendum)} mm)"
+        allowed = f"less than the pinion's pitch radius ({mm(root_radius + rack_addendum)} mm)"
         yield Problem("gear_pair.rack_addendum_mm", rack_addendum, allowed, fix)
     elif bore >= root_radius:
-        allowed = f"less than the pinion's root radius ({_mm(root_radius)} mm)"
+        allowed = f"less than the pinion's root radius ({mm(root_radius)} mm)"
         yield Problem("gear_pair.pinion_bore_radius_mm", bore, allowed, "give a radius, not a diameter")
 
 
-@_across("gear_pair", "pinion_addendum_mm", "pinion_tip_edge_radius_mm")
-def _pinion_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("pinion_tip_edge_radius_mm", radius, addendum, "pinion_addendum_mm")
+for _body in BODIES:
 
-
-@_across("gear_pair", "gear_addendum_mm", "gear_tip_edge_radius_mm")
-def _gear_tip_edge_fits(addendum: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("gear_tip_edge_radius_mm", radius, addendum, "gear_addendum_mm")
+    @_across("gear_pair", f"{_body}_addendum_mm", f"{_body}_tip_edge_radius_mm")
+    def _tip_edge_fits(addendum: float, radius: float, body: str = _body) -> Iterator[Problem]:
+        yield from edge_fits(f"{body}_tip_edge_radius_mm", radius, addendum, f"{body}_addendum_mm")
 
 
 @_across("gear_pair", "pinion_face_width_mm", "pinion_end_edge_radius_mm")
 def _pinion_end_edges_fit(width: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("pinion_end_edge_radius_mm", radius, width / 2, "half the face width")
+    yield from edge_fits("pinion_end_edge_radius_mm", radius, width / 2, "half the face width")
 
 
 @_across("gear_pair", "gear_inner_radius_mm", "gear_outer_radius_mm", "gear_end_edge_radius_mm")
 def _gear_end_edges_fit(inner: float, outer: float, radius: float) -> Iterator[Problem]:
-    yield from _edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
+    yield from edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
 
 
-def _edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
+def edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
+    """The problem of an edge radius that leaves no flank."""
     if radius >= limit:
-        allowed = f"less than {what} ({_mm(limit)} mm)"
-        yield Problem(
-            f"gear_pair.{name}", radius, allowed, "an edge radius is small, usually 0.2 mm at a module of 5"
-        )
+        fix = "an edge radius is small, usually 0.2 mm at a module of 5"
+        yield Problem(f"gear_pair.{name}", radius, f"less than {what} ({mm(limit)} mm)", fix)
 
 
 @_across("wear.until", "meshes", "control_depths_um")
@@ -236,7 +227,7 @@ def _control_point_is_in_the_face(
 ) -> Iterator[Problem]:
     low, high = max(inner, centre - width / 2), min(outer, centre + width / 2)
     if radius is not None and not low <= radius <= high:
-        allowed = f"{_mm(low)} to {_mm(high)} mm, the part of the gear's face that the pinion covers"
+        allowed = f"{mm(low)} to {mm(high)} mm, the part of the gear's face that the pinion covers"
         yield Problem("wear.control_point.radius_mm", radius, allowed, "a gear radius, not a diameter")
 
 
@@ -264,7 +255,7 @@ def _control_point_is_on_the_tooth(
     if body == "pinion":
         low, high, pitch = -pinion_dedendum, pinion_addendum, "pitch cylinder"
     if height is not None and not low <= height <= high:
-        allowed = f"{_mm(low)} to {_mm(high)} mm, root to tip of the {body} tooth"
+        allowed = f"{mm(low)} to {mm(high)} mm, root to tip of the {body} tooth"
         fix = f"the height above the {pitch}, negative on the dedendum"
         yield Problem("wear.control_point.height_mm", height, allowed, fix)
 

@@ -8,9 +8,11 @@ from math import acos, atan, ceil, cos, hypot, nan, radians, sin, tan
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, filled_in, table
-from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius
+from semiwear.scene.defaults import DerivedDefault, edge_radius_of, full_round_radius, modules
 from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, positive
+from semiwear.scene.rules import watched_body
 from semiwear.scene.values import number, whole
+from semiwear.untyped import Value
 
 __all__ = ["CylindricalControlPoint", "CylindricalPair", "edge_radius"]
 
@@ -88,10 +90,6 @@ def _gear_tip(
     return max(tip, _digits(1e-4 * module * ceil(2e4 * hypot(base_2, along) / module)))
 
 
-def _rack_addendum(module: float) -> float:
-    return _digits(1.25 * module)
-
-
 def _rack_tip_radius(module: float, alpha_deg: float, rack_addendum: float, z2: int = 1) -> float:
     if z2 < 0:
         return _digits(0.3 * module)  # an arc: the tooth space of an internal gear narrows faster than a rack's
@@ -111,10 +109,6 @@ def _rim_thickness(module: float, beta_deg: float, z2: int, x2: float, rack_adde
     return _digits(0.37 * reference - rack_addendum + x2 * module)
 
 
-def _same(width: float) -> float:
-    return width
-
-
 _PAIR = ("helix_angle_deg", "pinion_teeth", "gear_teeth", "pinion_profile_shift", "gear_profile_shift")
 
 
@@ -130,16 +124,24 @@ _TEETH = (12, 300)
 
 def _gear_teeth() -> Rule:
     least, most = _TEETH
-
-    def fix(teeth: int) -> str:
-        return "count the teeth of the whole gear; an internal gear's number is negative (ISO 21771)"
-
+    fix = "count the teeth of the whole gear; an internal gear's number is negative (ISO 21771)"
     allowed = f"whole number, {least} to {most}, or {-most} to {-least} for an internal gear"
     return Rule(whole, allowed, lambda teeth: least <= abs(teeth) <= most, fix)
 
 
-def _profile_shift() -> Rule:
-    return between(number, -2.0, 2.0, "in modules: the shift divided by the normal module, -0.5 to 1 is usual")
+def _profile_shift(body: str) -> Value:
+    rule = between(number, -2.0, 2.0, "in modules: the shift divided by the normal module, -0.5 to 1 is usual")
+    return declared(rule, f"Profile shift coefficient of the {body}.", default=0.0)
+
+
+def _dedendum(body: str) -> Value:
+    what = f"Dedendum of the {body} before profile shift; left out: 1.25 m_n."
+    return declared(positive(_LENGTH), what, derived=modules(1.25, "normal_module_mm"))
+
+
+def _edge_radius(body: str, border: str) -> Value:
+    what = f"Rounding between flank and {border} of the {body}; left out: 0.0444 m_n, 0.2 at a module of 4.5."
+    return declared(at_least_zero(_EDGE), what, derived=_default(edge_radius, "normal_module_mm"))
 
 
 @table
@@ -171,7 +173,7 @@ class CylindricalPair:
     gear_face_width_mm: float = declared(
         positive(_LENGTH),
         "Face width of the gear; left out: the pinion's.",
-        derived=_default(_same, "pinion_face_width_mm"),
+        derived=_default(lambda width: width, "pinion_face_width_mm"),
     )
     helix_angle_deg: float = declared(
         between(number, 0.0, 45.0, 'without a sign: the hand is the field "hand"', "degrees"),
@@ -181,8 +183,8 @@ class CylindricalPair:
     hand: str = declared(
         choice("right", "left"), "Hand of the pinion's helix; an external gear has the other one.", default="right"
     )
-    pinion_profile_shift: float = declared(_profile_shift(), "Profile shift coefficient of the pinion.", default=0.0)
-    gear_profile_shift: float = declared(_profile_shift(), "Profile shift coefficient of the gear.", default=0.0)
+    pinion_profile_shift: float = _profile_shift("pinion")
+    gear_profile_shift: float = _profile_shift("gear")
     centre_distance_mm: float = declared(
         positive("a positive length, of an internal gear as well"),
         "Centre distance; left out: without backlash.",
@@ -213,16 +215,8 @@ class CylindricalPair:
             "pinion_rack_tip_radius_mm",
         ),
     )
-    pinion_rack_addendum_mm: float = declared(
-        positive(_LENGTH),
-        "Dedendum of the pinion before profile shift; left out: 1.25 m_n.",
-        derived=_default(_rack_addendum, "normal_module_mm"),
-    )
-    gear_rack_addendum_mm: float = declared(
-        positive(_LENGTH),
-        "Dedendum of the gear before profile shift; left out: 1.25 m_n.",
-        derived=_default(_rack_addendum, "normal_module_mm"),
-    )
+    pinion_rack_addendum_mm: float = _dedendum("pinion")
+    gear_rack_addendum_mm: float = _dedendum("gear")
     pinion_rack_tip_radius_mm: float = declared(
         at_least_zero(_CUTTER_TIP),
         "Tip rounding of the pinion's tool, which leaves the fillet; left out: 0.38 m_n, or what the crest has room "
@@ -237,26 +231,10 @@ class CylindricalPair:
             _rack_tip_radius, "normal_module_mm", "pressure_angle_deg", "gear_rack_addendum_mm", "gear_teeth"
         ),
     )
-    pinion_tip_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and tip of the pinion; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
-        derived=_default(edge_radius, "normal_module_mm"),
-    )
-    gear_tip_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and tip of the gear; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
-        derived=_default(edge_radius, "normal_module_mm"),
-    )
-    pinion_end_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and end faces of the pinion; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
-        derived=_default(edge_radius, "normal_module_mm"),
-    )
-    gear_end_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and end faces of the gear; left out: 0.0444 m_n, 0.2 at a module of 4.5.",
-        derived=_default(edge_radius, "normal_module_mm"),
-    )
+    pinion_tip_edge_radius_mm: float = _edge_radius("pinion", "tip")
+    gear_tip_edge_radius_mm: float = _edge_radius("gear", "tip")
+    pinion_end_edge_radius_mm: float = _edge_radius("pinion", "end faces")
+    gear_end_edge_radius_mm: float = _edge_radius("gear", "end faces")
     pinion_bore_radius_mm: float = declared(
         positive(_LENGTH),
         "Radius of the pinion's bore, where it is held; left out: 0.63 reference radii.",
@@ -325,11 +303,7 @@ class CylindricalControlPoint:
         any_number("above the working pitch cylinder"),
         "Height above the working pitch cylinder, towards the tip; negative on the dedendum.",
     )
-    body: str | None = declared(
-        choice("pinion", "gear"),
-        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
-        default=None,
-    )
+    body: str | None = watched_body()
 
     @property
     def station_mm(self) -> float:

@@ -7,16 +7,13 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
+from semiwear.scene.cross_rules import edge_fits, mm
 from semiwear.scene.defaults import full_round_radius
 
 __all__ = ["CYLINDRICAL_CROSS_RULES"]
 
 CYLINDRICAL_CROSS_RULES: RuleBook = []
 _across = partial(across, CYLINDRICAL_CROSS_RULES)
-
-
-def _mm(length: float) -> str:
-    return f"{length:.6g}"
 
 
 @_across("gear_pair", "pinion_teeth", "gear_teeth")
@@ -29,7 +26,7 @@ def _ring_is_larger_than_its_pinion(pinion_teeth: int, gear_teeth: int) -> Itera
 @_across("gear_pair", "pinion_face_width_mm", "gear_face_width_mm", "face_offset_mm")
 def _faces_share_the_middle(pinion: float, gear: float, offset: float) -> Iterator[Problem]:
     if abs(offset) >= pinion / 2.0:
-        allowed = f"above {_mm(-pinion / 2.0)} and below {_mm(pinion / 2.0)} mm"
+        allowed = f"above {mm(-pinion / 2.0)} and below {mm(pinion / 2.0)} mm"
         fix = "the pinion must cover the middle of the gear's face"
         yield Problem("gear_pair.face_offset_mm", offset, allowed, fix)
 
@@ -55,15 +52,12 @@ for _body in ("pinion", "gear"):
             fix = "lower the addendum, usually 1.25 modules, or the pressure angle"
             yield Problem(f"gear_pair.{body}_rack_addendum_mm", addendum, allowed, fix)
         elif radius > greatest:
-            fix = f"the crest is fully round at {_mm(greatest)} mm: give less, or lower {body}_rack_addendum_mm"
-            yield Problem(f"gear_pair.{body}_rack_tip_radius_mm", radius, f"0 to {_mm(greatest)} mm", fix)
+            fix = f"the crest is fully round at {mm(greatest)} mm: give less, or lower {body}_rack_addendum_mm"
+            yield Problem(f"gear_pair.{body}_rack_tip_radius_mm", radius, f"0 to {mm(greatest)} mm", fix)
 
     @_across("gear_pair", f"{_body}_face_width_mm", f"{_body}_end_edge_radius_mm")
     def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
-        if radius >= width / 2.0:
-            allowed = f"less than half the face width ({_mm(width / 2.0)} mm)"
-            fix = "an edge radius is small, usually 0.2 mm at a module of 5"
-            yield Problem(f"gear_pair.{body}_end_edge_radius_mm", radius, allowed, fix)
+        yield from edge_fits(f"{body}_end_edge_radius_mm", radius, width / 2.0, "half the face width")
 
 
 @_across("wear", "wear.until.control_depths_um", "wear.control_point.face_mm")
@@ -78,5 +72,5 @@ def _control_point_is_there(depths: tuple[float, ...] | None, face: float | None
 def _control_point_is_in_the_face(gear: float, pinion: float, offset: float, face: float | None) -> Iterator[Problem]:
     low, high = max(-gear / 2.0, offset - pinion / 2.0), min(gear / 2.0, offset + pinion / 2.0)
     if face is not None and not low <= face <= high:
-        allowed = f"{_mm(low)} to {_mm(high)} mm, the part of the gear's face that the pinion covers"
+        allowed = f"{mm(low)} to {mm(high)} mm, the part of the gear's face that the pinion covers"
         yield Problem("wear.control_point.face_mm", face, allowed, "counted from the middle of the gear's face")

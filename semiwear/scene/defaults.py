@@ -35,9 +35,9 @@ class DerivedDefault:
     formula: Callable[..., float]
 
 
-def modules(factor: float) -> DerivedDefault:
+def modules(factor: float, name: str = "module_mm") -> DerivedDefault:
     """Default proportional to the module, free of binary noise in the last digits."""
-    return DerivedDefault(("module_mm",), lambda module_mm: float(f"{factor * module_mm:.12g}"))
+    return DerivedDefault((name,), lambda module_mm: float(f"{factor * module_mm:.12g}"))
 
 
 def face_centre(inner_mm: float, outer_mm: float) -> float:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.effects import EFFECTS
 from semiwear.scene.reading import Reading
-from semiwear.scene.schema import DEFAULTS, RULES
+from semiwear.scene.rule import Rule
 from semiwear.scene.values import shown
 from semiwear.untyped import Value
 
@@ -38,23 +38,22 @@ def find_missing_needs(reading: Reading) -> list[Problem]:
                 effects.append(need)
             needed_by.setdefault(need, []).append(f"[{effect}]")
     return [
-        Problem(need, None, _allowed(need), f"needed by {' and '.join(users)}: add it")
+        Problem(need, None, _allowed(need, reading.schema.rules), f"needed by {' and '.join(users)}: add it")
         for need, users in needed_by.items()
     ]
 
 
-def _needs(effect: str, reading: Reading) -> Iterator[str]:
-    table = EFFECTS[effect.removeprefix("effects.")]
-    yield from table.needs
-    for (field, value), needs in table.needs_if.items():
-        key = f"{effect}.{field}"
-        if reading.given.get(key, None if reading.has(key) else DEFAULTS[key]) == value:
-            yield from needs
+def _needs(effect: str, reading: Reading) -> tuple[str, ...]:
+    def value_of(name: str) -> Value:
+        key = f"{effect}.{name}"
+        return reading.given.get(key, None if reading.has(key) else reading.schema.defaults[key])
+
+    return EFFECTS[effect.removeprefix("effects.")].needed_with(value_of)
 
 
-def _allowed(need: str) -> str:
-    if need in RULES:
-        return RULES[need].allowed
+def _allowed(need: str, rules: Mapping[str, Rule]) -> str:
+    if need in rules:
+        return rules[need].allowed
     return "a table, empty for its defaults" if need.startswith("effects.") else "a table"
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from itertools import chain
 from types import MappingProxyType
 from typing import ClassVar, Protocol
 
@@ -48,6 +49,12 @@ class EffectTable:
     needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType({})
     validity: ClassVar[str]
     references: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    def needed_with(cls, value_of: Callable[[str], Value]) -> tuple[str, ...]:
+        """Dotted keys that must be there with the values of its fields, which `value_of` tells by name."""
+        further = (keys for (name, value), keys in cls.needs_if.items() if value_of(name) == value)
+        return tuple(dict.fromkeys([*cls.needs, *chain.from_iterable(further)]))
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from semiwear.scene.scene import Scene
 from semiwear.scene.schema import schema_of_data
+from semiwear.scene.toml_io import flat
 from semiwear.untyped import Value
 
 __all__ = ["file_digests", "named_files", "scene_files"]
@@ -18,7 +19,7 @@ def named_files(data: Mapping[str, Value]) -> dict[str, str]:
     rules = schema_of_data(data).rules
     return {
         key: value
-        for key, value in _flat(data)
+        for key, value in flat(data)
         if isinstance(value, str) and key in rules and rules[key].names_file(value)
     }
 
@@ -41,11 +42,3 @@ def _digest(path: Path) -> str:
             return hashlib.file_digest(opened, "sha256").hexdigest()
     except (OSError, ValueError) as error:
         return f"cannot be read ({error})"
-
-
-def _flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{path}{name}.")
-        else:
-            yield f"{path}{name}", value

@@ -10,8 +10,9 @@ from typing import ClassVar
 
 from semiwear.errors import SceneError
 from semiwear.scene.declare import declared, table
-from semiwear.scene.rule import Rule, advice, any_number, between, choice
-from semiwear.scene.values import Unreadable, number, numbers, text, whole
+from semiwear.scene.rule import Rule, any_number, at_least_zero, between, choice, grid_file, or_auto, positive
+from semiwear.scene.rules import watched_body
+from semiwear.scene.values import number, numbers, whole
 from semiwear.untyped import Value
 
 __all__ = ["FlankPointsControlPoint", "FlankPointsPair"]
@@ -27,11 +28,6 @@ def _content(path: str) -> str:
         return ""
 
 
-def _tupled(value: Value) -> Value:
-    return tuple(float(item) for item in value)
-
-
-_SUFFIXES = (".nc", ".csv")
 _EDGE = '0 for a sharp edge; "auto" is 0.044 normal modules'
 _THICKNESS = 'in the normal section, at the pitch surface; "auto" is half the pitch'
 _FILLET = 'the arc between flank and root; "auto" is 0.3 normal modules'
@@ -41,45 +37,56 @@ _TEETH = "count the teeth of the whole body; of a worm its threads"
 _POINT = "where the origin of the body's own frame lies in the fixed frame"
 
 
-def _number_or_auto(raw: Value) -> float | str:
-    if isinstance(raw, str):
-        if raw != "auto":
-            raise Unreadable('give "auto", or a number without quotes')
-        return raw
-    return number(raw)
+_NOISE = "the noise of the points: 0 for none, 0.5 to 3 for measured flanks"
 
 
-def _length_or_auto(fix: str) -> Rule:
-    return Rule(
-        _number_or_auto, '"auto" or greater than 0 mm', lambda value: value == "auto" or value > 0.0, advice(fix)
+def _length(fix: str, what: str) -> Value:
+    return declared(or_auto(positive(fix), '"auto" or greater than 0 mm'), what, default="auto")
+
+
+def _tooth_thickness(body: str) -> Value:
+    what = (
+        f"Tooth thickness of the {body} in the normal section where the flank crosses the pitch surface. Left out: "
+        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
+        "brings none."
     )
+    return _length(_THICKNESS, what)
 
 
-def _radius_or_auto() -> Rule:
-    def holds(value: float | str) -> bool:
-        return value == "auto" or float(value) >= 0.0
+def _fillet_radius(body: str) -> Value:
+    what = f"Radius of the arc between flank and root of the {body}. Left out: 0.3 normal modules."
+    return _length(_FILLET, what)
 
-    return Rule(_number_or_auto, '"auto", 0 mm or greater', holds, advice(_EDGE))
+
+def _root_depth(body: str) -> Value:
+    return _length(_DEPTH, f"From the lower end of the {body}'s flank to its root. Left out: what the arc takes.")
+
+
+def _rim_thickness(body: str) -> Value:
+    what = f"Material between the root and where the {body} is held. Left out: 2.5 normal modules."
+    return _length(_RIM, what)
+
+
+def _edge_radius(body: str, border: str) -> Value:
+    what = f"Rounding between flank and {border} of the {body}. Left out: 0.0444 normal modules, as of a cylindrical "
+    what += "pair."
+    return declared(or_auto(at_least_zero(_EDGE), '"auto", 0 mm or greater'), what, default="auto")
+
+
+def _axis_point(body: str) -> Value:
+    rule = Rule(numbers, "three numbers of mm", lambda value: len(value) == 3, _POINT)
+    what = f"Where the origin of the {body}'s own frame lies in the fixed frame."
+    return declared(rule, what, default=(0.0, 0.0, 0.0))
 
 
 def _file() -> Rule:
     fix = "name a file that export_flank or write_points made; its name ends with .nc or .csv"
-
-    def is_points(path: str) -> bool:
-        return path.casefold().endswith(_SUFFIXES)
-
-    return Rule(text, "a .nc or .csv file of points", is_points, advice(fix), is_points)
-
-
-def _vector(fix: str, unit: str) -> Rule:
-    return Rule(numbers, f"three numbers{unit}", lambda value: len(value) == 3, advice(fix))
+    return grid_file("a .nc or .csv file of points", fix)
 
 
 def _direction() -> Rule:
     fix = "give the direction of the body's own z axis in the fixed frame, e.g. [0, 0, 1]"
-    return Rule(
-        numbers, "three numbers, not all 0", lambda value: len(value) == 3 and hypot(*value) > 0.0, advice(fix)
-    )
+    return Rule(numbers, "three numbers, not all 0", lambda value: len(value) == 3 and hypot(*value) > 0.0, fix)
 
 
 @table
@@ -107,21 +114,13 @@ class FlankPointsPair:
         between(whole, 1, 1000, _TEETH), "Number of teeth of the pinion, without sign; of a worm its threads."
     )
     gear_teeth: int = declared(between(whole, 2, 1000, _TEETH), "Number of teeth of the gear, without sign.")
-    pinion_axis_point_mm: Vector = declared(
-        _vector(_POINT, " of mm"),
-        "Where the origin of the pinion's own frame lies in the fixed frame.",
-        default=(0.0, 0.0, 0.0),
-    )
+    pinion_axis_point_mm: Vector = _axis_point("pinion")
     pinion_axis_direction: Vector = declared(
         _direction(),
         "Direction of the pinion's own z axis in the fixed frame, of any length.",
         default=(0.0, 0.0, 1.0),
     )
-    gear_axis_point_mm: Vector = declared(
-        _vector(_POINT, " of mm"),
-        "Where the origin of the gear's own frame lies in the fixed frame.",
-        default=(0.0, 0.0, 0.0),
-    )
+    gear_axis_point_mm: Vector = _axis_point("gear")
     gear_axis_direction: Vector = declared(
         _direction(), "Direction of the gear's own z axis in the fixed frame, of any length."
     )
@@ -134,82 +133,23 @@ class FlankPointsPair:
         choice("positive", "negative"), "Sense in which the gear turns about its axis direction; the gear is pushed."
     )
     smoothing_um: float | str = declared(
-        Rule(
-            _number_or_auto,
-            '"auto" or 0 um to 100 um',
-            lambda value: value == "auto" or 0.0 <= value <= 100.0,
-            advice("the noise of the points: 0 for none, 0.5 to 3 for measured flanks"),
-        ),
+        or_auto(between(number, 0.0, 100.0, _NOISE), '"auto" or 0 um to 100 um'),
         "Root mean square by which the surface may miss the points; 0: it runs through all of them. Left out: "
         "through all of them, unless they are noisy; then as much as their noise.",
         default="auto",
     )
-    pinion_tooth_thickness_mm: float | str = declared(
-        _length_or_auto(_THICKNESS),
-        "Tooth thickness of the pinion in the normal section where the flank crosses the pitch surface. Left out: "
-        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
-        "brings none.",
-        default="auto",
-    )
-    gear_tooth_thickness_mm: float | str = declared(
-        _length_or_auto(_THICKNESS),
-        "Tooth thickness of the gear in the normal section where the flank crosses the pitch surface. Left out: "
-        "half the pitch. It and the next three describe the section of a tooth that bends, where the file of points "
-        "brings none.",
-        default="auto",
-    )
-    pinion_fillet_radius_mm: float | str = declared(
-        _length_or_auto(_FILLET),
-        "Radius of the arc between flank and root of the pinion. Left out: 0.3 normal modules.",
-        default="auto",
-    )
-    gear_fillet_radius_mm: float | str = declared(
-        _length_or_auto(_FILLET),
-        "Radius of the arc between flank and root of the gear. Left out: 0.3 normal modules.",
-        default="auto",
-    )
-    pinion_root_depth_mm: float | str = declared(
-        _length_or_auto(_DEPTH),
-        "From the lower end of the pinion's flank to its root. Left out: what the arc takes.",
-        default="auto",
-    )
-    gear_root_depth_mm: float | str = declared(
-        _length_or_auto(_DEPTH),
-        "From the lower end of the gear's flank to its root. Left out: what the arc takes.",
-        default="auto",
-    )
-    pinion_rim_thickness_mm: float | str = declared(
-        _length_or_auto(_RIM),
-        "Material between the root and where the pinion is held. Left out: 2.5 normal modules.",
-        default="auto",
-    )
-    gear_rim_thickness_mm: float | str = declared(
-        _length_or_auto(_RIM),
-        "Material between the root and where the gear is held. Left out: 2.5 normal modules.",
-        default="auto",
-    )
-    pinion_tip_edge_radius_mm: float | str = declared(
-        _radius_or_auto(),
-        "Rounding between flank and tip of the pinion. Left out: 0.0444 normal modules, as of a cylindrical pair.",
-        default="auto",
-    )
-    gear_tip_edge_radius_mm: float | str = declared(
-        _radius_or_auto(),
-        "Rounding between flank and tip of the gear. Left out: 0.0444 normal modules, as of a cylindrical pair.",
-        default="auto",
-    )
-    pinion_end_edge_radius_mm: float | str = declared(
-        _radius_or_auto(),
-        "Rounding between flank and end faces of the pinion. Left out: 0.0444 normal modules, as of a cylindrical "
-        "pair.",
-        default="auto",
-    )
-    gear_end_edge_radius_mm: float | str = declared(
-        _radius_or_auto(),
-        "Rounding between flank and end faces of the gear. Left out: 0.0444 normal modules, as of a cylindrical "
-        "pair.",
-        default="auto",
-    )
+    pinion_tooth_thickness_mm: float | str = _tooth_thickness("pinion")
+    gear_tooth_thickness_mm: float | str = _tooth_thickness("gear")
+    pinion_fillet_radius_mm: float | str = _fillet_radius("pinion")
+    gear_fillet_radius_mm: float | str = _fillet_radius("gear")
+    pinion_root_depth_mm: float | str = _root_depth("pinion")
+    gear_root_depth_mm: float | str = _root_depth("gear")
+    pinion_rim_thickness_mm: float | str = _rim_thickness("pinion")
+    gear_rim_thickness_mm: float | str = _rim_thickness("gear")
+    pinion_tip_edge_radius_mm: float | str = _edge_radius("pinion", "tip")
+    gear_tip_edge_radius_mm: float | str = _edge_radius("gear", "tip")
+    pinion_end_edge_radius_mm: float | str = _edge_radius("pinion", "end faces")
+    gear_end_edge_radius_mm: float | str = _edge_radius("gear", "end faces")
     # No default follows from another field.
     _derived: frozenset[str] = field(init=False, repr=False, compare=False, default=frozenset())
     # What the files held when the table was made: what is kept for a table must not outlive a change of its files.
@@ -218,7 +158,7 @@ class FlankPointsPair:
     def __post_init__(self) -> None:
         for body in ("pinion", "gear"):
             for name in (f"{body}_axis_point_mm", f"{body}_axis_direction"):
-                object.__setattr__(self, name, _tupled(getattr(self, name)))
+                object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
         object.__setattr__(self, "_contents", (_content(self.pinion_file), _content(self.gear_file)))
 
     def mirrored(self) -> FlankPointsPair:
@@ -249,11 +189,7 @@ class FlankPointsControlPoint:
         any_number("above the pitch surface, negative on the dedendum"),
         "Height above the pitch surface, normal to it, towards the tip; negative on the dedendum.",
     )
-    body: str | None = declared(
-        choice("pinion", "gear"),
-        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
-        default=None,
-    )
+    body: str | None = watched_body()
 
     @property
     def station_mm(self) -> float:

@@ -17,8 +17,9 @@ from semiwear.scene.defaults import (
     rack_tip_radius,
     shaper_tip_radius,
 )
-from semiwear.scene.rule import Rule, advice, at_least_zero, between, choice, positive
+from semiwear.scene.rule import Rule, at_least_zero, between, choice, positive
 from semiwear.scene.values import number, whole
+from semiwear.untyped import Value
 
 __all__ = ["FaceGearPair"]
 
@@ -28,7 +29,11 @@ _CUTTER_TIP = "leave the field out for its default, which grows with the module"
 _LENGTH = "a length, or leave the field out for its default"
 _RADIUS = "a radius from the gear axis; the teeth lie around the pitch radius m z2/2"
 _EDGE = "give 0 for a sharp edge, or leave the field out for a deburred one"
-_EDGE_RADIUS = DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE))
+
+
+def _edge_radius(body: str, border: str) -> Value:
+    what = f"Rounding between flank and {border} of the {body}; left out: 0.0315 m, 0.2 at a module of 6.35."
+    return declared(at_least_zero(_EDGE), what, derived=DerivedDefault(("module_mm",), edge_radius_of(USUAL_MODULE)))
 
 
 @table
@@ -62,7 +67,7 @@ class FaceGearPair:
         positive("usually about the gear's outer less its inner radius"), "Face width of the pinion."
     )
     shaft_angle_deg: float = declared(
-        Rule(number, "90 degrees", lambda value: value == 90.0, advice("not available yet; only 90")),
+        Rule(number, "90 degrees", lambda value: value == 90.0, "not available yet; only 90"),
         "Shaft angle.",
         default=90.0,
     )
@@ -101,26 +106,10 @@ class FaceGearPair:
         "room for.",
         derived=DerivedDefault(("module_mm", "pressure_angle_deg", "rack_addendum_mm"), rack_tip_radius),
     )
-    pinion_tip_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and tip of the pinion; left out: 0.0315 m, 0.2 at a module of 6.35.",
-        derived=_EDGE_RADIUS,
-    )
-    gear_tip_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and tip of the gear; left out: 0.0315 m, 0.2 at a module of 6.35.",
-        derived=_EDGE_RADIUS,
-    )
-    pinion_end_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and end faces of the pinion; left out: 0.0315 m, 0.2 at a module of 6.35.",
-        derived=_EDGE_RADIUS,
-    )
-    gear_end_edge_radius_mm: float = declared(
-        at_least_zero(_EDGE),
-        "Rounding between flank and end faces of the gear; left out: 0.0315 m, 0.2 at a module of 6.35.",
-        derived=_EDGE_RADIUS,
-    )
+    pinion_tip_edge_radius_mm: float = _edge_radius("pinion", "tip")
+    gear_tip_edge_radius_mm: float = _edge_radius("gear", "tip")
+    pinion_end_edge_radius_mm: float = _edge_radius("pinion", "end faces")
+    gear_end_edge_radius_mm: float = _edge_radius("gear", "end faces")
     pinion_bore_radius_mm: float = declared(
         positive(_LENGTH),
         "Radius of the pinion's bore, where it is held; left out: 0.63 pitch radii, 50 for 25 teeth at a module of "

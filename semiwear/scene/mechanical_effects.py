@@ -6,14 +6,15 @@ Like all tables of a scene they check nothing themselves. Mappings that screen a
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable, ScreenedScene
 from semiwear.scene.placement import Placement
-from semiwear.scene.rule import Rule, above, advice, between, choice, positive
-from semiwear.scene.values import number, numbers, text
-from semiwear.untyped import Table
+from semiwear.scene.rule import Rule, above, between, choice, grid_file, positive
+from semiwear.scene.values import number, numbers
+from semiwear.untyped import Table, Value
 
 __all__ = [
     "FlankModification",
@@ -34,12 +35,21 @@ _RELIEF_LENGTH = "a length along the profile, or leave the field out for a third
 _SHAFT = "shafts give way in the direction of the load: 0 for rigid, 0.1 to 10 is usual"
 
 
-def _grid_file() -> Rule:
-    def is_grid(path: str) -> bool:
-        return path.casefold().endswith((".csv", ".nc"))
+def _shift(what: str) -> Value:
+    return declared(between(number, -5.0, 5.0, _SHIFT, "mm"), what, default=0.0)
 
+
+def _turn(what: str) -> Value:
+    return declared(between(number, -50.0, 50.0, _TURN, "mrad"), what, default=0.0)
+
+
+def _spring(what: str, unit: str, default: float) -> Value:
+    return declared(between(number, 0.0, 1000.0, _SHAFT, unit), what, default=default)
+
+
+def _grid_file() -> Rule:
     fix = "save the grid as CSV or netCDF, and give its path with the ending .csv or .nc"
-    return Rule(text, "the path of a CSV (.csv) or netCDF (.nc) file of deviations", is_grid, advice(fix), is_grid)
+    return grid_file("the path of a CSV (.csv) or netCDF (.nc) file of deviations", fix)
 
 
 def _positive_list(allowed: str, fix: str, shares: bool = False) -> Rule:
@@ -84,38 +94,16 @@ class Misalignment(EffectTable):
         "Litvin and Fuentes 2004, Gear Geometry and Applied Theory, ch. 18 (face gears, errors of alignment)",
     )
 
-    offset_mm: float = declared(
-        between(number, -5.0, 5.0, _SHIFT, "mm"), "Shift of the pinion along +x.", default=0.0
-    )
-    axial_pinion_mm: float = declared(
-        between(number, -5.0, 5.0, _SHIFT, "mm"), "Shift of the pinion along its axis.", default=0.0
-    )
-    axial_gear_mm: float = declared(
-        between(number, -5.0, 5.0, _SHIFT, "mm"),
-        "Shift of the pinion along the gear's axis, away from the gear.",
-        default=0.0,
-    )
-    shaft_angle_error_mrad: float = declared(
-        between(number, -50.0, 50.0, _TURN, "mrad"),
-        "Rotation of the pinion about +x through the pitch point.",
-        default=0.0,
-    )
-    pinion_slope_mrad: float = declared(
-        between(number, -50.0, 50.0, _TURN, "mrad"),
-        "Rotation of the pinion about +y through the pitch point.",
-        default=0.0,
-    )
+    offset_mm: float = _shift("Shift of the pinion along +x.")
+    axial_pinion_mm: float = _shift("Shift of the pinion along its axis.")
+    axial_gear_mm: float = _shift("Shift of the pinion along the gear's axis, away from the gear.")
+    shaft_angle_error_mrad: float = _turn("Rotation of the pinion about +x through the pitch point.")
+    pinion_slope_mrad: float = _turn("Rotation of the pinion about +y through the pitch point.")
 
     @property
     def placement(self) -> Placement:
         """Where these errors put the pinion."""
-        return Placement(
-            offset_mm=self.offset_mm,
-            axial_pinion_mm=self.axial_pinion_mm,
-            axial_gear_mm=self.axial_gear_mm,
-            shaft_angle_error_mrad=self.shaft_angle_error_mrad,
-            pinion_slope_mrad=self.pinion_slope_mrad,
-        )
+        return Placement(**asdict(self))
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:
@@ -255,25 +243,13 @@ class ShaftCompliance(EffectTable):
     validity: ClassVar[str] = "linear bearings and shafts; each direction gives way to its own force alone"
     references: ClassVar[tuple[str, ...]] = ("ISO 6336-1:2019 (face load factor: deflection of shafts and bearings)",)
 
-    offset_um_per_kN: float = declared(
-        between(number, 0.0, 1000.0, _SHAFT, "um/kN"), "Shift along +x per force in that direction.", default=1.0
+    offset_um_per_kN: float = _spring("Shift along +x per force in that direction.", "um/kN", 1.0)
+    axial_pinion_um_per_kN: float = _spring(
+        "Shift along the pinion's axis per force in that direction.", "um/kN", 1.0
     )
-    axial_pinion_um_per_kN: float = declared(
-        between(number, 0.0, 1000.0, _SHAFT, "um/kN"),
-        "Shift along the pinion's axis per force in that direction.",
-        default=1.0,
-    )
-    axial_gear_um_per_kN: float = declared(
-        between(number, 0.0, 1000.0, _SHAFT, "um/kN"),
-        "Shift along the gear's axis per force in that direction.",
-        default=1.0,
-    )
-    shaft_angle_mrad_per_kNm: float = declared(
-        between(number, 0.0, 1000.0, _SHAFT, "mrad/kNm"), "Rotation about +x per moment about that axis.", default=0.1
-    )
-    pinion_slope_mrad_per_kNm: float = declared(
-        between(number, 0.0, 1000.0, _SHAFT, "mrad/kNm"), "Rotation about +y per moment about that axis.", default=0.1
-    )
+    axial_gear_um_per_kN: float = _spring("Shift along the gear's axis per force in that direction.", "um/kN", 1.0)
+    shaft_angle_mrad_per_kNm: float = _spring("Rotation about +x per moment about that axis.", "mrad/kNm", 0.1)
+    pinion_slope_mrad_per_kNm: float = _spring("Rotation about +y per moment about that axis.", "mrad/kNm", 0.1)
 
 
 @table

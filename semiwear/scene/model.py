@@ -8,42 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from semiwear.scene.bodies import BodyCoefficients
-from semiwear.scene.cylindrical import CylindricalControlPoint, CylindricalPair
 from semiwear.scene.declare import declared
 from semiwear.scene.effects import Effects
-from semiwear.scene.flank_points import FlankPointsControlPoint, FlankPointsPair
-from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.kinds import GearPair
 from semiwear.scene.rule import anything, choice
-from semiwear.scene.tables import (
-    ControlPoint,
-    Material,
-    Materials,
-    Numerics,
-    Operation,
-    Wear,
-    WearUntil,
-    default_worn_bodies,
-)
+from semiwear.scene.tables import Materials, Numerics, Operation, Wear, default_worn_bodies
 
-__all__ = [
-    "BodyCoefficients",
-    "ControlPoint",
-    "CylindricalControlPoint",
-    "CylindricalPair",
-    "Effects",
-    "FaceGearPair",
-    "FlankPointsControlPoint",
-    "FlankPointsPair",
-    "Material",
-    "Materials",
-    "Numerics",
-    "Operation",
-    "SceneTables",
-    "Wear",
-    "WearUntil",
-]
+__all__ = ["SceneTables"]
 
 
 @dataclass(frozen=True, kw_only=True)

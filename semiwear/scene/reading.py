@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from semiwear.errors import Problem
 from semiwear.scene.closest import closeness
-from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema, parent
+from semiwear.scene.schema import NEVER_EMPTY, OPTIONAL_TABLES, SCHEMAS, Schema, last_of, parent
 from semiwear.scene.values import shown
 from semiwear.untyped import Table, Value
 
@@ -83,6 +83,11 @@ class Reading:
         """Whether a field is absent although the table that holds it is there, or would be by default."""
         return not self.has(key) and self._expects(parent(key))
 
+    @property
+    def complete(self) -> bool:
+        """Whether every field that is there is in its range, and every required one is there."""
+        return not self.refused and not any(self.lacks(key) for key in self.schema.required)
+
     def _expects(self, table: str) -> bool:
         if table in self.tables or table in self.refused:
             return table in self.tables
@@ -115,7 +120,7 @@ def _read_table(table: str, raw: Value, reading: Reading, unknown: deque[tuple[s
     reading.tables.add(table)
     if table in NEVER_EMPTY and all(value is None for value in raw.values()):
         reading.refused.add(table)
-        allowed = f"a table with one or more of {', '.join(_last(child) for child in reading.schema.children(table))}"
+        allowed = f"a table with one or more of {', '.join(map(last_of, reading.schema.children(table)))}"
         reading.problems.append(Problem(table, shown(dict(raw)), allowed, _table_fix(table, reading.schema)))
     for name, value in raw.items():
         if value is None:  # TOML has no null: a caller's None stands for a field left out
@@ -141,10 +146,6 @@ def _table_fix(table: str, schema: Schema) -> str:
             f"To remove it, leave the table out (on the command line --set {table}=none)"
         )
     return f"write the header [{table}] above its fields"
-
-
-def _last(key: str) -> str:
-    return key.rpartition(".")[2]
 
 
 def _read_value(key: str, raw: Value, reading: Reading) -> None:
@@ -186,9 +187,9 @@ def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
     where = f"[{table}]" if table else "the top level"
     allowed = f"a name of {where}"
     if len(meanings) != 1:
-        allowed += f": {', '.join(_last(child) for child in schema.children(table))}"
+        allowed += f": {', '.join(map(last_of, schema.children(table)))}"
     if meanings:
-        near = (_last(meant) if parent(meant) == table else meant for meant in meanings)
+        near = (last_of(meant) if parent(meant) == table else meant for meant in meanings)
         fix = f"did you mean {' or '.join(near)}?"
     else:
         others = _kinds_with(key)
@@ -220,7 +221,7 @@ def _kinds_with(key: str) -> list[str]:
 def _likelihood(table: str, name: str, key: str) -> float:
     if "." in name:  # a path, of which any step may be misspelled
         return closeness(f"{table}.{name}".lstrip("."), key)
-    score = closeness(name, _last(key))
+    score = closeness(name, last_of(key))
     if score == 0.0:
         return 0.0
     if parent(key) == table:

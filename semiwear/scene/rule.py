@@ -6,20 +6,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from semiwear.errors import Problem
+from semiwear.plain_text import one_of
 from semiwear.scene.closest import closest
-from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole, whole_or_auto
+from semiwear.scene.values import Reader, Unreadable, number, shown, text, whole
 from semiwear.untyped import Value
 
 __all__ = [
     "Rule",
     "above",
-    "advice",
     "any_number",
     "anything",
     "at_least_zero",
-    "auto_or",
     "between",
     "choice",
+    "grid_file",
+    "or_auto",
     "positive",
 ]
 
@@ -36,8 +37,8 @@ class Rule:
         The allowed range in words.
     holds : callable
         Whether a value that could be read is in that range.
-    fix : callable
-        From a value out of range to the likely remedy.
+    fix : str or callable
+        The likely remedy of a value out of range, whatever the value or from the value.
     names_file : callable
         Whether a value in range is the path of a file that is read.
     """
@@ -45,7 +46,7 @@ class Rule:
     read: Reader
     allowed: str
     holds: Callable[[Value], bool]
-    fix: Callable[[Value], str]
+    fix: str | Callable[[Value], str]
     names_file: Callable[[Value], bool] = lambda value: False
 
     def apply(self, key: str, raw: object) -> tuple[Value, Problem | None]:
@@ -56,53 +57,54 @@ class Rule:
             return None, Problem(key, shown(raw), self.allowed, str(reason))
         if self.holds(value):
             return value, None
-        return None, Problem(key, shown(raw), self.allowed, self.fix(value))
-
-
-def advice(fix: str) -> Callable[[Value], str]:
-    """The same remedy whatever the value."""
-    return lambda value: fix
+        fix = self.fix if isinstance(self.fix, str) else self.fix(value)
+        return None, Problem(key, shown(raw), self.allowed, fix)
 
 
 def positive(fix: str, unit: str = "mm") -> Rule:
     """A number above 0."""
-    return Rule(number, f"greater than 0 {unit}".rstrip(), lambda value: value > 0.0, advice(fix))
+    return Rule(number, f"greater than 0 {unit}".rstrip(), lambda value: value > 0.0, fix)
 
 
 def at_least_zero(fix: str, unit: str = "mm") -> Rule:
     """A number that is not negative."""
-    return Rule(number, f"0 {unit} or more", lambda value: value >= 0.0, advice(fix))
+    return Rule(number, f"0 {unit} or more", lambda value: value >= 0.0, fix)
 
 
 def between(read: Reader, low: float, high: float, fix: str, unit: str = "") -> Rule:
     """A number in a closed range."""
     allowed = f"{'whole number, ' if read is whole else ''}{low:g} to {high:g} {unit}".rstrip()
-    return Rule(read, allowed, lambda value: low <= value <= high, advice(fix))
+    return Rule(read, allowed, lambda value: low <= value <= high, fix)
 
 
 def above(limit: float, high: float, fix: str, unit: str = "") -> Rule:
     """A number greater than one limit, up to another."""
     allowed = f"above {limit:g}, up to {high:g} {unit}".rstrip()
-    return Rule(number, allowed, lambda value: limit < value <= high, advice(fix))
+    return Rule(number, allowed, lambda value: limit < value <= high, fix)
 
 
 def any_number(fix: str, unit: str = "mm") -> Rule:
     """A number of any sign and size."""
-    return Rule(number, f"a number of {unit}", lambda value: True, advice(fix))
+    return Rule(number, f"a number of {unit}", lambda value: True, fix)
 
 
-def auto_or(low: int, high: int, fix: str) -> Rule:
-    """The word ``auto`` or a whole number in a closed range."""
+def or_auto(rule: Rule, allowed: str) -> Rule:
+    """The word ``auto``, or a number that another rule allows."""
 
-    def holds(value: int | str) -> bool:
-        return value == "auto" or (isinstance(value, int) and low <= value <= high)
+    def read(raw: object) -> Value:
+        if not isinstance(raw, str):
+            return rule.read(raw)
+        if raw != "auto":
+            kind = "whole number" if rule.read is whole else "number"
+            raise Unreadable(f'give "auto", or a {kind} without quotes')
+        return raw
 
-    return Rule(whole_or_auto, f'"auto" or a whole number, {low} to {high}', holds, advice(fix))
+    return Rule(read, allowed, lambda value: value == "auto" or rule.holds(value), rule.fix)
 
 
 def choice(*options: str, otherwise: str = "") -> Rule:
     """One of a few words."""
-    allowed = " or ".join(f'"{option}"' for option in options)
+    allowed = one_of(options)
 
     def fix(value: str) -> str:
         meant = closest(value, options)
@@ -113,6 +115,15 @@ def choice(*options: str, otherwise: str = "") -> Rule:
     return Rule(text, allowed, lambda value: value in options, fix)
 
 
+def grid_file(allowed: str, fix: str) -> Rule:
+    """The path of a CSV or netCDF file, which is read."""
+
+    def is_grid(path: str) -> bool:
+        return path.casefold().endswith((".csv", ".nc"))
+
+    return Rule(text, allowed, is_grid, fix, is_grid)
+
+
 def anything() -> Rule:
     """Any text."""
-    return Rule(text, "text", lambda value: True, advice(""))
+    return Rule(text, "text", lambda value: True, "")

@@ -3,21 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
-from semiwear.scene.bodies import BODIES, BodyCoefficients
 from semiwear.scene.closest import closest
-from semiwear.scene.rule import Rule
+from semiwear.scene.declare import declared
+from semiwear.scene.rule import Rule, choice
 from semiwear.scene.values import Unreadable, number, numbers, shown, text, texts
+from semiwear.untyped import Value
 
 __all__ = [
+    "BODIES",
     "USUAL_WEAR_COEFFICIENTS",
+    "BodyCoefficients",
     "increasing_depths",
     "tooth_compliance",
+    "watched_body",
     "wear_coefficient",
     "worn_bodies",
     "youngs_modulus",
 ]
+
+BODIES = ("pinion", "gear")
+"""Both bodies, in the order in which a scene keeps them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyCoefficients:
+    """Wear coefficients of bodies that wear differently; None for a body that does not wear.
+
+    Attributes
+    ----------
+    pinion, gear : float or None
+        Wear coefficient [mm2/N].
+    """
+
+    pinion: float | None = None
+    gear: float | None = None
+
 
 _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
 
@@ -71,6 +94,12 @@ def worn_bodies() -> Rule:
     return Rule(_bodies, '["gear"] or ["pinion"] or ["pinion", "gear"]', holds, fix)
 
 
+def watched_body() -> Value:
+    """The field of a control point that says on which flank it lies."""
+    what = "Body on whose flank the point lies; left out: the gear if it wears, else the pinion."
+    return declared(choice(*BODIES), what, default=None)
+
+
 def _listed(words: Iterable[str]) -> str:
     return "[" + ", ".join(f'"{word}"' for word in words) + "]"
 
@@ -122,7 +151,6 @@ def wear_coefficient() -> Rule:
             return f"{wrong:g} looks like m2/N: give {1e6 * wrong:g}; {_USUAL_COEFFICIENT}"
         return f"{wrong:g} looks like Archard's number: divide it by the hardness in MPa; {_USUAL_COEFFICIENT}"
 
-    least, most = _WEAR_COEFFICIENTS
     allowed = f"{least:g} to {most:g} mm2/N, or {_COEFFICIENTS}"
     return Rule(_coefficient, allowed, holds, fix)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
-from semiwear.errors import Problem
-from semiwear.scene.assemble import assembled
+from semiwear.errors import Problem, SceneError
+from semiwear.scene.assemble import examined, further_problems, with_origin
 from semiwear.scene.edit import edited
 from semiwear.scene.model import SceneTables
-from semiwear.scene.schema import INLINE_TABLES, to_dict
+from semiwear.scene.schema import INLINE_TABLES, built_tables, to_dict
 from semiwear.scene.toml_io import write_toml
 from semiwear.untyped import Table, Value
 
@@ -98,8 +99,12 @@ def scene_from_dict(
     SceneError
         With every problem found.
     """
-
-    def make(arguments: Table) -> Scene:
-        return Scene(**arguments, _check=check)
-
-    return assembled(make, data, name, check, problems)
+    reading, found = examined(data, problems)
+    if not reading.complete:
+        raise SceneError(with_origin(found, reading), name)
+    scene = Scene(**built_tables(reading.schema, reading.given, reading.tables), _check=check)
+    if check is not None:
+        found += further_problems(partial(check, scene), found)
+    if found:
+        raise SceneError(with_origin(found, reading), name)
+    return scene

@@ -12,32 +12,20 @@ from semiwear.scene.declare import derived_of, rules_of
 from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
 from semiwear.scene.kinds import KINDS, GearPair
-from semiwear.scene.model import (
-    BodyCoefficients,
-    Material,
-    Materials,
-    Numerics,
-    Operation,
-    SceneTables,
-    Wear,
-    WearUntil,
-)
+from semiwear.scene.model import SceneTables
 from semiwear.scene.rule import Rule, choice
+from semiwear.scene.rules import BODIES, BodyCoefficients
+from semiwear.scene.tables import Material, Materials, Numerics, Operation, Wear, WearUntil
 from semiwear.untyped import Options, Table, Value
 
 __all__ = [
-    "DEFAULTS",
-    "DERIVED_KEYS",
     "INLINE_TABLES",
     "NEVER_EMPTY",
     "OPTIONAL_TABLES",
-    "REQUIRED",
-    "RULES",
     "SCHEMAS",
-    "TABLES",
     "Schema",
     "built_tables",
-    "fields_of",
+    "last_of",
     "parent",
     "schema_of_data",
     "schema_of_scene",
@@ -81,6 +69,11 @@ _WRITTEN = (
 def parent(key: str) -> str:
     """The table of a dotted key; the empty string is the top level."""
     return key.rpartition(".")[0]
+
+
+def last_of(key: str) -> str:
+    """A dotted key without its table."""
+    return key.rpartition(".")[2]
 
 
 _WHICH_KIND = 'spur and helical gears are "cylindrical", bevel, hypoid and worm gears come as points: "flank_points"'
@@ -128,7 +121,7 @@ class Schema:
         by_name = {
             (table, entry.name): entry.default for table, owner in self.tables.items() for entry in fields(owner)
         }
-        return {key: by_name[parent(key), key.rpartition(".")[2]] for key in self.rules}
+        return {key: by_name[parent(key), last_of(key)] for key in self.rules}
 
     @cached_property
     def derived_keys(self) -> frozenset[str]:
@@ -157,16 +150,6 @@ class Schema:
 
 SCHEMAS: dict[str, Schema] = {kind: Schema(kind) for kind in KINDS}
 """Schemas by kind of gear pair."""
-
-_FACE_GEAR = SCHEMAS["face_gear"]
-RULES, TABLES, DEFAULTS, REQUIRED, DERIVED_KEYS = (
-    _FACE_GEAR.rules,
-    _FACE_GEAR.tables,
-    _FACE_GEAR.defaults,
-    _FACE_GEAR.required,
-    _FACE_GEAR.derived_keys,
-)
-fields_of = _FACE_GEAR.fields_of
 
 
 def schema_of_data(data: Mapping[str, Value]) -> Schema:
@@ -204,13 +187,13 @@ def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection
     """
 
     def arguments(table: str) -> Table:
-        return {key.rpartition(".")[2]: values[key] for key in schema.fields_of(table) if key in values}
+        return {last_of(key): values[key] for key in schema.fields_of(table) if key in values}
 
     def present(container: str) -> Table:
         keys = [key for key in schema.children(container) if key in tables and key in OPTIONAL_TABLES]
-        return {key.rpartition(".")[2]: schema.tables[key](**arguments(key)) for key in keys}
+        return {last_of(key): schema.tables[key](**arguments(key)) for key in keys}
 
-    wear = None
+    numerics, wear = arguments("numerics"), None
     if "wear" in tables:
         watched = arguments("wear.control_point")
         wear = Wear(
@@ -220,12 +203,11 @@ def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection
         )
     return dict(
         gear_pair=schema.tables["gear_pair"](**arguments("gear_pair")),
-        material=Materials(
-            pinion=Material(**arguments("material.pinion")), gear=Material(**arguments("material.gear"))
-        ),
+        material=Materials(**{body: Material(**arguments(f"material.{body}")) for body in BODIES}),
         operation=Operation(**arguments("operation")),
         wear=wear,
-        numerics=_numerics(arguments("numerics")),
+        # what was given is remembered: an asked accuracy decides the rest
+        numerics=Numerics(**numerics, _given=frozenset(name for name, value in numerics.items() if value != "auto")),
         effects=Effects(
             modification=Modifications(**present("effects.modification")),
             wear_law=WearLaws(**present("effects.wear_law")),
@@ -233,11 +215,6 @@ def built_tables(schema: Schema, values: Mapping[str, Value], tables: Collection
         ),
         **arguments(""),
     )
-
-
-def _numerics(given: Table) -> Numerics:
-    """The table, which remembers what was given: an asked accuracy decides the rest."""
-    return Numerics(**given, _given=frozenset(name for name, value in given.items() if value != "auto"))
 
 
 def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:

@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
-from semiwear.scene.bodies import BODIES, BodyCoefficients
+from semiwear.plain_text import one_of
 from semiwear.scene.cylindrical import CylindricalControlPoint
 from semiwear.scene.declare import declared, table
 from semiwear.scene.flank_points import FlankPointsControlPoint
-from semiwear.scene.rule import Rule, advice, any_number, anything, auto_or, between, choice, positive
-from semiwear.scene.rules import increasing_depths, tooth_compliance, wear_coefficient, worn_bodies, youngs_modulus
+from semiwear.scene.rule import Rule, any_number, anything, between, choice, or_auto, positive
+from semiwear.scene.rules import (
+    BODIES,
+    BodyCoefficients,
+    increasing_depths,
+    tooth_compliance,
+    watched_body,
+    wear_coefficient,
+    worn_bodies,
+    youngs_modulus,
+)
 from semiwear.scene.values import number, whole
 
 __all__ = [
@@ -36,7 +45,7 @@ class Material:
     name: str = declared(anything(), "Name, for reports.", default="steel")
     youngs_modulus_MPa: float = declared(youngs_modulus(), "Young's modulus.", default=207000.0)
     poissons_ratio: float = declared(
-        Rule(number, "above 0 and below 0.5", lambda value: 0.0 < value < 0.5, advice("0.3 for steel")),
+        Rule(number, "above 0 and below 0.5", lambda value: 0.0 < value < 0.5, "0.3 for steel"),
         "Poisson's ratio.",
         default=0.3,
     )
@@ -97,11 +106,7 @@ class ControlPoint:
         "Height above the gear's pitch plane, of a point on the pinion above its pitch cylinder; negative on the "
         "dedendum.",
     )
-    body: str | None = declared(
-        choice(*BODIES),
-        "Body on whose flank the point lies; left out: the gear if it wears, else the pinion.",
-        default=None,
-    )
+    body: str | None = watched_body()
 
     @property
     def station_mm(self) -> float:
@@ -144,7 +149,7 @@ class Wear:
             Where the scene gives none, as it may for a body that does not wear.
         """
         if body not in BODIES:
-            raise SceneError.of("body", body, " or ".join(f'"{name}"' for name in BODIES))
+            raise SceneError.of("body", body, one_of(BODIES))
         given = self.coefficient_mm2_per_N
         if not isinstance(given, BodyCoefficients):
             return given
@@ -181,15 +186,12 @@ def default_watched_body(worn: tuple[str, ...]) -> str:
     return "pinion" if worn == ("pinion",) else "gear"
 
 
-RESOLUTION = (
-    "wear_steps",
-    "roll_positions",
-    "face_slices",
-    "cells_per_half_width",
-    "profile_points",
-    "harmonics",
-)
+RESOLUTION = ("wear_steps", "roll_positions", "face_slices", "cells_per_half_width", "profile_points", "harmonics")
 """Fields of `Numerics` that an asked accuracy decides."""
+
+
+def _whole_or_auto(low: int, high: int) -> Rule:
+    return or_auto(between(whole, low, high, 'give "auto"'), f'"auto" or a whole number, {low} to {high}')
 
 
 @table
@@ -219,9 +221,7 @@ class Numerics:
         "good as three plain ones in less than twice the time of one; `explicit` is for comparison.",
         default="implicit",
     )
-    wear_steps: int | str = declared(
-        auto_or(1, 10_000, 'give "auto"'), "Steps up to `wear.until.meshes`.", default="auto"
-    )
+    wear_steps: int | str = declared(_whole_or_auto(1, 10_000), "Steps up to `wear.until.meshes`.", default="auto")
     roll_positions: int = declared(
         between(whole, 8, 10_000, "24 is usual"), "Roll positions per mesh cycle.", default=24
     )
@@ -238,9 +238,7 @@ class Numerics:
     profile_points: int = declared(
         between(whole, 21, 10_000, "141 is usual"), "Points of the flank grid along the tooth height.", default=141
     )
-    tooth_pairs: int | str = declared(
-        auto_or(1, 7, 'give "auto"'), "Tooth pairs that may share the load.", default="auto"
-    )
+    tooth_pairs: int | str = declared(_whole_or_auto(1, 7), "Tooth pairs that may share the load.", default="auto")
     tooth_compliance: str = declared(
         tooth_compliance(), "Finite prisms, local contact alone, or influence data from a file.", default="prism"
     )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scene.values import shown
 from semiwear.untyped import Table, Value
 
-__all__ = ["read_toml", "write_toml"]
+__all__ = ["flat", "read_toml", "write_toml"]
 
 _SHORT_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
@@ -63,6 +63,16 @@ def _likely_fix(line: str, message: str) -> str:
     if value.casefold() in ("", "none", "null", "nil"):
         return "; leave the line out where there is no value"
     return "; write text in quotes, true and false in small letters" if value[:1].isalpha() else ""
+
+
+def flat(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
+    """Fields of nested tables under their dotted keys; an empty table, which may be an effect, stands for itself."""
+    for name, value in table.items():
+        key = f"{path}{name}"
+        if isinstance(value, Mapping) and value:
+            yield from flat(value, f"{key}.")
+        else:
+            yield key, value
 
 
 def write_toml(data: Mapping[str, Value], *, inline: Collection[str] = ()) -> str:

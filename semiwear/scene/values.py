@@ -9,7 +9,7 @@ from numbers import Real
 
 from semiwear.untyped import Value
 
-__all__ = ["Reader", "Unreadable", "number", "numbers", "shown", "text", "texts", "whole", "whole_or_auto"]
+__all__ = ["Reader", "Unreadable", "number", "numbers", "shown", "text", "texts", "whole"]
 
 Reader = Callable[[object], Value]
 """Converts a raw value or raises `Unreadable`."""
@@ -71,15 +71,6 @@ def whole(raw: object) -> int:
     if not value.is_integer():
         raise Unreadable(f"give a whole number, e.g. {round(value)}")
     return int(value)
-
-
-def whole_or_auto(raw: object) -> int | str:
-    """A whole number, or the word ``auto``."""
-    if isinstance(raw, str):
-        if raw != "auto":
-            raise Unreadable('give "auto", or a whole number without quotes')
-        return raw
-    return whole(raw)
 
 
 def text(raw: object) -> str:

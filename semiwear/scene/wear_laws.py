@@ -12,11 +12,16 @@ from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable
 from semiwear.scene.rule import above, at_least_zero, between, positive
 from semiwear.scene.values import number
+from semiwear.untyped import Value
 
 __all__ = ["HardnessLaw", "LoadLaw", "LubricationLaw", "TemperatureLaw", "WearLaws"]
 
 _HARDNESS = "Vickers hardness: about 700 for a case, 300 to 450 for a core; 60 HRC is 697 HV"
 _TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
+
+
+def _hardness(what: str, default: float | None) -> Value:
+    return declared(between(number, 50.0, 2000.0, _HARDNESS, "HV"), what, default=default)
 
 
 @table
@@ -31,12 +36,8 @@ class HardnessLaw(EffectTable):
         "Archard 1953, Contact and rubbing of flat surfaces (wear over hardness)",
     )
 
-    surface_hardness_HV: float = declared(
-        between(number, 50.0, 2000.0, _HARDNESS, "HV"), "Hardness of the case.", default=700.0
-    )
-    core_hardness_HV: float = declared(
-        between(number, 50.0, 2000.0, _HARDNESS, "HV"), "Hardness of the core.", default=400.0
-    )
+    surface_hardness_HV: float = _hardness("Hardness of the case.", 700.0)
+    core_hardness_HV: float = _hardness("Hardness of the core.", 400.0)
     case_depth_um: float = declared(
         above(0.0, 10_000.0, "in um: nitrided cases are 30 to 600 deep", "um"),
         "Depth of the middle of the transition from case to core.",
@@ -47,10 +48,8 @@ class HardnessLaw(EffectTable):
         "Width over which hardness passes linearly from case to core; 0 is a sharp step.",
         default=0.0,
     )
-    pitch_hardness_HV: float | None = declared(
-        between(number, 50.0, 2000.0, _HARDNESS, "HV"),
-        "Hardness of the surface within a band about the pitch line; left out: as elsewhere.",
-        default=None,
+    pitch_hardness_HV: float | None = _hardness(
+        "Hardness of the surface within a band about the pitch line; left out: as elsewhere.", None
     )
     pitch_band_mm: float = declared(
         positive("half the width of the band about the pitch line"), "Half-width of that band.", default=2.0
@@ -70,12 +69,12 @@ class LubricationLaw(EffectTable):
     )
 
     boundary_lambda: float = declared(
-        above(0.0, 100.0, "film thickness over roughness: 0.5 is usual", ""),
+        above(0.0, 100.0, "film thickness over roughness: 0.5 is usual"),
         "Film thickness over roughness up to which wear is that of ``[wear]``.",
         default=0.5,
     )
     full_film_lambda: float = declared(
-        above(0.0, 100.0, "film thickness over roughness: 3 to 4 is usual", ""),
+        above(0.0, 100.0, "film thickness over roughness: 3 to 4 is usual"),
         "From here on a film carries all.",
         default=4.0,
     )

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 
 from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
-from semiwear.scene.schema import RULES, TABLES
+from semiwear.scene.schema import SCHEMAS
 from tests.strategies import placements, scenes
 from tests.strategies.fresh import fresh
 from tests.strategies.scenes import SHIPPED, effects
 
 TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
 UNCHECKED = parse_scene(TEXT)
+RULES, TABLES = SCHEMAS["face_gear"].rules, SCHEMAS["face_gear"].tables
 NAMES = sorted({key.rpartition(".")[2] for key in [*RULES, *TABLES] if key} | {"modul_mm", "", "a.b"})
 
 numbers = st.one_of(

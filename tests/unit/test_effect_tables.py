@@ -23,13 +23,15 @@ from semiwear.scene.effects import (
     WearLaws,
 )
 from semiwear.scene.kinds import KINDS
-from semiwear.scene.schema import DEFAULTS, REQUIRED, RULES, TABLES
+from semiwear.scene.schema import SCHEMAS
 from semiwear.wear.laws import CONTACT_LAWS
 from tests.scenes import problems_of
 from tests.strategies.scenes import effect_tables
 
 NAME = "face_gear_25x160"
 TEXT = (resources.files("semiwear.scene") / "scenes" / f"{NAME}.toml").read_text(encoding="utf-8")
+FACE_GEAR = SCHEMAS["face_gear"]
+RULES, TABLES, DEFAULTS, REQUIRED = FACE_GEAR.rules, FACE_GEAR.tables, FACE_GEAR.defaults, FACE_GEAR.required
 STAGES = {"geometry", "meshing", "compliance", "contact", "wear", "results"}
 SPEED = "operation.pinion_speed_rpm"
 # What a table cannot do without.

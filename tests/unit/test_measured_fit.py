@@ -43,10 +43,10 @@ class Model:
 
     def measured(self, error, meshes=1.0, rotation=3e-5):
         inside = np.ones(self.p.shape, dtype=bool)
-        bare = MeasuredWear(self.flank, self.face, self.profile, np.zeros(self.p.shape), inside)
+        bare = MeasuredWear(self.flank, self.face, self.profile, inside, np.zeros(self.p.shape))
         _, modes = datum_modes(bare, DATUM)
         depth = meshes * self.shape + rotation * modes[..., 0] + error
-        return MeasuredWear(self.flank, self.face, self.profile, depth, inside)
+        return MeasuredWear(self.flank, self.face, self.profile, inside, depth)
 
 
 @pytest.fixture(scope="module")

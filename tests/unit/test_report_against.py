@@ -13,7 +13,6 @@ from semiwear.report import write_report
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Kind, Mark, differences
 from semiwear.report.fidelities import against_section
 from semiwear.report.reasons import PEAK, RELIEVES, TAKES_MORE, reason
-from semiwear.results.wearing import scene_tables
 from tests.strategies.results import SCENE, synthetic_tree
 
 SMALL = {
@@ -82,7 +81,7 @@ def section(path):
 
 def section_of(this, other):
     """The section alone, without the page around it and all its pictures."""
-    return against_section(this, other, (scene_tables(this), scene_tables(other)))
+    return against_section(this, other)
 
 
 @pytest.fixture(scope="module")

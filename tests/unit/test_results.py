@@ -49,6 +49,10 @@ def test_every_entry_has_units_long_name_and_source():
         assert all(dim in COORDINATES for dim in entry.dims)
 
 
+def test_flags_of_the_table_are_the_zones():
+    assert VARIABLES["flank", "zone"].flags == tuple(zone.name.lower() for zone in Zone)
+
+
 def test_names_of_the_design_are_there():
     names = {
         "flank": "flank_height flank_radius zone active specific_sliding surface_error wear_depth contact_pattern",

@@ -25,11 +25,13 @@ from semiwear.scene import (
     parse_scene,
     scene_from_dict,
 )
-from semiwear.scene.schema import RULES
+from semiwear.scene.schema import SCHEMAS
 from tests.scenes import problems_of as problems_when
 
 NAME = "face_gear_25x160"
 TEXT = (resources.files("semiwear.scene") / "scenes" / f"{NAME}.toml").read_text(encoding="utf-8")
+
+RULES, TABLES, fields_of = SCHEMAS["face_gear"].rules, SCHEMAS["face_gear"].tables, SCHEMAS["face_gear"].fields_of
 
 REQUIRED_ONLY = """
 [gear_pair]

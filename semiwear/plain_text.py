@@ -1,0 +1,49 @@
+"""Tables, paragraphs, choices, units and powers of ten as plain text."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+
+__all__ = ["folded", "one_of", "power_of_ten", "table", "unit_text"]
+
+_COLUMNS = 118
+_LEAST = 24  # columns that the last one of a table has at least
+_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
+
+
+def unit_text(units: str) -> str:
+    """Units as a reader writes them."""
+    return _UNITS.get(units, units)
+
+
+def power_of_ten(exponent: int) -> str:
+    """Ten with a raised exponent."""
+    return f"10{str(exponent).translate(_SUPERSCRIPT)}"
+
+
+def one_of(options: Iterable[str]) -> str:
+    """Words to choose from, in quotes."""
+    return " or ".join(f'"{option}"' for option in options)
+
+
+def folded(text: str) -> str:
+    """A paragraph, its further lines indented."""
+    return textwrap.fill(text, _COLUMNS, subsequent_indent="    ")
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """A table, its last column folded."""
+    wide = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head) - 1)]
+    rule = (*("-" * width for width in wide), "-" * len(head[-1]))
+    return "\n".join(_wrapped((head, rule, *rows), wide))
+
+
+def _wrapped(rows: Iterable[tuple[str, ...]], wide: list[int]) -> Iterator[str]:
+    indent = sum(wide) + 2 * len(wide)
+    for row in rows:
+        left = "  ".join(text.ljust(width) for text, width in zip(row[:-1], wide, strict=True))
+        lines = textwrap.wrap(row[-1], max(_COLUMNS - indent, _LEAST)) or [""]
+        yield f"{left}  {lines[0]}"
+        yield from (" " * indent + line for line in lines[1:])
