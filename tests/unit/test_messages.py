@@ -51,20 +51,20 @@ def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
     ],
 )
 def test_names_of_textbooks_lead_to_the_field(spur, given, meant):
-    told = problems_of(spur, given)
+    told = told_of(spur, given)
     assert told[0].endswith(f"-> {meant}")
 
 
 def test_a_field_of_another_kind_of_pair_is_told_so(spur):
-    (told,) = problems_of(spur, {"gear_pair.shaft_angle_deg": 90.0})
+    (told,) = told_of(spur, {"gear_pair.shaft_angle_deg": 90.0})
     assert told.endswith('remove it: it is of gear_pair.type = "face_gear"')
-    (told,) = problems_of(spur, {"gear_pair.module_mm": 4.0})
+    (told,) = told_of(spur, {"gear_pair.module_mm": 4.0})
     assert told.endswith("did you mean normal_module_mm?")
 
 
 @pytest.mark.parametrize("kind", ["spur", "helical", "bevel"])
 def test_kinds_of_gears_lead_to_the_type_that_holds_them(spur, kind):
-    (told,) = problems_of(spur, {"gear_pair.type": kind})
+    (told,) = told_of(spur, {"gear_pair.type": kind})
     assert 'give "face_gear"' not in told
     assert 'spur and helical gears are "cylindrical", bevel,' in told
 
@@ -73,17 +73,17 @@ def test_kinds_of_gears_lead_to_the_type_that_holds_them(spur, kind):
     ("given", "meant"), [("pinion", '["pinion"]'), ("both", '["pinion", "gear"]'), ("gear", '["gear"]')]
 )
 def test_a_body_by_itself_is_told_as_a_list(spur, given, meant):
-    (told,) = problems_of(spur, {"wear.worn_bodies": given})
+    (told,) = told_of(spur, {"wear.worn_bodies": given})
     assert told.endswith(f"give a list: {meant}")
 
 
 def test_an_empty_value_is_told_to_be_empty(spur):
-    (told,) = problems_of(spur, {"operation.pinion_torque_Nm": " "})
+    (told,) = told_of(spur, {"operation.pinion_torque_Nm": " "})
     assert told.endswith("it is empty: give a number")
 
 
 def test_axes_too_far_apart_are_blamed_as_well_as_the_tips(spur):
-    (told,) = problems_of(spur, {"gear_pair.centre_distance_mm": 95.0})
+    (told,) = told_of(spur, {"gear_pair.centre_distance_mm": 95.0})
     assert "lower centre_distance_mm, or raise the tips" in told
 
 
