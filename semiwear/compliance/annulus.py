@@ -29,6 +29,7 @@ __all__ = ["Annulus"]
 FloatArray = NDArray[np.float64]
 
 _THROUGH = 6  # elements through the wall
+_ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the one between, and from there to the held one
 _TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius
 _EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
 
@@ -45,6 +46,8 @@ class Annulus:
     youngs_modulus [MPa], poissons_ratio [1] : float
     elements : int
         Along the axis.
+    between : float, optional [mm]
+        Radius of a cylinder between elements: an annulus that is held there has the same elements above it.
     """
 
     held: float
@@ -53,6 +56,7 @@ class Annulus:
     youngs_modulus: float
     poissons_ratio: float
     elements: int = 12
+    between: float | None = None
 
     @property
     def stations(self) -> FloatArray:
@@ -93,9 +97,17 @@ class Annulus:
         even = np.linspace(-1.0, 1.0, self.elements + 1)
         return 0.25 * self.width * (even + np.sin(0.5 * pi * even))
 
+    def _wall(self) -> FloatArray:
+        """Radii of the elements' ends through the wall, from the loaded cylinder on."""
+        if self.between is None:
+            return _growing(self.loaded, self.held, _THROUGH)
+        above = _growing(self.loaded, self.between, _ABOVE)
+        if self.between == self.held:
+            return above
+        return np.concatenate([above, np.geomspace(self.between, self.held, _BELOW + 1)[1:]])
+
     def _solver(self) -> _Harmonic:
-        wall = (np.arange(_THROUGH + 1) / _THROUGH) ** _TOWARDS_LOAD
-        mesh = MeshQuad.init_tensor(np.sort(self.loaded * (self.held / self.loaded) ** wall), self._corners())
+        mesh = MeshQuad.init_tensor(np.sort(self._wall()), self._corners())
         basis = Basis(mesh, ElementQuad2(), intorder=4)
         matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
         radius, along = basis.doflocs
@@ -104,6 +116,10 @@ class Annulus:
         surface = surface[np.argsort(along[surface])]
         free = _unknowns(np.flatnonzero(abs(radius - self.held) > near))
         return _Harmonic([k[free][:, free] for k in matrices], np.searchsorted(free, _unknowns(surface)))
+
+
+def _growing(first: float, last: float, count: int) -> FloatArray:
+    return np.asarray(first * (last / first) ** ((np.arange(count + 1) / count) ** _TOWARDS_LOAD))
 
 
 @dataclass(frozen=True)

@@ -393,7 +393,7 @@ def test_mesh_is_fine_enough(rack):
 
 
 def test_a_load_beside_the_fillet_stresses_the_root_as_on_a_finer_mesh():
-    """Found: the lowest loads left the mesh's own picture of their dent at 30 % of the fillet, half the peak's height."""
+    """Found: the lowest loads left the mesh's own picture of their dent in the root, half the peak's height."""
     wave = {"width": 30.0, "harmonics": 2, **STEEL}
     usual = prism_section(involute(), **wave)
     fine = prism_section(involute(), fillet_elements=24, elements_across=10, **wave)
