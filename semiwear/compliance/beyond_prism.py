@@ -14,9 +14,9 @@ from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluen
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.section_outline import load_heights
+from semiwear.compliance.strained_root import strained_root
 from semiwear.compliance.tooth_ends import EndEffect, depth_of_ground
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS
-from semiwear.compliance.strained_root import strained_root
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk

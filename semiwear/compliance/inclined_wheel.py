@@ -174,5 +174,6 @@ def _gauges(
     shear[:, :, 1], shear[:, :, 2] = 1j * by_z, -1j * m * value / radius
     both = hoop + axial
     across = (hoop + slope**2 * axial - slope * shear) / (1.0 + slope**2)
-    stress = youngs_modulus / (1.0 - poissons_ratio**2) * (across + poissons_ratio * (both - across))
+    stress: NDArray[np.complex128] = across + poissons_ratio * (both - across)
+    stress *= youngs_modulus / (1.0 - poissons_ratio**2)
     return stress.reshape(harmonics.size, 3 * z.size, POLYNOMIALS)

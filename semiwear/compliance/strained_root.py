@@ -1,8 +1,8 @@
 """The root of a tooth whose wheel is strained: a notch in a field that comes from elsewhere.
 
 Under a stress in the wheel along its surface, normal to the teeth, the fillet has that stress times a factor of its
-own: somewhat above 1 on the root between the teeth, which is a shallow notch in a row of alike ones, and less and less
-towards the flank, which the stress passes by.
+own: twice or more on the root between the teeth, which is a notch in a row of alike ones, some 1 where a load on the
+tooth stresses the fillet most, and none towards the flank, which the stress passes by.
 
 Plane strain of one pitch, whose sides and foot follow an even strain across the teeth and are free otherwise: with
 straight sides and no tooth on it the stress would be even.
