@@ -168,7 +168,7 @@ def _gauges(
         for order in (0, 1)
     )
     m = harmonics[:, None, None]
-    hoop, axial, shear = (np.zeros((harmonics.size, z.size, 3, POLYNOMIALS), dtype=complex) for _ in range(3))
+    hoop, axial, shear = (np.zeros((harmonics.size, z.size, 3, POLYNOMIALS), dtype=np.complex128) for _ in range(3))
     hoop[:, :, 0], hoop[:, :, 1] = value / radius, m * value / radius
     axial[:, :, 2] = by_z
     shear[:, :, 1], shear[:, :, 2] = 1j * by_z, -1j * m * value / radius
