@@ -51,7 +51,7 @@ _CHUNK = 64  # harmonics summed at a time
 
 
 class RingInfluence(NamedTuple):
-    """What loads on the feet of a ring's teeth do, for each of `OFFSETS`.
+    """Deflection and stress by loads on the feet of a ring's teeth, for each of `OFFSETS`.
 
     Loads are spread along the axis as P polynomials, see `along_width`: [polynomial, (radial, tangential, axial,
     couple)].
@@ -156,7 +156,7 @@ def _foot_loads(ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64]) -> 
 def _gauges(
     ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64], youngs_modulus: float, poissons_ratio: float
 ) -> NDArray[np.complex128]:
-    """What reads the stress normal to a tooth off the loaded cylinder's harmonics: (m, 3 S, P) array.
+    """Readings of the stress normal to a tooth from the loaded cylinder's harmonics: (m, 3 S, P) array.
 
     The surface is free, so that its stress follows from two strains, as `fem_reference.root_stress` reads a fillet.
     """
