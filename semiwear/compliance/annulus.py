@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.sparse import coo_matrix, csc_matrix
-from scipy.sparse.linalg import splu
 from skfem import Basis, ElementQuad2, MeshQuad
 
+from semiwear.compliance.pitch_chain import symmetric_factor
 from semiwear.compliance.prism import elasticity
 
 __all__ = ["Annulus"]
@@ -115,7 +115,12 @@ class Annulus:
         surface = np.flatnonzero(abs(radius - self.loaded) < near)
         surface = surface[np.argsort(along[surface])]
         free = _unknowns(np.flatnonzero(abs(radius - self.held) > near))
-        return _Harmonic([k[free][:, free] for k in matrices], np.searchsorted(free, _unknowns(surface)))
+        loaded = _unknowns(surface)
+        inner = np.setdiff1d(free, loaded)
+        # in an order that keeps the factor sparse, the loaded cylinder last
+        steady = (matrices[0] + matrices[2])[inner][:, inner].tocsc()
+        order = np.concatenate([inner[np.argsort(symmetric_factor(steady, "MMD_AT_PLUS_A").perm_c)], loaded])
+        return _Harmonic([k[order][:, order].tocsc() for k in matrices], inner.size)
 
 
 def _growing(first: float, last: float, count: int) -> FloatArray:
@@ -124,19 +129,20 @@ def _growing(first: float, last: float, count: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Harmonic:
-    """Solves for the loaded cylinder at a harmonic, which need not be whole."""
+    """Flexibility of the loaded cylinder at a harmonic, which need not be whole.
+
+    The end of the factor is that of the cylinder's own stiffness: a few dozen columns need not be solved for.
+    """
 
     matrices: list[csc_matrix]
-    loaded: NDArray[np.int64]
+    inner: int
 
     def __call__(self, m: float) -> FloatArray:
         k0, k1, k2 = self.matrices
         # the integral over the circumference of cos^2 or sin^2
-        stiffness = (k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi)
-        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-        unit = np.zeros((stiffness.shape[0], self.loaded.size))
-        unit[self.loaded, np.arange(self.loaded.size)] = 1.0
-        return np.asarray(splu(stiffness.tocsc(), **options).solve(unit)[self.loaded])
+        factor = symmetric_factor((k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi), "NATURAL")
+        own = (factor.L[self.inner :, self.inner :] @ factor.U[self.inner :, self.inner :]).toarray()
+        return np.asarray(np.linalg.inv(own))
 
 
 def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
