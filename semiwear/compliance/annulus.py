@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.sparse import coo_matrix, csc_matrix
-from scipy.sparse.linalg import splu
 from skfem import Basis, ElementQuad2, MeshQuad
 
+from semiwear.compliance.pitch_chain import symmetric_factor
 from semiwear.compliance.prism import elasticity
 
 __all__ = ["Annulus"]
@@ -29,6 +29,7 @@ __all__ = ["Annulus"]
 FloatArray = NDArray[np.float64]
 
 _THROUGH = 6  # elements through the wall
+_ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the one between, and from there to the held one
 _TOWARDS_LOAD = 1.5  # exponent by which elements grow away from the loaded cylinder, in the logarithm of the radius
 _EXACT, _BETWEEN = 6, 10  # harmonics solved one by one, and places from there to the last
 
@@ -45,6 +46,8 @@ class Annulus:
     youngs_modulus [MPa], poissons_ratio [1] : float
     elements : int
         Along the axis.
+    between : float, optional [mm]
+        Radius of a cylinder between elements: an annulus that is held there has the same elements above it.
     """
 
     held: float
@@ -53,6 +56,7 @@ class Annulus:
     youngs_modulus: float
     poissons_ratio: float
     elements: int = 12
+    between: float | None = None
 
     @property
     def stations(self) -> FloatArray:
@@ -93,9 +97,17 @@ class Annulus:
         even = np.linspace(-1.0, 1.0, self.elements + 1)
         return 0.25 * self.width * (even + np.sin(0.5 * pi * even))
 
+    def _wall(self) -> FloatArray:
+        """Radii of the elements' ends through the wall, from the loaded cylinder on."""
+        if self.between is None:
+            return _growing(self.loaded, self.held, _THROUGH)
+        above = _growing(self.loaded, self.between, _ABOVE)
+        if self.between == self.held:
+            return above
+        return np.concatenate([above, np.geomspace(self.between, self.held, _BELOW + 1)[1:]])
+
     def _solver(self) -> _Harmonic:
-        wall = (np.arange(_THROUGH + 1) / _THROUGH) ** _TOWARDS_LOAD
-        mesh = MeshQuad.init_tensor(np.sort(self.loaded * (self.held / self.loaded) ** wall), self._corners())
+        mesh = MeshQuad.init_tensor(np.sort(self._wall()), self._corners())
         basis = Basis(mesh, ElementQuad2(), intorder=4)
         matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
         radius, along = basis.doflocs
@@ -103,24 +115,34 @@ class Annulus:
         surface = np.flatnonzero(abs(radius - self.loaded) < near)
         surface = surface[np.argsort(along[surface])]
         free = _unknowns(np.flatnonzero(abs(radius - self.held) > near))
-        return _Harmonic([k[free][:, free] for k in matrices], np.searchsorted(free, _unknowns(surface)))
+        loaded = _unknowns(surface)
+        inner = np.setdiff1d(free, loaded)
+        # in an order that keeps the factor sparse, the loaded cylinder last
+        steady = (matrices[0] + matrices[2])[inner][:, inner].tocsc()
+        order = np.concatenate([inner[np.argsort(symmetric_factor(steady, "MMD_AT_PLUS_A").perm_c)], loaded])
+        return _Harmonic([k[order][:, order].tocsc() for k in matrices], inner.size)
+
+
+def _growing(first: float, last: float, count: int) -> FloatArray:
+    return np.asarray(first * (last / first) ** ((np.arange(count + 1) / count) ** _TOWARDS_LOAD))
 
 
 @dataclass(frozen=True)
 class _Harmonic:
-    """Solves for the loaded cylinder at a harmonic, which need not be whole."""
+    """Flexibility of the loaded cylinder at a harmonic, which need not be whole.
+
+    The end of the factor is that of the cylinder's own stiffness: a few dozen columns need not be solved for.
+    """
 
     matrices: list[csc_matrix]
-    loaded: NDArray[np.int64]
+    inner: int
 
     def __call__(self, m: float) -> FloatArray:
         k0, k1, k2 = self.matrices
         # the integral over the circumference of cos^2 or sin^2
-        stiffness = (k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi)
-        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-        unit = np.zeros((stiffness.shape[0], self.loaded.size))
-        unit[self.loaded, np.arange(self.loaded.size)] = 1.0
-        return np.asarray(splu(stiffness.tocsc(), **options).solve(unit)[self.loaded])
+        factor = symmetric_factor((k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi), "NATURAL")
+        own = (factor.L[self.inner :, self.inner :] @ factor.U[self.inner :, self.inner :]).toarray()
+        return np.asarray(np.linalg.inv(own))
 
 
 def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:

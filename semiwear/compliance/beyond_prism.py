@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from semiwear.compliance.cubics import cubic_weights
-from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, elements_along, ring_compliance
-from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
+from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluence, elements_along, ring_influence
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.section_outline import load_heights
-from semiwear.compliance.tooth_ends import EndEffect
+from semiwear.compliance.strained_root import strained_root
+from semiwear.compliance.tooth_ends import EndEffect, depth_of_ground
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS
 from semiwear.geometry.inclined_foot import InclinedFoot
+from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["BeyondOnLines", "WheelInfluence", "wheel_influence"]
@@ -32,29 +34,42 @@ class WheelInfluence:
     Attributes
     ----------
     foot : InclinedFoot
-    wheel, virtual : (9, 4 P, 4 P) arrays
-        See `ring_compliance`: the wheel, and the virtual spur gear's ring.
+    wheel, virtual : RingInfluence
+        The wheel, and the virtual spur gear's ring.
+    fillet_share, factor : (F,) arrays
+        Stress of the root for a unit stress of the wheel's surface, see `strained_root`.
     """
 
     foot: InclinedFoot
-    wheel: FloatArray
-    virtual: FloatArray
+    wheel: RingInfluence
+    virtual: RingInfluence
+    fillet_share: FloatArray
+    factor: FloatArray
 
 
 @kept_on_disk
-def wheel_influence(foot: InclinedFoot, *, youngs_modulus: float, poissons_ratio: float) -> WheelInfluence:
+def wheel_influence(
+    foot: InclinedFoot, section: ToothSection, *, youngs_modulus: float, poissons_ratio: float
+) -> WheelInfluence:
     """Work out the wheel under an inclined tooth, and the ring that it takes the place of.
 
     Parameters
     ----------
     foot : InclinedFoot
+    section : ToothSection
+        Normal to the tooth [mm].
     youngs_modulus : float [MPa]
     poissons_ratio : float
     """
-    elements = elements_along(foot.wheel)
-    virtual = ring_compliance(foot.virtual, youngs_modulus, poissons_ratio, elements)
-    virtual[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0  # the prism has nothing there to be exchanged
-    return WheelInfluence(foot, ring_compliance(foot.wheel, youngs_modulus, poissons_ratio, elements), virtual)
+    elements, ground = elements_along(foot.wheel), depth_of_ground(section)
+    wheel, virtual = (
+        ring_influence(ring, youngs_modulus, poissons_ratio, elements, ground) for ring in (foot.wheel, foot.virtual)
+    )
+    # the prism has nothing there to be exchanged
+    virtual.compliance[np.abs(OFFSETS) > max(DEFLECTION_OFFSETS)] = 0.0
+    virtual.stress[np.abs(OFFSETS) > max(STRESS_OFFSETS)] = 0.0
+    share, factor = strained_root(section, poissons_ratio=poissons_ratio)
+    return WheelInfluence(foot, wheel, virtual, share, factor)
 
 
 @dataclass(frozen=True)
@@ -87,12 +102,15 @@ class BeyondOnLines:
     along : (roll, face) array
         Places along the axis from the middle of the body, as shares of its width.
     width : float [mm]
+    wheel : _StrainedWheel, optional
+        Of an inclined tooth.
     """
 
     forms: tuple[_Form, ...]
     ends: EndEffect
     along: FloatArray
     width: float
+    wheel: _StrainedWheel | None = None
 
     @classmethod
     def of(
@@ -102,7 +120,7 @@ class BeyondOnLines:
         along: FloatArray,
         height: tuple[FloatArray, FloatArray],
         wheel: WheelInfluence | None = None,
-        radius: tuple[FloatArray, FloatArray] | None = None,
+        radius: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     ) -> BeyondOnLines:
         """Prepare for contact lines.
 
@@ -117,17 +135,18 @@ class BeyondOnLines:
             Of the places as shares of the flank, and its derivative by the driven flank's profile coordinate.
         wheel : WheelInfluence, optional
             Of an inclined tooth.
-        radius : two (roll, face) arrays [mm], [1], optional
-            Of the places about the axis, and its derivative; for a wheel.
+        radius : two (roll, face) arrays and one (H,) [mm], [1], [mm], optional
+            Of the places about the axis, and its derivative; that of the load heights. For a wheel.
         """
         share = along / width
         weights, slopes = cubic_weights(height[0], load_heights(HEIGHTS))
         forms = [_form(along_width(share, ORDERS), weights, slopes * height[1][..., None], ends.deflection[None])]
-        if wheel is not None and radius is not None:
-            spread = along_width(share, POLYNOMIALS)
-            forms.append(_ring_form(wheel.wheel, spread, wheel.foot.on_wheel, radius))
-            forms.append(_ring_form(-wheel.virtual, spread, wheel.foot.on_virtual, radius))
-        return cls(tuple(forms), ends, share, width)
+        if wheel is None or radius is None:
+            return cls(tuple(forms), ends, share, width)
+        spread = along_width(share, POLYNOMIALS)
+        forms.append(_ring_form(wheel.wheel.compliance, spread, wheel.foot.on_wheel, radius[:2]))
+        forms.append(_ring_form(-wheel.virtual.compliance, spread, wheel.foot.on_virtual, radius[:2]))
+        return cls(tuple(forms), ends, share, width, _StrainedWheel.of(wheel, radius[2]))
 
     def add_compliance(
         self, rolls: IntArray, faces: IntArray, teeth: IntArray, matrix: FloatArray, slope: FloatArray
@@ -155,8 +174,8 @@ class BeyondOnLines:
                     matrix[block] += rows[mine] @ moved
                     slope[block] += slopes[mine] @ moved
 
-    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """Tangential stress that free ends add on the loaded tooth itself.
+    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int) -> FloatArray:
+        """Tangential stress that free ends add on the loaded tooth itself, and an inclined tooth's wheel on all.
 
         Parameters
         ----------
@@ -166,6 +185,8 @@ class BeyondOnLines:
             Observers along the axis, from the middle of the body.
         fillet : (F,) array
             Points of the fillet as shares of its length from the end of the flank.
+        per_tooth : int
+            Rolls from a tooth to the next towards where the load pushes; negative where those come earlier.
 
         Returns
         -------
@@ -178,7 +199,54 @@ class BeyondOnLines:
         between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
         observed = along_width(at / self.width, ORDERS)
         table = np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True)
-        return np.asarray(np.einsum("zfl,kl->kzf", table, force, optimize=True))
+        stress: FloatArray = np.einsum("zfl,kl->kzf", table, force, optimize=True)
+        if self.wheel is not None:
+            stress += self.wheel.root_stress(loads, self.along, at / self.width, fillet, per_tooth)
+        return stress
+
+
+@dataclass(frozen=True)
+class _StrainedWheel:
+    """Root stress by the strain of the wheel under inclined teeth, less that of the prism's ring.
+
+    Attributes
+    ----------
+    table : (9, P, P, H) array [MPa/N]
+        For each of `OFFSETS`: stress of the surface, spread along the axis, by loads at the load heights.
+    fillet_share, factor : (F,) arrays
+        See `WheelInfluence`.
+    """
+
+    table: FloatArray
+    fillet_share: FloatArray
+    factor: FloatArray
+
+    @classmethod
+    def of(cls, wheel: WheelInfluence, radius: FloatArray) -> _StrainedWheel:
+        """By loads at the radii of the load heights [mm]."""
+        parts = [
+            np.einsum("oqpc,hc->oqph", ring.stress.reshape(*ring.stress.shape[:2], POLYNOMIALS, -1), load(radius))
+            for ring, load in ((wheel.wheel, wheel.foot.on_wheel), (wheel.virtual, wheel.foot.on_virtual))
+        ]
+        return cls(parts[0] - parts[1], wheel.fillet_share, wheel.factor)
+
+    def root_stress(
+        self, loads: FloatArray, along: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
+    ) -> FloatArray:
+        """As `BeyondOnLines.root_stress`, places along the axis as shares of the width."""
+        force = np.einsum("kfp,kfh->kph", along_width(along, POLYNOMIALS), loads, optimize=True)
+        seen = np.einsum("zq,oqph,kph->okz", along_width(at, POLYNOMIALS), self.table, force, optimize=True)
+        stress = np.zeros(seen.shape[1:])
+        for teeth, part in zip(OFFSETS, seen, strict=True):
+            # the loaded tooth stands at the roll of the observed one less so many teeth
+            shift = int(teeth) * per_tooth
+            if shift > 0:
+                stress[shift:] += part[:-shift]
+            elif shift < 0:
+                stress[:shift] += part[-shift:]
+            else:
+                stress += part
+        return np.asarray(stress[:, :, None] * make_interp_spline(self.fillet_share, self.factor, k=3)(fillet))
 
 
 def _ring_form(

@@ -19,7 +19,16 @@ from scipy.sparse.linalg import SuperLU, splu
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
 
-__all__ = ["DEFLECTION_OFFSETS", "STRESS_OFFSETS", "Condensed", "HarmonicMatrices", "Pitch", "PitchRows", "join"]
+__all__ = [
+    "DEFLECTION_OFFSETS",
+    "STRESS_OFFSETS",
+    "Condensed",
+    "HarmonicMatrices",
+    "Pitch",
+    "PitchRows",
+    "join",
+    "symmetric_factor",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -130,7 +139,7 @@ class Pitch:
         left, right = (side[~np.isin(side, mesh.held)] for side in (mesh.left, mesh.right))
         free = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.held, left, right]))
         inner = _unknowns(free)
-        order = np.argsort(_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
+        order = np.argsort(symmetric_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
         among = coo_matrix((np.ones(inner.size), (inner[order], np.arange(inner.size))), shape=(size, inner.size))
         turned = hstack([among, _turned(left, -angle, size), _turned(right, angle, size)]).tocsr()
         data, places, starts = _on_one_pattern([(turned.T @ (matrix @ turned)).tocsc() for matrix in matrices])
@@ -150,7 +159,7 @@ class Pitch:
         count = len(self.starts) - 1
         inner = count - self.sides
         values = self.data[0] + k * self.data[1] + k**2 * self.data[2]
-        factor = _factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
+        factor = symmetric_factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
         rows = self.rows[0] + k * self.rows[1]
         moved = factor.solve(rows)  # with free sides
         stiffness = (factor.L[inner:, inner:] @ factor.U[inner:, inner:]).toarray()
@@ -167,7 +176,7 @@ class Pitch:
         )
 
 
-def _factor(matrix: csc_matrix, order: str) -> SuperLU:
+def symmetric_factor(matrix: csc_matrix, order: str) -> SuperLU:
     """Factor of a symmetric matrix, without pivoting."""
     return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 

@@ -111,7 +111,7 @@ def prism_section(
     heights: int = 12,
     rack_teeth: int = 21,
     solve_every: bool = False,
-    fillet_elements: int = 6,
+    fillet_elements: int = 8,
     elements_across: int = 5,
     elements_below: int | None = None,
     name: str = "tooth section",
@@ -141,7 +141,8 @@ def prism_section(
     fillet_elements, elements_across, elements_below, name
         See `section_mesh`; by default 3 elements below a tooth, and more on a ring whose bore is small. These and
         the heights are spent where they count: the greatest fillet stress is within 0.8 % of the converged
-        section's, and twice as many along the fillet without more across bring nothing.
+        section's. With six along the fillet, a load within half a millimetre of its upper end leaves a false
+        stress below it, half as high as the true peak.
 
     Returns
     -------

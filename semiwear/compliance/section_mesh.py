@@ -95,7 +95,7 @@ def section_mesh(
     section: ToothSection,
     *,
     heights: int = 12,
-    fillet_elements: int = 6,
+    fillet_elements: int = 8,
     elements_across: int = 5,
     elements_below: int = 3,
     land_elements: int | None = None,

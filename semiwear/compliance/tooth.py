@@ -145,10 +145,11 @@ class BeyondPrism(Protocol):
     ) -> None:
         """Add to the compliance between contact points, teeth counted towards where the load pushes."""
 
-    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """Stress of the loaded tooth's fillet [MPa], (roll, station, fillet point), by forces at load heights.
+    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int) -> FloatArray:
+        """Stress of the fillet [MPa], (roll, station, fillet point), by forces at load heights.
 
-        `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length.
+        `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length, `per_tooth` the
+        number of rolls from a tooth to the next towards where the load pushes.
         """
 
 
@@ -329,7 +330,9 @@ class BodyOnLines:
         result = stress[1]
         if self.beyond is not None:
             from_middle = at - (tooth.start + 0.5 * tooth.width)
-            result = result + self.beyond.root_stress(loads, from_middle, np.linspace(ROOT_FROM, 1.0, points))
+            result = result + self.beyond.root_stress(
+                loads, from_middle, np.linspace(ROOT_FROM, 1.0, points), -tooth.ahead * per_cycle
+            )
         # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
         # and the observer is then its neighbour on the other side
         result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]

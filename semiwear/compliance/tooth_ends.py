@@ -31,7 +31,7 @@ from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
-__all__ = ["EndEffect", "end_effect"]
+__all__ = ["EndEffect", "depth_of_ground", "end_effect"]
 
 FloatArray = NDArray[np.float64]
 
@@ -124,9 +124,17 @@ def _peaks(stress: FloatArray, share: FloatArray) -> FloatArray:
 
 def _on_shallow_ground(section: ToothSection) -> ToothSection:
     """The section held not far below its root, or where it is held if that is nearer."""
-    rim, tip, root = section.rim, section.flank[0], section.fillet[-1]
+    rim, root = section.rim, section.fillet[-1]
     if isinstance(rim, RingRim):
-        low, high = float(np.hypot(*root)), float(np.hypot(*tip))
-        return replace(section, rim=replace(rim, bore_radius=max(rim.bore_radius, low - _GROUND * (high - low))))
-    depth = _GROUND * float(tip[1] - root[1])
-    return replace(section, rim=replace(rim, back_height=max(rim.back_height, float(root[1]) - depth)))
+        low = float(np.hypot(*root))
+        return replace(section, rim=replace(rim, bore_radius=max(rim.bore_radius, low - depth_of_ground(section))))
+    low = float(root[1])
+    return replace(section, rim=replace(rim, back_height=max(rim.back_height, low - depth_of_ground(section))))
+
+
+def depth_of_ground(section: ToothSection) -> float:
+    """How far below the root the ground of the stretch is held [mm], if the wheel is not held before."""
+    tip, root = section.flank[0], section.fillet[-1]
+    if isinstance(section.rim, RingRim):
+        return _GROUND * float(np.hypot(*tip) - np.hypot(*root))
+    return _GROUND * float(tip[1] - root[1])

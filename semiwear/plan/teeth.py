@@ -93,8 +93,10 @@ def _beyond(
     step = 1e-4 * float(np.ptp(body.sections[0].load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
     wheel = wheel_under(table, index, material)
+    heights = body.sections[0].load_profile
+    _, at_heights = pair.flank_place(index, np.full(heights.shape, shape.start + 0.5 * shape.width), heights)
     return BeyondOnLines.of(
-        ends, shape.width, along, height, wheel, (radius, (farther - radius) / step * places.slope)
+        ends, shape.width, along, height, wheel, (radius, (farther - radius) / step * places.slope, at_heights)
     )
 
 
@@ -205,4 +207,5 @@ def wheel_under(table: GearPair, index: int, material: Material) -> WheelInfluen
     shape = flank_pair(table, Placement()).prism_body(index)
     assert shape.foot is not None
     youngs_modulus, poissons_ratio = elastic(material)
-    return wheel_influence(shape.foot, youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio)
+    section = shape.sections[len(shape.sections) // 2]
+    return wheel_influence(shape.foot, section, youngs_modulus=youngs_modulus, poissons_ratio=poissons_ratio)

@@ -9,6 +9,7 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from semiwear.compliance.prism import harmonic_matrices, prism_section
+from semiwear.compliance.root import at_root
 from semiwear.compliance.section_mesh import ELEMENT, SectionMeshError, jacobians, section_mesh
 from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
@@ -381,6 +382,16 @@ def test_mesh_is_fine_enough(rack):
     assert np.abs(fine.deflection - rack.deflection).max() < 2e-3 * np.abs(fine.deflection[0]).max()
     greatest, found = fine.stress[0, 1].max(axis=0), rack.stress[0, 1].max(axis=0)
     np.testing.assert_allclose(found[2:], greatest[2:], rtol=0.015)
+
+
+def test_a_load_beside_the_fillet_stresses_the_root_as_on_a_finer_mesh():
+    """Found: the lowest loads left the mesh's own picture of their dent in the root, half the peak's height."""
+    wave = {"width": 30.0, "harmonics": 2, **STEEL}
+    usual = prism_section(involute(), **wave)
+    fine = prism_section(involute(), fillet_elements=24, elements_across=10, **wave)
+    for order in (0, 1):
+        found, expected = (at_root(one, one.stress)[order, 1, :, :3] for one in (usual, fine))
+        assert np.abs(found - expected).max() < 0.1 * expected.max()
 
 
 def test_many_teeth_on_a_ring_tend_to_a_rack():

@@ -38,3 +38,16 @@ def test_rows_compare_like_with_like(shipped: sw.Scene) -> None:
     assert {row.name for row in rows} >= {"load_share", "contact_pressure_max", "transmission_error_loaded, mean"}
     assert max(abs(row.difference) for row in rows) < 1e-9
     assert store.table(rows).count("\n") == len(rows)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["unworn", "finer"])
+def test_root_stress_of_every_pair_above_a_tenth_of_the_load_is_that_of_finite_elements(
+    shipped: sw.Scene, case: str
+) -> None:
+    """Found: the pinion at roll -0.78 was 8 % high, since loads beside its fillet stressed the root falsely."""
+    rows = store.compare(case, shipped, "line")
+    bears = {row.where for row in rows if row.name == "load_share" and row.reference > 0.1}
+    compared = [row for row in rows if row.name.startswith("root_stress") and row.where in bears]
+    assert len(compared) > 20
+    assert max(abs(row.difference) for row in compared) < 0.05, store.table(compared)

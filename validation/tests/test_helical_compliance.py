@@ -145,7 +145,10 @@ def test_mesh_stiffness_falls_with_the_helix_angle_as_that_of_finite_elements(he
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_root_stress_is_that_of_finite_elements(name):
-    """Normal to the tooth, greatest of all mesh positions; the core's falls behind as the helix angle grows."""
-    allowed = {0: 0.02, 8: 0.03, 15: 0.05, 20: 0.06, 30: 0.08}[KNOWN[name].helix_angle]
+    """Found: 7 % low at 30 degrees where the wheel's own strain was known to the deflection alone.
+
+    Normal to the tooth, greatest of all mesh positions.
+    """
+    allowed = {0: 0.02, 8: 0.03}.get(KNOWN[name].helix_angle, 0.05)
     for body, expected in STORED[name].root_stress.items():
         assert abs(core_of(name).root_stress[body] / expected - 1.0) < allowed, body

@@ -1,0 +1,62 @@
+"""The root of a tooth whose wheel is strained: a notch in a field that comes from elsewhere.
+
+Under a stress in the wheel along its surface, normal to the teeth, the fillet has that stress times a factor of its
+own: twice or more on the root between the teeth, which is a notch in a row of alike ones, some 1 where a load on the
+tooth stresses the fillet most, and none towards the flank, which the stress passes by.
+
+Plane strain of one pitch, whose sides and foot follow an even strain across the teeth and are free otherwise: with
+straight sides and no tooth on it the stress would be even.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import spsolve
+
+from semiwear.compliance.prism import fillet_edges, fillet_shares, harmonic_matrices
+from semiwear.compliance.section_mesh import section_mesh
+from semiwear.geometry.section import ToothSection
+from semiwear.kept_on_disk import kept_on_disk
+
+__all__ = ["strained_root"]
+
+FloatArray = NDArray[np.float64]
+
+
+@kept_on_disk
+def strained_root(
+    section: ToothSection, *, poissons_ratio: float, name: str = "tooth section"
+) -> tuple[FloatArray, FloatArray]:
+    """Tangential stress of the fillet for a unit stress of the wheel's surface, normal to the teeth.
+
+    Parameters
+    ----------
+    section : ToothSection
+        Normal to the tooth [mm].
+    poissons_ratio : float
+    name : str
+        What error messages call the section.
+
+    Returns
+    -------
+    share : (F,) array
+        Places along the fillet as shares of its length from the end of the flank.
+    factor : (F,) array
+    """
+    mesh = section_mesh(section, heights=5, name=name)
+    # the modulus cancels
+    stiffness = harmonic_matrices(mesh, 1.0, poissons_ratio)[0]
+    moved = np.zeros((len(mesh.nodes), 3))
+    given = np.zeros(moved.shape, dtype=bool)
+    given[:, 2] = True
+    around = np.unique(np.concatenate([mesh.left, mesh.right, mesh.held]))
+    given[around, 0] = True
+    moved[around, 0] = mesh.nodes[around, 0]
+    given[mesh.centre_line[-1], 1] = True
+    free = np.flatnonzero(~given.ravel())
+    moved.ravel()[free] = spsolve(stiffness[free][:, free], -(stiffness @ moved.ravel())[free])
+    nodes, slopes, _, tangent, _ = fillet_edges(mesh)
+    # plane strain on a free surface: E/(1 - nu^2) times the strain along it, and the same for the wheel's
+    factor: FloatArray = np.einsum("fa,fi,fai->f", slopes, tangent, moved[nodes, :2])
+    return fillet_shares(mesh), factor

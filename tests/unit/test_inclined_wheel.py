@@ -1,0 +1,96 @@
+"""Strain of the wheel under its teeth: a disc under even tension, an axial force, and a root as a notch in it."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from semiwear.compliance import inclined_wheel
+from semiwear.compliance.annulus import Annulus
+from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluence, ring_influence
+from semiwear.compliance.root import ROOT_FROM
+from semiwear.compliance.strained_root import strained_root
+from semiwear.geometry.inclined_foot import FootRing
+from semiwear.geometry.section import RackRim, ToothSection
+
+E, NU = 206000.0, 0.3
+RADIAL, TANGENTIAL, AXIAL = 0, 1, 2
+
+
+def influence(ring: FootRing, ground: float = 6.0) -> RingInfluence:
+    return ring_influence(ring, E, NU, 6, ground)
+
+
+def by(stress: np.ndarray, order: int, force: int) -> np.ndarray:
+    """Stress of the loaded tooth's foot [polynomial] by a force that is spread as one."""
+    return stress[OFFSETS == 0][0].reshape(POLYNOMIALS, POLYNOMIALS, 4)[:, order, force]
+
+
+def tooth(height: float = 14.0, half_tip: float = 2.5, radius: float = 2.0, pitch: float = 30.0) -> ToothSection:
+    angle = np.radians(20.0)
+    centre = np.array([half_tip + (height - radius) * np.tan(angle) + radius / np.cos(angle), radius])
+    around = np.linspace(np.pi + angle, 1.5 * np.pi, 41)
+    fillet = centre + radius * np.stack([np.cos(around), np.sin(around)], axis=1)
+    y = np.linspace(height, fillet[0, 1], 41)
+    flank = np.stack([half_tip + (height - y) * np.tan(angle), y], axis=1)
+    return ToothSection(flank, y, fillet, RackRim(pitch, -pitch))
+
+
+def test_a_disc_drawn_outwards_by_all_its_teeth_is_strained_as_lame_says(monkeypatch):
+    """A thin disc held at its bore, nine teeth that meet: as Lame's disc under an even tension of its rim."""
+    monkeypatch.setattr(inclined_wheel, "_LEAST_HARMONICS", 8)  # waves of whole feet, which even out, and no shorter
+    bore, rim, width = 15.0, 40.0, 0.5
+    ring = FootRing(bore, rim, width, 9, 2.0 * pi * rim / 9.0, 0.0)
+    found = influence(ring, ground=0.002).stress.reshape(OFFSETS.size, POLYNOMIALS, POLYNOMIALS, 4)
+    tension = 9.0 / (2.0 * pi * rim * width)
+    growth = tension * (1.0 - NU**2) / E / (1.0 + NU + (1.0 - NU) * (bore / rim) ** 2)
+    hoop, axial = growth * (1.0 - (bore / rim) ** 2), -2.0 * NU * growth / (1.0 - NU)
+    assert_allclose(found[:, 0, 0, RADIAL].sum(), E / (1.0 - NU**2) * (hoop + NU * axial), rtol=0.01)
+
+
+def test_an_axial_force_bends_a_wheel_like_a_disc():
+    """The rim follows the force most where it acts: tension on the side that it moves to, none in the middle."""
+    ring = FootRing(11.0, 40.0, 15.0, 20, 8.0, 0.0)
+    bent = by(influence(ring).stress, 0, AXIAL)
+    even = np.arange(POLYNOMIALS) % 2 == 0
+    assert np.abs(bent[even]).max() < 1e-6 * bent[1]
+    # over most of the face it rises evenly
+    assert bent[1] > 2.0 * np.abs(bent[3:]).max()
+
+
+def test_what_the_ground_does_is_left_to_the_stretch_of_tooth_and_ground():
+    ring = FootRing(30.0, 36.0, 15.0, 20, 8.0, 0.4)
+    found = influence(ring, ground=6.0)
+    assert np.abs(found.stress[OFFSETS == 0]).max() < 1e-12
+    assert np.abs(found.stress[OFFSETS == 1]).max() > 0.0
+    assert_allclose(found.compliance[OFFSETS == 0][0], found.compliance[OFFSETS == 0][0].T, atol=1e-15)
+
+
+def test_elements_above_a_cylinder_do_not_depend_on_what_is_below():
+    deep, shallow = Annulus(15.0, 40.0, 12.0, E, NU, 6, 34.0), Annulus(34.0, 40.0, 12.0, E, NU, 6, 34.0)
+    walls = np.sort(deep._wall())[::-1], np.sort(shallow._wall())[::-1]
+    assert_allclose(walls[0][: walls[1].size], walls[1], rtol=1e-14)
+    assert walls[0][-1] == 15.0 and np.all(np.diff(walls[0]) < 0.0)
+
+
+def test_the_root_is_a_shallow_notch_in_a_strained_wheel():
+    share, factor = strained_root(tooth(), poissons_ratio=NU)
+    assert share[0] > 0.0 and share[-1] < 1.0 and np.all(np.diff(share) > 0.0)
+    # the stress passes the flank by, and crowds below the fillet
+    assert abs(factor[0]) < 0.5
+    root = factor[share > ROOT_FROM]
+    assert np.all(np.diff(root[: root.size // 2]) > 0.0)
+    assert 1.2 < root.max() < 3.0
+
+
+def test_a_rounder_fillet_is_a_blunter_notch():
+    sharp, round_ = (strained_root(tooth(radius=radius), poissons_ratio=NU)[1].max() for radius in (2.0, 4.0))
+    assert 1.0 < round_ < 0.95 * sharp
+
+
+def test_the_factor_of_the_root_does_not_depend_on_size():
+    _, small = strained_root(tooth(), poissons_ratio=NU)
+    _, large = strained_root(tooth(28.0, 5.0, 4.0, 60.0), poissons_ratio=NU)
+    assert_allclose(large, small, rtol=1e-8, atol=1e-8)
