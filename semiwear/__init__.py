@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from semiwear.results import open_results, save
     from semiwear.scene import Placement, Scene, shipped_scenes
     from semiwear.screen import screen
+    from semiwear.sweep import sweep
 
 __all__ = [
     "ConvergenceError",
@@ -51,6 +52,7 @@ __all__ = [
     "screen",
     "shipped_scenes",
     "simulate",
+    "sweep",
     "tooth_contact_analysis",
 ]
 
@@ -66,6 +68,7 @@ _MODULES = {
     "results": ("open_results", "save"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),
+    "sweep": ("sweep",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["report"] = ("report", "write_report")
@@ -91,7 +94,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package in which `plan`, `report`, `screen` and `simulate` stay functions when modules so called load."""
+    """A package whose `plan`, `report`, `screen`, `simulate`, `sweep` stay functions when modules so called load."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):
