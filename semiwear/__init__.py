@@ -25,18 +25,32 @@ if TYPE_CHECKING:
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.scatter import (
+        LogNormal,
+        Normal,
+        Scatter,
+        Triangular,
+        Uniform,
+        scatter,
+        usual_wear_coefficient,
+    )
     from semiwear.scene import Placement, Scene, shipped_scenes
     from semiwear.screen import screen
     from semiwear.sweep import sweep
 
 __all__ = [
     "ConvergenceError",
+    "LogNormal",
     "MissingExtraError",
+    "Normal",
     "Placement",
     "ResultFileError",
+    "Scatter",
     "Scene",
     "SceneError",
     "SemiwearError",
+    "Triangular",
+    "Uniform",
     "calibrate",
     "compare_wear",
     "export_flank",
@@ -49,11 +63,13 @@ __all__ = [
     "register",
     "report",
     "save",
+    "scatter",
     "screen",
     "shipped_scenes",
     "simulate",
     "sweep",
     "tooth_contact_analysis",
+    "usual_wear_coefficient",
 ]
 
 # Loaded when they are asked for (SPEC 1): to read a scene takes none of the compiled kernels.
@@ -66,6 +82,7 @@ _MODULES = {
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
     "plan": ("plan",),
     "results": ("open_results", "save"),
+    "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),
     "sweep": ("sweep",),
@@ -94,7 +111,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package whose `plan`, `report`, `screen`, `simulate`, `sweep` stay functions when modules so called load."""
+    """A package whose functions stay functions when modules of the same name load."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):

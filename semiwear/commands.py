@@ -21,6 +21,7 @@ from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
+from semiwear.scatter.command import SCATTER, prepare_study
 from semiwear.scene import scene_files
 from semiwear.sweep.command import run_study, store_of
 from semiwear.sweep.store import kept_scenes
@@ -196,7 +197,7 @@ def sweep(options: argparse.Namespace) -> None:
     with _Bar("reading the study ...", "scene", "sweep") as bar:
         told = run_study(
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
-            resume=options.resume, report=options.report, progress=bar,
+            resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
         )  # fmt: skip
     print(told)
     print(f"\n{time.perf_counter() - begin:.1f} s")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,7 @@ from semiwear.targets import PAGES, file_target, require_apart
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["run_study", "store_of"]
+__all__ = ["Prepared", "prepare_sweep", "run_study", "store_of"]
 
 _MOST_TOLD = 10
 
@@ -36,11 +36,42 @@ def store_of(output: str) -> Path:
     return Path(f"{output}.scenes")
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A study that can run.
+
+    Attributes
+    ----------
+    study : Study
+    job : Job
+    finish : callable
+        From the sweep's dataset to what is written, said, and shown on the page before all else.
+    """
+
+    study: Study
+    job: Job
+    finish: Callable[[xr.Dataset], tuple[xr.Dataset, str, list[tuple[str, str]]]]
+
+
+def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
+    """A study that varies fields.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the fields.
+    """
+    job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
+    return Prepared(study, job, lambda found: (found, "", []))
+
+
 def run_study(
     study: str, output: str, *, workers: str | None, scheduler: str | None, resume: bool, report: str | None,
-    progress: Progress,
+    progress: Progress, further: tuple[str, ...] = (), prepare: Callable[[Study, int | str | None], Prepared],
 ) -> str:  # fmt: skip
     """Solve a study file and write its dataset, and its page if one is asked for; what came of it, as text.
+
+    `prepare` makes a job of the file, in which names in `further` may stand as well.
 
     Raises
     ------
@@ -51,32 +82,28 @@ def run_study(
     SemiwearError
         The scheduler cannot be reached, or no process started.
     """
-    problems: list[Problem] = []
-    read = job = None
-    problems += _problems_of_targets(output, report)
+    problems = _problems_of_targets(output, report)
+    ready = None
     count = _workers(workers, scheduler, problems)
     try:
-        read = read_study(study)
-        job = read_job(read.scene, read.vary, **read.options, crew=(count, None))
+        ready = prepare(read_study(study, further), count)
     except SceneError as error:
         problems += error.problems
-    if problems or read is None or job is None:
+    if problems or ready is None:
         raise SceneError(problems, study)
-    _require_outputs(read, output, report)
+    _require_outputs(ready.study, output, report)
     store = store_of(output)
     kept = kept_scenes(store)
     if kept and not resume:
         fix = f"--resume goes on from them; or delete {store} to compute everything anew"
         raise SceneError.of("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix)
     with _client(scheduler) as client:
-        found = run_job(_on(job, client), open_store(store), progress)
-    write_sweep(found, output)
-    lines = [
-        _told(found),
-        f"sweep: {output} (scenes kept in {store}: a grown study, with --resume, solves only new ones)",
-    ]
+        found = run_job(replace(ready.job, client=client), open_store(store), progress)
+    whole, said, sections = ready.finish(found)
+    write_sweep(whole, output)
+    lines = [_told(found), *filter(None, [said]), f"sweep: {output}; its scenes: {store}"]
     if report:
-        lines.append(f"report: {write_sweep_report(found, report)}")
+        lines.append(f"report: {write_sweep_report(found, report, sections)}")
     return "\n".join(lines)
 
 
@@ -92,10 +119,6 @@ def _problems_of_targets(output: str, report: str | None) -> list[Problem]:
         except SceneError as error:
             problems += error.problems
     return problems
-
-
-def _on(job: Job, client: Client | None) -> Job:
-    return replace(job, client=client)
 
 
 def _workers(given: str | None, scheduler: str | None, problems: list[Problem]) -> int | str | None:

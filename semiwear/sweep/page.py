@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from html import escape
 from importlib import resources
@@ -47,7 +47,9 @@ _MOST_ROWS = 400
 _SAME = 1e-9  # relative
 
 
-def write_sweep_report(found: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+def write_sweep_report(
+    found: xr.Dataset, path: str | os.PathLike[str], first: Sequence[tuple[str, str]] = ()
+) -> Path:
     """Write a sweep as one self-contained HTML page: maps and curves of its quantities, and what failed.
 
     Parameters
@@ -56,6 +58,8 @@ def write_sweep_report(found: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         Of `sweep`.
     path : path
         The HTML file; an existing one is replaced once the page is complete.
+    first : sequence of (str, str), optional
+        Headings and HTML of sections that come before the quantities.
 
     Raises
     ------
@@ -68,7 +72,9 @@ def write_sweep_report(found: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """
     if "status" not in found or "varied" not in found.attrs:
         raise SemiwearError("report: the dataset has no status, so it is none of `sweep`")
-    return page_of(path, str(found.attrs.get("title", "Sweep")), _subtitle(found), sections_of(found), found.attrs)
+    return page_of(
+        path, str(found.attrs.get("title", "Sweep")), _subtitle(found), sections_of(found, first), found.attrs
+    )
 
 
 def page_of(
@@ -104,12 +110,13 @@ def _subtitle(found: xr.Dataset) -> str:
     return f"{found['status'].size} scenes; varied: {found.attrs['varied']}"
 
 
-def sections_of(found: xr.Dataset) -> list[tuple[str, str]]:
+def sections_of(found: xr.Dataset, first: Sequence[tuple[str, str]] = ()) -> list[tuple[str, str]]:
     """Headings and HTML of a sweep's page."""
     return [
         ("Scenes", _tiles(found)),
         ("What was varied", _fields(found)),
         ("Scenes that failed", _failures(found)),
+        *first,
         ("Quantities at the end of each run", _cards(found)),
         ("Numbers", _numbers(found)),
         ("The scene that was varied", f"<details><summary>TOML</summary><pre>{_toml(found)}</pre></details>"),

@@ -35,6 +35,7 @@ LAYERS = (
     ("measured",),
     ("plot",),
     ("report", "sweep", "accuracy"),
+    ("scatter",),
     ("__init__",),
     ("console", "commands"),
     ("cli",),
