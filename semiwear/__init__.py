@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from semiwear.export import export_flank
     from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
+    from semiwear.measured_load import measured_load
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
@@ -56,6 +57,7 @@ __all__ = [
     "export_flank",
     "load_scene",
     "loaded_contact",
+    "measured_load",
     "measured_wear",
     "open_results",
     "plan",
@@ -80,6 +82,7 @@ _MODULES = {
     "export": ("export_flank",),
     "loading": ("load_scene",),
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
+    "measured_load": ("measured_load",),
     "plan": ("plan",),
     "results": ("open_results", "save"),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),

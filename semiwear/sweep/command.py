@@ -164,7 +164,7 @@ def _require_outputs(study: Study, output: str, report: str | None) -> None:
 
 
 def _told(found: xr.Dataset) -> str:
-    """What became of the scenes, and why some failed."""
+    """Numbers of scenes by what became of them, and why some failed."""
     status = found["status"]
     names = [kind.name.lower() for kind in Status]
     counts = [(name, int((status.values == value).sum())) for value, name in enumerate(names)]
