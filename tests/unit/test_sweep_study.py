@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from html.parser import HTMLParser
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,6 +15,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.cli import main
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError, SemiwearError
+from semiwear.scatter.command import SCATTER, prepare_study
 from semiwear.sweep.files import open_sweep
 from semiwear.sweep.page import write_sweep_report
 from semiwear.sweep.study_file import read_study
@@ -216,3 +219,36 @@ def test_pictures_hold_the_values_at_the_end_of_each_run(solved):
         sw.plot.sweep_map(found, "root_stress")
     with pytest.raises(SemiwearError, match="samples"):
         sw.plot.sweep_samples(found, "root_stress_max", "offset_mm")
+
+
+# ---------------------------------------------------------------------- the guide
+
+GUIDE = (Path(sw.__file__).parents[1] / "docs" / "studies.md").read_text(encoding="utf-8")
+
+
+def blocks(kind: str) -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)```", GUIDE, re.DOTALL)
+
+
+def test_the_study_files_of_the_guide_can_run(tmp_path):
+    whole, rest = blocks("toml")
+    (tmp_path / "vary.toml").write_text(whole)
+    varied = prepare_study(read_study(tmp_path / "vary.toml", SCATTER), 0)
+    assert varied.job.variation.shape == (9, 3, 2) and "/life/meshes_to_limit" in varied.job.measure.variables
+    (tmp_path / "scatter.toml").write_text('scene = "face_gear_25x160"\n' + rest)
+    drawn = prepare_study(read_study(tmp_path / "scatter.toml", SCATTER), 0)
+    assert drawn.job.variation.count == 128 * 5
+
+
+def test_the_code_of_the_guide_uses_names_that_there_are(solved, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code = blocks("python")
+    names = {name for block in code for name in re.findall(r"\bsw\.(\w+)", block)}
+    assert {"sweep", "scatter", "measured_load", "usual_wear_coefficient"} <= names
+    assert all(hasattr(sw, name) for name in names)
+    real = sw.sweep
+    monkeypatch.setattr(sw, "sweep", lambda *given, **options: real(*given, **options, workers=0))
+    space: dict = {}
+    exec(code[0], space)
+    assert space["found"]["status"].shape == (30, 3)
+    assert len(code[0].split("\n\n")[0].splitlines()) + len(code[0].split("\n\n")[1].splitlines()) == 5
