@@ -251,4 +251,4 @@ def test_the_code_of_the_guide_uses_names_that_there_are(solved, tmp_path, monke
     space: dict = {}
     exec(code[0], space)
     assert space["found"]["status"].shape == (30, 3)
-    assert len(code[0].split("\n\n")[0].splitlines()) + len(code[0].split("\n\n")[1].splitlines()) == 5
+    assert sum(line != "" for line in code[0].splitlines()) == 5
