@@ -2,6 +2,7 @@
 
 samples = 256
 sensitivity = true
+before_meshes = [1e8, 1e9]              # how likely is the end of the life, or of the run, before these?
 
 [scatter]
 wear.coefficient_mm2_per_N = {distribution = "lognormal"}     # about the scene's, by its usual variation
@@ -29,17 +30,19 @@ from semiwear.scatter.statistics import SHARES, Scatter
 from semiwear.scene.values import shown
 from semiwear.sweep.command import Prepared, prepare_sweep
 from semiwear.sweep.measure import measure_of
+from semiwear.sweep.page import QUANTITIES
 from semiwear.sweep.run import read_job
 from semiwear.sweep.study_file import Study, flat_fields
 from semiwear.untyped import Table, Value
 
 __all__ = ["SCATTER", "prepare_study"]
 
-SCATTER = ("scatter", "samples", "seed", "sensitivity", "confidence", "correlation")
+SCATTER = ("scatter", "samples", "seed", "sensitivity", "confidence", "correlation", "before_meshes")
 """Names that stand in a study file whose fields scatter."""
 
 _SAMPLES, _CONFIDENCE = 256, 0.95
 _MOST_PICTURES = 6
+_MOST_SETTLING = 3
 
 
 def prepare_study(study: Study, workers: int | str | None) -> Prepared:
@@ -67,6 +70,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     confidence = given.get("confidence", _CONFIDENCE)
     if isinstance(confidence, bool) or not isinstance(confidence, float) or not 0.0 < confidence < 1.0:
         problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
+    before = _before(given, problems)
     drawn = None
     try:
         drawn = draw(study.scene, fields, sampling)
@@ -84,7 +88,9 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
 
     def finish(found: xr.Dataset) -> tuple[xr.Dataset, str, list[tuple[str, str]]]:
         told = Scatter(found, tuple(fields), drawn.count, drawn.paired, float(confidence))
-        return _whole(told), str(told), _sections(told)
+        reached = told.reached_before(before)
+        lines = [_in_words(reached, k) for k in range(len(before))]
+        return _whole(told, reached), "\n".join([str(told), *lines]), _sections(told, lines)
 
     return Prepared(study, job, finish)
 
@@ -94,6 +100,21 @@ def _fields(raw: Value, problems: list[Problem]) -> Table:
         problems.append(Problem("scatter", shown(raw), "a table", "write the header [scatter] above its fields"))
         return {}
     return dict(flat_fields(raw))
+
+
+def _before(given: Table, problems: list[Problem]) -> list[float]:
+    value = given.get("before_meshes", [])
+    found = value if isinstance(value, list) else [value]
+    wrong = [one for one in found if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0]
+    problems += [Problem("before_meshes", shown(one), "numbers above 0", "give e.g. [1e8, 1e9]") for one in wrong]
+    return [] if wrong else [float(one) for one in found]
+
+
+def _in_words(reached: xr.Dataset, k: int) -> str:
+    one = reached.isel(before_meshes=k)
+    share, low, high = (100.0 * float(one[name]) for name in ("probability", "probability_low", "probability_high"))
+    ends, meshes = reached.attrs["ends"], float(one["before_meshes"])
+    return f"{ends} before {meshes:.4g} meshes: {share:.3g} % ({low:.3g} to {high:.3g} %)"
 
 
 def _flag(given: Table, problems: list[Problem]) -> bool:
@@ -116,18 +137,20 @@ def _correlation(given: Table, problems: list[Problem]) -> dict[tuple[str, str],
     return found
 
 
-def _whole(told: Scatter) -> xr.Dataset:
+def _whole(told: Scatter, reached: xr.Dataset) -> xr.Dataset:
     """The samples with their statistics."""
     quantiles = told.quantiles().rename({name: f"quantile_{name}" for name in ("value", "low", "high", "units")})
     drawn = told.convergence().rename({name: f"convergence_{name}" for name in ("value", "low", "high")})
-    parts = [told.samples, quantiles, drawn, *([told.indices()] if told.paired else [])]
+    parts = [told.samples, quantiles, drawn, *([told.indices()] if told.paired else []), reached]
     whole = xr.merge(parts, compat="override", combine_attrs="drop")
     whole.attrs = {**told.samples.attrs, "confidence": told.confidence, "independent_samples": told.independent}
     return whole
 
 
-def _sections(told: Scatter) -> list[tuple[str, str]]:
-    sections = [("Quantiles", _quantiles(told) + _histograms(told))]
+def _sections(told: Scatter, probabilities: list[str]) -> list[tuple[str, str]]:
+    listed = "".join(f"<li>{escape(line)}</li>" for line in probabilities)
+    sections = [("Quantiles", _quantiles(told) + (f"<ul>{listed}</ul>" if listed else "") + _histograms(told))]
+    sections.append(("Have the samples settled?", _convergence(told)))
     if told.paired:
         sections.append(("What matters", _tornado(told)))
     return sections
@@ -139,7 +162,8 @@ def _varying(told: Scatter) -> list[str]:
         values = told.values(name)
         if np.ptp(values) > 1e-9 * np.abs(values).max():
             names.append(name)
-    return sorted(names, key=lambda name: not name.startswith(("meshes_to_limit", "hours", "meshes")))
+    main = list(QUANTITIES)
+    return sorted(names, key=lambda name: main.index(name.split()[0]) if name.split()[0] in main else len(main))
 
 
 def _quantiles(told: Scatter) -> str:
@@ -174,6 +198,28 @@ def _histograms(told: Scatter) -> str:
         with styled():
             uri = figure_uri(SIZE, 1, draw_on)
         figures.append(_figure(uri, f"Distribution of {name}", "Lines: 10, 50 and 90 % fall short of it."))
+    return f'<div class="cards small">{"".join(figures)}</div>'
+
+
+def _convergence(told: Scatter) -> str:
+    """The least quantile of the main quantities from ever more samples: the one that settles last."""
+    found, figures = told.convergence(), []
+    for name in _varying(told)[:_MOST_SETTLING]:
+        one = found.sel(quantity=name).isel(share=0)
+
+        def draw_on(axes, one=one, name=name):  # type: ignore[no-untyped-def]
+            (ax,) = axes
+            drawn = one["samples_drawn"].values
+            low, high = (np.where(np.isfinite(one[end].values), one[end].values, np.nan) for end in ("low", "high"))
+            ax.fill_between(drawn, low, high, color="#0B5394", alpha=0.2)
+            ax.plot(drawn, one["value"].values, "o-", color="#0B5394")
+            ax.set_xscale("log", base=2)
+            ax.set(xlabel="Samples drawn", ylabel=name)
+
+        with styled():
+            uri = figure_uri(SIZE, 1, draw_on)
+        caption = f"{100 * SHARES[0]:.0f} % fall short of it, with its interval."
+        figures.append(_figure(uri, f"Quantile of {name}", caption))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 

@@ -106,6 +106,18 @@ class Scatter:
         """
         return probability(self.values(name) < below, self.confidence)
 
+    def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
+        """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
+
+        That is of reaching the depth of ``[effects.run_life]`` where lives were measured, else of the run's end.
+        """
+        life = "meshes_to_limit" in self.quantities
+        found = [self.probability("meshes_to_limit" if life else "meshes", below=one) for one in meshes]
+        names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
+        data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
+        ends = "the depth that ends the life is reached" if life else "the run ends"
+        return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
+
     def quantiles(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
         """Quantiles of every quantity with their intervals: `value`, `low` and `high` over quantity and share."""
         names = list(self.quantities)
@@ -185,11 +197,15 @@ class Scatter:
             for one in SHARES:
                 found = self.quantile(name, one)
                 label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
-                told.append(f"{label} {found.value:.4g} ({found.low:.4g} to {found.high:.4g})")
+                told.append(f"{label} {found.value:.4g} ({_end(found.low)} to {_end(found.high)})")
             unit = "" if units == "1" else f" [{units}]"
             lines.append(f"{name}{unit}: {', '.join(told)}")
         lines.append(f"in brackets: {share} intervals")
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
+
+
+def _end(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "too few samples"
 
 
 _PARTS = ("value", "low", "high")

@@ -239,6 +239,7 @@ STUDY = f"""
 scene = "face_gear_25x160"
 samples = 16
 sensitivity = true
+before_meshes = [1e7, 1e20]
 [set]
 wear.until.control_depths_um = [2, 4]
 [scatter]
@@ -254,9 +255,10 @@ def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, caps
     (tmp_path / "study.toml").write_text(STUDY)
     assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
     told = capsys.readouterr().out
-    assert "32 samples of" in told and "B10" in told
+    assert "32 samples of" in told and "B10" in told and "is reached before 1e+07 meshes: 0 %" in told
     found = open_sweep("study.nc")
     assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
+    assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
     page = (tmp_path / "study.html").read_text()
     assert "Quantiles of 32 samples" in page and "What meshes depends on" in page
 
