@@ -54,7 +54,8 @@ def kept(options: argparse.Namespace) -> str:
     """State that a stopped run leaves behind, if any."""
     if options.command == "sweep":
         count = kept_scenes(store_of(options.output))
-        return f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
+        told = f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
+        return told if count else ""
     path = Path(f"{getattr(options, 'output', None)}.partial")
     found = peek(path)
     if found is None or not found.finished:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,18 +94,21 @@ def scatter(
     return Scatter(found, fields, drawn.count, drawn.paired, confidence)
 
 
+@dataclass(frozen=True)
 class Sampling:
-    """How samples are drawn.
+    """How samples are drawn; arguments of `scatter`.
 
     Attributes
     ----------
     samples, seed : int
-    correlation : dict
+    correlation : mapping
     sensitivity : bool
     """
 
-    def __init__(self, samples: int, seed: int, correlation: dict[tuple[str, str], float], sensitivity: bool) -> None:
-        self.samples, self.seed, self.correlation, self.sensitivity = samples, seed, correlation, sensitivity
+    samples: int
+    seed: int
+    correlation: Mapping[tuple[str, str], float]
+    sensitivity: bool
 
 
 def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Sampling) -> Design:

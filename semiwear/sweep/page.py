@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import uuid
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from html import escape
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,12 +17,12 @@ from semiwear.plot.style import SIZE, styled
 from semiwear.plot.sweeps import scene_values, sweep_curves, sweep_map, sweep_samples
 from semiwear.report.markup import NONE, element, figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
-from semiwear.targets import PAGES, file_target, naming
+from semiwear.report.writing import document, page_target, write_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["QUANTITIES", "page_of", "write_sweep_report"]
+__all__ = ["QUANTITIES", "write_sweep_report"]
 
 QUANTITIES = (
     "meshes_to_limit",
@@ -72,37 +70,17 @@ def write_sweep_report(
     """
     if "status" not in found or "varied" not in found.attrs:
         raise SemiwearError("report: the dataset has no status, so it is none of `sweep`")
-    return page_of(
-        path, str(found.attrs.get("title", "Sweep")), _subtitle(found), sections_of(found, first), found.attrs
+    target = page_target(path)
+    title = str(found.attrs.get("title", "Sweep"))
+    sections = "".join(
+        f"<section><h2>{escape(heading)}</h2>{html}</section>\n" for heading, html in _sections(found, first) if html
     )
-
-
-def page_of(
-    path: str | os.PathLike[str], title: str, subtitle: str, sections: list[tuple[str, str]], attrs: dict[str, str]
-) -> Path:
-    """Write sections, each a heading and HTML, as a page."""
-    target = file_target("path", path, PAGES)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
-    style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
-    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-    body = "".join(f"<section><h2>{escape(heading)}</h2>{html}</section>\n" for heading, html in sections if html)
-    page = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
-        f"<title>{escape(title)}</title><style>{style}</style></head><body>"
-        f"<header><h1>{escape(title)}</h1><p>{escape(subtitle)}</p></header><main>{body}</main>"
-        f"<footer><p>{escape(str(attrs.get('source', 'semiwear')))}; scene SHA-256 "
-        f"<code>{escape(str(attrs.get('scene_sha256', '')))}</code></p></footer></body></html>\n"
+    body = (
+        f"<header><h1>{escape(title)}</h1><p>{escape(_subtitle(found))}</p></header><main>{sections}</main>"
+        f"<footer><p>{escape(str(found.attrs.get('source', 'semiwear')))}; scene SHA-256 "
+        f"<code>{escape(str(found.attrs.get('scene_sha256', '')))}</code></p></footer>"
     )
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        with naming(target):
-            temporary.write_text(page, encoding="utf-8")
-            os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    write_page(target, document(title, body))
     return Path(path)
 
 
@@ -110,7 +88,7 @@ def _subtitle(found: xr.Dataset) -> str:
     return f"{found['status'].size} scenes; varied: {found.attrs['varied']}"
 
 
-def sections_of(found: xr.Dataset, first: Sequence[tuple[str, str]] = ()) -> list[tuple[str, str]]:
+def _sections(found: xr.Dataset, first: Sequence[tuple[str, str]] = ()) -> list[tuple[str, str]]:
     """Headings and HTML of a sweep's page."""
     return [
         ("Scenes", _tiles(found)),
