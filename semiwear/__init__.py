@@ -22,25 +22,42 @@ if TYPE_CHECKING:
     from semiwear.export import export_flank
     from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
+    from semiwear.measured_load import measured_load
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.scatter import (
+        LogNormal,
+        Normal,
+        Scatter,
+        Triangular,
+        Uniform,
+        scatter,
+        usual_wear_coefficient,
+    )
     from semiwear.scene import Placement, Scene, shipped_scenes
     from semiwear.screen import screen
+    from semiwear.sweep import sweep
 
 __all__ = [
     "ConvergenceError",
+    "LogNormal",
     "MissingExtraError",
+    "Normal",
     "Placement",
     "ResultFileError",
+    "Scatter",
     "Scene",
     "SceneError",
     "SemiwearError",
+    "Triangular",
+    "Uniform",
     "calibrate",
     "compare_wear",
     "export_flank",
     "load_scene",
     "loaded_contact",
+    "measured_load",
     "measured_wear",
     "open_results",
     "plan",
@@ -48,10 +65,13 @@ __all__ = [
     "register",
     "report",
     "save",
+    "scatter",
     "screen",
     "shipped_scenes",
     "simulate",
+    "sweep",
     "tooth_contact_analysis",
+    "usual_wear_coefficient",
 ]
 
 # Loaded when they are asked for (SPEC 1): to read a scene takes none of the compiled kernels.
@@ -62,10 +82,13 @@ _MODULES = {
     "export": ("export_flank",),
     "loading": ("load_scene",),
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
+    "measured_load": ("measured_load",),
     "plan": ("plan",),
     "results": ("open_results", "save"),
+    "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),
+    "sweep": ("sweep",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["report"] = ("report", "write_report")
@@ -91,7 +114,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package in which `plan`, `report`, `screen` and `simulate` stay functions when modules so called load."""
+    """A package whose functions stay functions when modules of the same name load."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,7 +32,14 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
     grid : FlankGrid
         Of that flank, in even slices.
     """
-    face, profile = grid.face[:, None], grid.profile
+    return _area(pair, body, grid.face.tobytes(), grid.profile.tobytes())
+
+
+@lru_cache(maxsize=16)
+def _area(pair: FlankPair, body: int, faces: bytes, profiles: bytes) -> FloatArray:
+    """Found once for equal grids, as every wear state of a run and runs of equal geometry have them."""
+    face = np.frombuffer(faces)[:, None]
+    profile = np.frombuffer(profiles).reshape(face.size, -1)
     step = _STEP * float(np.ptp(profile))
 
     def points(df: float, dp: float) -> FloatArray:
@@ -42,4 +51,6 @@ def flank_area(pair: FlankPair, body: int, grid: FlankGrid) -> FloatArray:
     each = np.linalg.norm(np.cross(along, across), axis=-1) / (2.0 * step) ** 2
     cells = 0.5 * np.diff(profile, axis=1)
     width = np.pad(cells, ((0, 0), (0, 1))) + np.pad(cells, ((0, 0), (1, 0)))
-    return np.asarray(each * width * (grid.face[1] - grid.face[0]))
+    area = np.asarray(each * width * (face[1, 0] - face[0, 0]))
+    area.setflags(write=False)
+    return area

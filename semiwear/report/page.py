@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from html import escape
-from importlib import resources
 from pathlib import Path
 
 import xarray as xr
@@ -18,8 +17,8 @@ from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import badge, counts, element, picture, verdict_class
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
+from semiwear.report.writing import document, page_target, write_page
 from semiwear.results.wearing import scene_tables
-from semiwear.targets import PAGES, file_target, replacing
 from semiwear.untyped import Table
 
 __all__ = ["write_report"]
@@ -59,12 +58,8 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     for name, given in (("the tree", tree), ("the tree of `against`", against)):
         if given is not None and "schema_version" not in given.attrs:
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
-    target = file_target("path", path, PAGES)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"report: no folder {target.parent} for {target.name}")
-    page = _page(tree, against)
-    with replacing(target) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    target = page_target(path)
+    write_page(target, _page(tree, against))
     return Path(path)
 
 
@@ -76,9 +71,9 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
         other = _section(heading(against), against_section(tree, against))
     comparison = _comparison_of(tree, scene)
     drawn = draw_all(tree)
-    title = escape(attrs.get("title", "Gear tooth wear"))
+    title = attrs.get("title", "Gear tooth wear")
     parts = [
-        f"<header><h1>{title}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
+        f"<header><h1>{escape(title)}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
         _section("Key numbers", sections.key_numbers(tree)),
         _section("Tips that press", sections.tips_that_press(tree)),
         _section("What effects add", effects_section(tree)),
@@ -93,14 +88,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
         f"</main><footer><p>{escape(attrs.get('source', 'semiwear'))}; scene SHA-256 "
         f"<code>{escape(attrs.get('scene_sha256', ''))}</code></p></footer>",
     ]
-    style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
-    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
-        f"<title>{title}</title><style>{style}</style></head><body>{''.join(parts)}</body></html>\n"
-    )
+    return document(title, "".join(parts))
 
 
 def _section(heading: str, content: str) -> str:

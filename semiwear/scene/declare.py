@@ -16,7 +16,7 @@ from semiwear.scene.defaults import DerivedDefault
 from semiwear.scene.rule import Rule
 from semiwear.untyped import Value
 
-__all__ = ["declared", "derived_of", "filled_in", "rules_of", "table"]
+__all__ = ["declared", "derived_of", "filled_in", "meaning_of", "rules_of", "table"]
 
 T = TypeVar("T")
 
@@ -56,6 +56,11 @@ def rules_of(owner: type, name: str) -> Mapping[str, Rule]:
     prefix = f"{name}." if name else ""
     entries = fields(owner)
     return {prefix + entry.name: entry.metadata[_RULE] for entry in entries if _RULE in entry.metadata}
+
+
+def meaning_of(owner: type, name: str) -> str:
+    """Meaning of a table's declared field, in a sentence; empty where it says nothing."""
+    return next((str(entry.metadata.get(_WHAT, "")) for entry in fields(owner) if entry.name == name), "")
 
 
 def derived_of(owner: type) -> Mapping[str, DerivedDefault]:

@@ -31,10 +31,11 @@ LAYERS = (
     ("plan", "collect"),
     ("life",),
     ("simulate",),
-    ("analyses", "export", "screen", "loading"),
+    ("analyses", "export", "screen", "loading", "measured_load"),
     ("measured",),
     ("plot",),
     ("report", "sweep", "accuracy"),
+    ("scatter",),
     ("__init__",),
     ("console", "commands"),
     ("cli",),
@@ -42,7 +43,7 @@ LAYERS = (
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
 
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso")
+EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow")
 
 
 def module_name(path: Path) -> str:
@@ -162,7 +163,7 @@ def test_own_modules_are_imported_at_the_top():
 
 def test_public_names_are_found_in_any_order():
     code = """
-import semiwear.plan, semiwear.report, semiwear.simulate, semiwear.screen
+import semiwear.plan, semiwear.report, semiwear.simulate, semiwear.screen, semiwear.sweep
 import semiwear as sw
 for name in dir(sw):
     assert getattr(sw, name) is not None

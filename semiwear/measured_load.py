@@ -1,0 +1,248 @@
+"""Measured torque over time, as the load spectrum of a scene and as cycles (extra ``loads``).
+
+Wear counts meshes: a second at twice the speed counts twice. A spectrum's torques are means over the meshes of each
+level, so that the mean torque, to which wear is about proportional, is that of the measurement whatever the levels.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+from semiwear.untyped import Table, Value
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["MeasuredLoad", "measured_load"]
+
+FloatArray = NDArray[np.float64]
+
+_COLUMNS = ("time_s", "torque_Nm", "speed_rpm")
+_MOST_LEVELS = 200
+_FLANKS = ("drive", "coast")
+_ASTM = "ASTM E1049-85(2017), Standard practices for cycle counting in fatigue analysis (rainflow)"
+
+
+@dataclass(frozen=True)
+class MeasuredLoad:
+    """Torque over time.
+
+    Attributes
+    ----------
+    time : array (sample,) [s]
+    torque : array (sample,) [N m]
+        On the pinion; positive on the drive flank.
+    speed : array (sample,) [rev/min]
+        Of the pinion; all 1 where it was not measured, so that meshes count as time does.
+    weight : array (sample,)
+        Share of all meshes, with any torque or none, that each sample stands for.
+    """
+
+    time: FloatArray
+    torque: FloatArray
+    speed: FloatArray
+    weight: FloatArray
+
+    def loaded_share(self, flank: str = "drive") -> float:
+        """Share of all meshes in which a flank bears a torque: a life in those is this share of a life in all."""
+        return float(self.weight[self._on(flank) > 0.0].sum())
+
+    def spectrum(self, levels: int = 20, flank: str = "drive") -> Table:
+        """Load spectrum of a flank: the table ``[effects.load_spectrum]``, with `torques_Nm` and `shares`.
+
+        Parameters
+        ----------
+        levels : int
+            Even levels from 0 to the greatest torque; those that never occur are left out.
+        flank : str
+            ``"drive"`` for positive torques, ``"coast"`` for negative ones, whose size counts.
+
+        Raises
+        ------
+        SceneError
+            Levels out of range, or no torque on that flank.
+        """
+        if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= _MOST_LEVELS:
+            raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", "20 is usual")
+        torque = self._on(flank)
+        bears = (torque > 0.0) & (self.weight > 0.0)
+        if not bears.any():
+            raise SceneError.of(
+                "torque_Nm", f"none on the {flank} flank", "torques of its sign", "exchange the signs?"
+            )
+        torque, weight = torque[bears], self.weight[bears]
+        level = np.minimum((torque / torque.max() * levels).astype(int), levels - 1)
+        share = np.bincount(level, weight, levels)
+        work = np.bincount(level, weight * torque, levels)
+        kept = share > 0.0
+        shares = share[kept] / share.sum()
+        return {"torques_Nm": (work[kept] / share[kept]).tolist(), "shares": shares.tolist()}
+
+    def cycles(self, levels: int = 64) -> xr.Dataset:
+        """Cycles of the torque by rainflow counting, for stress that follows the torque.
+
+        Root stress also goes from zero to its peak in every mesh: those cycles are the meshes of `spectrum`.
+
+        Parameters
+        ----------
+        levels : int
+            Even levels of the range, from 0 to the greatest.
+
+        Returns
+        -------
+        Dataset
+            `count`, mean `range` and mean `mean` [N m] of the cycles of each level that occurs, over `level`.
+
+        Raises
+        ------
+        MissingExtraError
+            rainflow is missing; install the extra ``loads``.
+        """
+        try:
+            import rainflow
+        except ImportError as error:
+            raise MissingExtraError("rainflow", "loads", "counting of cycles") from error
+        turns = self.torque[_turning(self.torque)]
+        found = np.array([(rng, mean, count) for rng, mean, count, *_ in rainflow.extract_cycles(turns)])
+        found = found.reshape(-1, 3)
+        greatest = found[:, 0].max(initial=0.0)
+        level = np.clip(np.ceil(found[:, 0] / (greatest or 1.0) * levels).astype(int) - 1, 0, levels - 1)
+        count = np.bincount(level, found[:, 2], levels)
+        kept = count > 0.0
+        means = [np.bincount(level, found[:, 2] * found[:, k], levels)[kept] / count[kept] for k in (0, 1)]
+        told = {"units": "N m", "references": _ASTM}
+        return xr.Dataset(
+            {
+                "count": ("level", count[kept], {"units": "1", "long_name": "cycles", "references": _ASTM}),
+                "range": ("level", means[0], {**told, "long_name": "range of the torque, from least to greatest"}),
+                "mean": ("level", means[1], {**told, "long_name": "mean torque of a cycle"}),
+            }
+        )
+
+    def _on(self, flank: str) -> FloatArray:
+        if flank not in _FLANKS:
+            raise SceneError.of("flank", shown(flank), '"drive" or "coast"')
+        return self.torque if flank == "drive" else -self.torque
+
+
+def measured_load(
+    torque: str | os.PathLike[str] | DataFrame | Mapping[str, ArrayLike] | ArrayLike,
+    *,
+    time: ArrayLike | None = None,
+    speed: ArrayLike | None = None,
+) -> MeasuredLoad:
+    """Torque over time, checked.
+
+    Parameters
+    ----------
+    torque : path, DataFrame, mapping or array_like (sample,)
+        A CSV file or a table with the columns `torque_Nm` and, as far as measured, `time_s` and `speed_rpm`; or the
+        torque on the pinion [N m].
+    time : array_like (sample,), optional
+        Beside an array of torques: rising times [s]. Default: even ones.
+    speed : array_like (sample,), optional
+        Beside an array of torques: pinion speed [rev/min], of either sign. Default: the same throughout.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong: columns, lengths, missing values, times that do not rise.
+    """
+    columns = _columns(torque, time, speed)
+    problems: list[Problem] = []
+    read = {name: _numbers(name, values, problems) for name, values in columns.items()}
+    lengths = {name: values.size for name, values in read.items()}
+    if len(set(lengths.values())) > 1:
+        problems.append(Problem("torque_Nm", shown(lengths), "columns of one length", "cut them to the same samples"))
+    if read["torque_Nm"].size < 2:
+        problems.append(Problem("torque_Nm", read["torque_Nm"].size, "two or more samples", "give a series"))
+    steps = np.diff(read["time_s"]) if "time_s" in read else np.ones(1)
+    if not problems and steps.min() <= 0.0:
+        k = int(np.argmin(steps > 0.0)) + 1
+        problems.append(Problem("time_s", f"sample {k + 1} at {read['time_s'][k]:g} s", "rising times", "sort them"))
+    if problems:
+        raise SceneError(problems, "measured load")
+    size = read["torque_Nm"].size
+    at = read.get("time_s", np.arange(float(size)))
+    turning = np.abs(read.get("speed_rpm", np.ones(size)))
+    gaps = np.diff(at)
+    # each sample stands for half the way to its neighbours
+    weight = turning * 0.5 * (np.concatenate([gaps, [0.0]]) + np.concatenate([[0.0], gaps]))
+    if weight.sum() <= 0.0:
+        raise SceneError.of("speed_rpm", "0 throughout", "a pinion that turns", "give its speed, or leave it out")
+    return MeasuredLoad(at, read["torque_Nm"], turning, weight / weight.sum())
+
+
+def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> dict[str, Value]:
+    if isinstance(torque, str | os.PathLike):
+        torque = _from_file(Path(torque))
+    if not isinstance(torque, Mapping) and not hasattr(torque, "columns"):
+        given = {"torque_Nm": torque, "time_s": time, "speed_rpm": speed}
+        return {name: values for name, values in given.items() if values is not None}
+    names = list(torque.keys())
+    problems = [
+        Problem(str(name), "a column", f"columns {', '.join(_COLUMNS)}", _meant(str(name)))
+        for name in names
+        if name not in _COLUMNS
+    ]
+    if "torque_Nm" not in names:
+        problems.append(Problem("torque_Nm", None, "a column of torques on the pinion in N m", "name it torque_Nm"))
+    if problems:
+        raise SceneError(problems, "measured load")
+    return {str(name): torque[name] for name in names}
+
+
+def _from_file(path: Path) -> dict[str, FloatArray]:
+    try:
+        with path.open(encoding="utf-8-sig") as opened:
+            names = [name.strip().strip('"') for name in opened.readline().split(",")]
+            rows = np.loadtxt(opened, delimiter=",", ndmin=2)
+    except (OSError, ValueError, UnicodeDecodeError) as error:
+        allowed = f"a CSV file: a line with names ({', '.join(_COLUMNS)}), then numbers between commas"
+        raise SceneError.of("torque", str(path), allowed, str(error)) from None
+    if rows.shape[1] != len(names):
+        raise SceneError.of("torque", f"{path}: {len(names)} names, {rows.shape[1]} columns", "a name a column")
+    return {name: rows[:, k] for k, name in enumerate(names)}
+
+
+def _meant(name: str) -> str:
+    meant = closest(name, _COLUMNS)
+    return f"did you mean {meant}?" if meant else "leave it out"
+
+
+def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        problems.append(Problem(name, shown(values), "numbers", str(error)))
+        return np.zeros(0)
+    if found.ndim != 1:
+        problems.append(Problem(name, f"an array of shape {found.shape}", "one value a sample", "give one series"))
+    missing = np.flatnonzero(~np.isfinite(found))
+    if missing.size:
+        told = f"{missing.size} of {found.size} values are not finite, the first in sample {missing[0] + 1}"
+        problems.append(Problem(name, told, "finite numbers", "fill the gaps, or drop those samples"))
+    return found.ravel()
+
+
+def _turning(values: FloatArray) -> NDArray[np.bool_]:
+    """Where a series turns, and its ends: all that cycles are made of; of equal neighbours the first."""
+    keep = np.concatenate([[True], np.diff(values) != 0.0])
+    places = np.flatnonzero(keep)
+    steps = np.sign(np.diff(values[places]))
+    turns = np.ones(places.size, dtype=bool)
+    turns[1:-1] = steps[1:] != steps[:-1]
+    found = np.zeros(values.size, dtype=bool)
+    found[places[turns]] = True
+    return found

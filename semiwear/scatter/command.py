@@ -1,0 +1,256 @@
+"""Study files whose fields scatter: the table ``[scatter]`` of `semiwear sweep`.
+
+samples = 256
+sensitivity = true
+before_meshes = [1e8, 1e9]              # how likely is the end of the life, or of the run, before these?
+
+[scatter]
+wear.coefficient_mm2_per_N = {distribution = "lognormal"}     # about the scene's, by its usual variation
+operation.pinion_torque_Nm = {distribution = "normal", mean = 1600, deviation = 80, low = 0.1}
+
+[[correlation]]
+fields = ["operation.pinion_torque_Nm", "effects.misalignment.offset_mm"]
+rank = 0.5
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import Problem, SceneError
+from semiwear.plot.style import SIZE, styled
+from semiwear.report.markup import figure_text, table, unit_text
+from semiwear.report.pictures import figure_uri
+from semiwear.scatter.run import Sampling, draw
+from semiwear.scatter.statistics import SHARES, Scatter
+from semiwear.scene.values import shown
+from semiwear.sweep.command import Prepared, prepare_sweep
+from semiwear.sweep.measure import measure_of
+from semiwear.sweep.page import QUANTITIES
+from semiwear.sweep.run import read_job
+from semiwear.sweep.study_file import Study, flat_fields
+from semiwear.untyped import Table, Value
+
+__all__ = ["SCATTER", "prepare_study"]
+
+SCATTER = ("scatter", "samples", "seed", "sensitivity", "confidence", "correlation", "before_meshes")
+"""Names that stand in a study file whose fields scatter."""
+
+_SAMPLES, _CONFIDENCE = 256, 0.95
+_MOST_PICTURES = 6
+_MOST_SETTLING = 3
+
+
+def prepare_study(study: Study, workers: int | str | None) -> Prepared:
+    """A study that varies fields, or one whose fields scatter.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the fields.
+    """
+    given = study.tables
+    if "scatter" not in given:
+        lost = [Problem(name, shown(value), "beside a table [scatter]", "add it") for name, value in given.items()]
+        if lost:
+            raise SceneError(lost, str(study.path))
+        return prepare_sweep(study, workers)
+    problems: list[Problem] = []
+    if study.vary:
+        problems.append(Problem("vary", "beside [scatter]", "one of the two", "make two studies of it"))
+    fields = _fields(given["scatter"], problems)
+    sampling = Sampling(
+        given.get("samples", _SAMPLES), given.get("seed", 0), _correlation(given, problems),
+        _flag(given, problems),
+    )  # fmt: skip
+    confidence = given.get("confidence", _CONFIDENCE)
+    if isinstance(confidence, bool) or not isinstance(confidence, float) or not 0.0 < confidence < 1.0:
+        problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
+    before = _before(given, problems)
+    drawn = None
+    try:
+        drawn = draw(study.scene, fields, sampling)
+    except SceneError as error:
+        problems += error.problems
+    try:
+        measure_of(study.options.get("measure"), "last")
+    except SceneError as error:
+        problems += error.problems
+    if problems or drawn is None:
+        raise SceneError(problems, str(study.path))
+    values = {key: drawn.values[:, k].tolist() for k, key in enumerate(fields)}
+    options: Table = {**study.options, "combine": "zip", "wear_states": "last"}
+    job = read_job(study.scene, values, **options, crew=(workers, None))
+
+    def finish(found: xr.Dataset) -> tuple[xr.Dataset, str, list[tuple[str, str]]]:
+        told = Scatter(found, tuple(fields), drawn.count, drawn.paired, float(confidence))
+        reached = told.reached_before(before)
+        lines = [_in_words(reached, k) for k in range(len(before))]
+        return _whole(told, reached), "\n".join([str(told), *lines]), _sections(told, lines)
+
+    return Prepared(study, job, finish)
+
+
+def _fields(raw: Value, problems: list[Problem]) -> Table:
+    if not isinstance(raw, Mapping):
+        problems.append(Problem("scatter", shown(raw), "a table", "write the header [scatter] above its fields"))
+        return {}
+    return dict(flat_fields(raw))
+
+
+def _before(given: Table, problems: list[Problem]) -> list[float]:
+    value = given.get("before_meshes", [])
+    found = value if isinstance(value, list) else [value]
+    wrong = [one for one in found if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0]
+    problems += [Problem("before_meshes", shown(one), "numbers above 0", "give e.g. [1e8, 1e9]") for one in wrong]
+    return [] if wrong else [float(one) for one in found]
+
+
+def _in_words(reached: xr.Dataset, k: int) -> str:
+    one = reached.isel(before_meshes=k)
+    share, low, high = (100.0 * float(one[name]) for name in ("probability", "probability_low", "probability_high"))
+    ends, meshes = reached.attrs["ends"], float(one["before_meshes"])
+    return f"{ends} before {meshes:.4g} meshes: {share:.3g} % ({low:.3g} to {high:.3g} %)"
+
+
+def _flag(given: Table, problems: list[Problem]) -> bool:
+    value = given.get("sensitivity", False)
+    if not isinstance(value, bool):
+        problems.append(Problem("sensitivity", shown(value), "true or false", "leave it out for false"))
+    return bool(value)
+
+
+def _correlation(given: Table, problems: list[Problem]) -> dict[tuple[str, str], float]:
+    found: dict[tuple[str, str], float] = {}
+    entries = given.get("correlation", [])
+    for one in entries if isinstance(entries, list) else [entries]:
+        fields = one.get("fields") if isinstance(one, Mapping) else None
+        if not isinstance(fields, list) or len(fields) != 2 or set(one) != {"fields", "rank"}:
+            allowed = "tables [[correlation]] with fields = [two fields] and rank = a number"
+            problems.append(Problem("correlation", shown(one), allowed, "see docs/studies.md"))
+        else:
+            found[str(fields[0]), str(fields[1])] = one["rank"]
+    return found
+
+
+def _whole(told: Scatter, reached: xr.Dataset) -> xr.Dataset:
+    """The samples with their statistics."""
+    quantiles = told.quantiles().rename({name: f"quantile_{name}" for name in ("value", "low", "high", "units")})
+    drawn = told.convergence().rename({name: f"convergence_{name}" for name in ("value", "low", "high")})
+    parts = [told.samples, quantiles, drawn, *([told.indices()] if told.paired else []), reached]
+    whole = xr.merge(parts, compat="override", combine_attrs="drop")
+    whole.attrs = {**told.samples.attrs, "confidence": told.confidence, "independent_samples": told.independent}
+    return whole
+
+
+def _sections(told: Scatter, probabilities: list[str]) -> list[tuple[str, str]]:
+    listed = "".join(f"<li>{escape(line)}</li>" for line in probabilities)
+    sections = [("Quantiles", _quantiles(told) + (f"<ul>{listed}</ul>" if listed else "") + _histograms(told))]
+    sections.append(("Have the samples settled?", _convergence(told)))
+    if told.paired:
+        sections.append(("What matters", _tornado(told)))
+    return sections
+
+
+def _varying(told: Scatter) -> list[str]:
+    names = []
+    for name in told.quantities:
+        values = told.values(name)
+        if np.ptp(values) > 1e-9 * np.abs(values).max():
+            names.append(name)
+    main = list(QUANTITIES)
+    return sorted(names, key=lambda name: main.index(name.split()[0]) if name.split()[0] in main else len(main))
+
+
+def _quantiles(told: Scatter) -> str:
+    rows = []
+    for name in _varying(told):
+        found = [told.quantile(name, share) for share in SHARES]
+        units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
+        cells = [f"{figure_text(one.value)} ({_end(one.low)} to {_end(one.high)})" for one in found]
+        rows.append([name, units or "–", *cells])
+    heads = ["quantity", "unit", *(f"{100 * share:.0f} % fall short of" for share in SHARES)]
+    caption = f"Quantiles of {told.independent} samples, in brackets with {100 * told.confidence:g} % confidence"
+    return table(caption, heads, rows)
+
+
+def _end(value: float) -> str:
+    return figure_text(value) if np.isfinite(value) else "too few samples"
+
+
+def _histograms(told: Scatter) -> str:
+    figures = []
+    for name in _varying(told)[:_MOST_PICTURES]:
+        values = told.values(name)
+        units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
+
+        def draw_on(axes, values=values, name=name, units=units):  # type: ignore[no-untyped-def]
+            (ax,) = axes
+            ax.hist(values, bins="auto", color="#0B5394", alpha=0.8)
+            for share in SHARES:
+                ax.axvline(told.quantile(name, share).value, color="#A63C00", lw=1.0)
+            ax.set(xlabel=f"{name} ({units})" if units else name, ylabel="Samples")
+
+        with styled():
+            uri = figure_uri(SIZE, 1, draw_on)
+        figures.append(_figure(uri, f"Distribution of {name}", "Lines: 10, 50 and 90 % fall short of it."))
+    return f'<div class="cards small">{"".join(figures)}</div>'
+
+
+def _convergence(told: Scatter) -> str:
+    """The least quantile of the main quantities from ever more samples: the one that settles last."""
+    found, figures = told.convergence(), []
+    for name in _varying(told)[:_MOST_SETTLING]:
+        one = found.sel(quantity=name).isel(share=0)
+
+        def draw_on(axes, one=one, name=name):  # type: ignore[no-untyped-def]
+            (ax,) = axes
+            drawn = one["samples_drawn"].values
+            low, high = (np.where(np.isfinite(one[end].values), one[end].values, np.nan) for end in ("low", "high"))
+            ax.fill_between(drawn, low, high, color="#0B5394", alpha=0.2)
+            ax.plot(drawn, one["value"].values, "o-", color="#0B5394")
+            ax.set_xscale("log", base=2)
+            ax.set(xlabel="Samples drawn", ylabel=name)
+
+        with styled():
+            uri = figure_uri(SIZE, 1, draw_on)
+        caption = f"{100 * SHARES[0]:.0f} % fall short of it, with its interval."
+        figures.append(_figure(uri, f"Quantile of {name}", caption))
+    return f'<div class="cards small">{"".join(figures)}</div>'
+
+
+def _tornado(told: Scatter) -> str:
+    figures, found = [], told.indices()
+    for name in _varying(told)[:_MOST_PICTURES]:
+        one = found.sel(quantity=name)
+
+        def draw_on(axes, one=one):  # type: ignore[no-untyped-def]
+            (ax,) = axes
+            order = np.argsort(one["total"].values)
+            place, fields = np.arange(order.size), one["field"].values[order]
+            for shift, kind, colour in ((0.18, "total", "#0B5394"), (-0.18, "first_order", "#B07D00")):
+                values = one[kind].values[order]
+                ends = [one[f"{kind}_{end}"].values[order] for end in ("low", "high")]
+                bars = np.abs(np.array([values - ends[0], ends[1] - values]))
+                words = {"total": "with the others", "first_order": "alone"}[kind]
+                ax.barh(place + shift, values, 0.34, color=colour, xerr=bars, label=words, ecolor="#333333")
+            ax.set_yticks(place, [field.rpartition(".")[2] for field in fields])
+            ax.set(xlabel="Share of the variance")
+            ax.legend()
+
+        with styled():
+            uri = figure_uri(SIZE, 1, draw_on)
+        figures.append(_figure(uri, f"What {name} depends on", "Sobol' indices with their intervals."))
+    return f'<div class="cards small">{"".join(figures)}</div>'
+
+
+def _figure(uri: str, title: str, caption: str) -> str:
+    size = f'width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}"'
+    return (
+        f'<article class="card"><figure><h3>{escape(title)}</h3><img src="{uri}" alt="{escape(title)}" {size}>'
+        f"<figcaption>{escape(caption)}</figcaption></figure></article>"
+    )

@@ -1,0 +1,266 @@
+"""Distributions of one field: quantile functions, which turn evenly spread numbers into values.
+
+Normal and log-normal distributions may be cut off below and above; what remains keeps its shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from math import inf, isfinite, log
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from semiwear.errors import Problem, SceneError
+from semiwear.measured.life_spread import log_deviation
+from semiwear.scene import Scene
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+
+__all__ = [
+    "DISTRIBUTIONS",
+    "USUAL_VARIATION",
+    "Distribution",
+    "LogNormal",
+    "Normal",
+    "Triangular",
+    "Uniform",
+    "read_distribution",
+    "usual_wear_coefficient",
+]
+
+FloatArray = NDArray[np.float64]
+
+USUAL_VARIATION = 0.5
+"""Coefficient of variation of the wear coefficient from part to part where none is known: tests of like parts
+differ by tens of per cent (Blau 2017, Wear 376-377, 1830-1840). An assumption of that order, no measurement."""
+
+
+class Distribution(Protocol):
+    """Distribution of a number."""
+
+    def quantile(self, share: FloatArray) -> FloatArray:
+        """Values that a share of all, between 0 and 1, falls short of."""
+
+    def problems(self, field: str) -> list[Problem]:
+        """Wrong parameters."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution, possibly cut off.
+
+    Attributes
+    ----------
+    mean, deviation : float
+    low, high : float
+        Where it is cut off. Default: nowhere.
+    """
+
+    mean: float
+    deviation: float
+    low: float = -inf
+    high: float = inf
+
+    def quantile(self, share: FloatArray) -> FloatArray:
+        """Values that a share of all falls short of."""
+        return _cut(share, self.mean, self.deviation, self.low, self.high)
+
+    def problems(self, field: str) -> list[Problem]:
+        """Wrong parameters."""
+        return [*_needs_above(field, "deviation", self.deviation, 0.0), *_needs_order(field, self.low, self.high)]
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """Log-normal distribution, possibly cut off: the logarithm is normal, with deviation sqrt(ln(1 + variation^2)).
+
+    Attributes
+    ----------
+    median : float
+    variation : float
+        Coefficient of variation: standard deviation over mean.
+    low, high : float
+        Where it is cut off. Default: nowhere.
+    """
+
+    median: float
+    variation: float
+    low: float = 0.0
+    high: float = inf
+
+    def quantile(self, share: FloatArray) -> FloatArray:
+        """Values that a share of all falls short of."""
+        low = log(self.low) if self.low > 0.0 else -inf
+        high = log(self.high) if self.high < inf else inf
+        return np.asarray(np.exp(_cut(share, log(self.median), log_deviation(self.variation), low, high)))
+
+    def problems(self, field: str) -> list[Problem]:
+        """Wrong parameters."""
+        found = _needs_above(field, "median", self.median, 0.0) + _needs_above(
+            field, "variation", self.variation, 0.0
+        )
+        return [*found, *_needs_order(field, self.low, self.high)]
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """All values between two as likely.
+
+    Attributes
+    ----------
+    low, high : float
+    """
+
+    low: float
+    high: float
+
+    def quantile(self, share: FloatArray) -> FloatArray:
+        """Values that a share of all falls short of."""
+        return np.asarray(self.low + (self.high - self.low) * share)
+
+    def problems(self, field: str) -> list[Problem]:
+        """Wrong parameters."""
+        return _needs_order(field, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Triangular:
+    """Density that rises straight to the mode and falls straight.
+
+    Attributes
+    ----------
+    low, mode, high : float
+    """
+
+    low: float
+    mode: float
+    high: float
+
+    def quantile(self, share: FloatArray) -> FloatArray:
+        """Values that a share of all falls short of."""
+        width, rise = self.high - self.low, self.mode - self.low
+        below = share * width <= rise
+        up = self.low + np.sqrt(share * width * rise)
+        down = self.high - np.sqrt((1.0 - share) * width * (self.high - self.mode))
+        return np.where(below, up, down)
+
+    def problems(self, field: str) -> list[Problem]:
+        """Wrong parameters."""
+        found = _needs_order(field, self.low, self.high)
+        if not found and not self.low <= self.mode <= self.high:
+            allowed = f"{self.low:g} to {self.high:g}"
+            found.append(Problem(f"{field}, mode", self.mode, allowed, "the likeliest value, between low and high"))
+        return found
+
+
+DISTRIBUTIONS: Mapping[str, type[Normal | LogNormal | Uniform | Triangular]] = {
+    "normal": Normal,
+    "lognormal": LogNormal,
+    "uniform": Uniform,
+    "triangular": Triangular,
+}
+"""Distributions by their names in a study file."""
+
+
+def usual_wear_coefficient(scene: Scene) -> LogNormal:
+    """Usual scatter of the wear coefficient about that of a scene: log-normal with `USUAL_VARIATION`.
+
+    Raises
+    ------
+    SceneError
+        The scene does not wear, or gives a coefficient for each body.
+    """
+    found = None if scene.wear is None else scene.wear.coefficient_mm2_per_N
+    if not isinstance(found, float | int):
+        field = "wear.coefficient_mm2_per_N"
+        raise SceneError.of(field, shown(found), "one number for both bodies", "give the distribution in full")
+    return LogNormal(float(found), USUAL_VARIATION)
+
+
+def read_distribution(field: str, raw: object, scene: Scene, problems: list[Problem]) -> Distribution | None:
+    """A distribution from a table of a study file, or as it is; None, and problems, where it is none."""
+    if isinstance(raw, Mapping):
+        raw = _from_table(field, raw, scene, problems)
+        if raw is None:
+            return None
+    if not isinstance(raw, Normal | LogNormal | Uniform | Triangular):
+        allowed = "Normal, LogNormal, Uniform or Triangular"
+        problems.append(Problem(field, shown(raw), allowed, "give e.g. Normal(mean=1600, deviation=80)"))
+        return None
+    wrong = _not_numbers(field, raw) or raw.problems(field)
+    problems += wrong
+    return None if wrong else raw
+
+
+def _from_table(field: str, table: Mapping[str, object], scene: Scene, problems: list[Problem]) -> object:
+    name = table.get("distribution")
+    kind = DISTRIBUTIONS.get(name) if isinstance(name, str) else None
+    allowed = " or ".join(f'"{one}"' for one in DISTRIBUTIONS)
+    if kind is None:
+        meant = closest(str(name), DISTRIBUTIONS)
+        fix = (
+            f'did you mean "{meant}"?'
+            if meant
+            else 'give e.g. {distribution = "normal", mean = 1600, deviation = 80}'
+        )
+        problems.append(Problem(f"{field}, distribution", shown(name), allowed, fix))
+        return None
+    given = {key: value for key, value in table.items() if key != "distribution"}
+    if kind is LogNormal and field == "wear.coefficient_mm2_per_N" and "median" not in given:
+        try:
+            usual = usual_wear_coefficient(scene)
+            given = {"median": usual.median, "variation": usual.variation} | given
+        except SceneError as error:
+            problems += error.problems
+            return None
+    names = [one.name for one in fields(kind)]
+    needed = [one.name for one in fields(kind) if one.default is MISSING]
+    wrong = [
+        Problem(f"{field}, {key}", shown(given[key]), f"{', '.join(names)}", _meant(key, names))
+        for key in given
+        if key not in names
+    ]
+    wrong += [Problem(f"{field}, {key}", None, "a number", f"needed by {name}") for key in needed if key not in given]
+    problems += wrong
+    return None if wrong else kind(**given)  # type: ignore[arg-type]
+
+
+def _meant(key: str, names: list[str]) -> str:
+    meant = closest(key, names)
+    return f"did you mean {meant}?" if meant else "remove it"
+
+
+def _not_numbers(field: str, raw: Normal | LogNormal | Uniform | Triangular) -> list[Problem]:
+    found = []
+    for one in fields(raw):
+        value = getattr(raw, one.name)
+        plain = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        if not plain or np.isnan(value) or not (isfinite(value) or value == one.default):
+            found.append(Problem(f"{field}, {one.name}", shown(value), "a finite number", "give a number"))
+    return found
+
+
+def _needs_above(field: str, name: str, value: float, limit: float) -> list[Problem]:
+    if value > limit:
+        return []
+    return [Problem(f"{field}, {name}", value, f"greater than {limit:g}", "for a fixed value, change the scene")]
+
+
+def _needs_order(field: str, low: float, high: float) -> list[Problem]:
+    if low < high:
+        return []
+    return [Problem(f"{field}, high", high, f"greater than low = {low:g}", "exchange them?")]
+
+
+def _cut(share: FloatArray, mean: float, deviation: float, low: float, high: float) -> FloatArray:
+    """Quantiles of a normal distribution that is cut off, on the side where its tail is not rounded away."""
+    a, b = (low - mean) / deviation, (high - mean) / deviation
+    if a > 0.0:  # far above the mean the distribution function is 1 to all digits
+        upper = norm.sf(a) + share * (norm.sf(b) - norm.sf(a))
+        return np.asarray(mean + deviation * norm.isf(upper))
+    below = norm.cdf(a) + share * (norm.cdf(b) - norm.cdf(a))
+    return np.asarray(mean + deviation * norm.ppf(below))

@@ -1,0 +1,211 @@
+"""Statistics of samples of a scene: quantiles, probabilities, sensitivities, and how far they have settled."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.plot.sweeps import scene_values
+from semiwear.scatter.estimates import Estimate, indices, probability, quantile
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+
+__all__ = ["SHARES", "Scatter"]
+
+SHARES = (0.1, 0.5, 0.9)
+"""Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
+
+_LEAST = 8  # samples in the shortest part of a sequence whose quantiles are told
+_SAME = 1e-12  # relative
+_REF = "samples of this study"
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Samples of a scene whose fields scatter, solved; made by `scatter`, printed as a table.
+
+    Attributes
+    ----------
+    samples : Dataset
+        Of `sweep`, along `sample`: independent samples first, then those that only sensitivities need.
+    fields : tuple of str
+        Dotted keys of what scatters.
+    count : int
+        Samples in one set.
+    paired : bool
+        Whether there are what Sobol' indices need: a second set, and one more for each field.
+    confidence : float
+        Of all intervals.
+    """
+
+    samples: xr.Dataset
+    fields: tuple[str, ...]
+    count: int
+    paired: bool
+    confidence: float
+
+    @property
+    def independent(self) -> int:
+        """Number of samples that follow the distributions, independent of each other."""
+        return self.count * (2 if self.paired else 1)
+
+    @cached_property
+    def quantities(self) -> dict[str, np.ndarray]:
+        """Values of every quantity, one a sample; of both bodies as ``"root_stress_max pinion"``."""
+        return {name: values for name, values in self._all() if np.isfinite(values).any()}
+
+    def _all(self) -> Iterator[tuple[str, np.ndarray]]:
+        for name in map(str, self.samples.data_vars):
+            array = self.samples[name]
+            if name in ("status", "message", "seconds", "last_wear_step") or array.dtype.kind != "f":
+                continue
+            if array.dims == ("sample",):
+                yield name, array.values
+            elif set(array.dims) == {"sample", "body"}:
+                for body in map(str, array["body"].values):
+                    yield f"{name} {body}", scene_values(self.samples, name, body).values
+
+    def values(self, name: str) -> np.ndarray:
+        """Values of a quantity in the independent samples that were solved.
+
+        Raises
+        ------
+        SemiwearError
+            There is no such quantity, or no sample has it.
+        """
+        if name not in self.quantities:
+            meant = closest(name, self.quantities)
+            told = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
+            raise SemiwearError(f"no quantity {name!r} in the samples: {told}")
+        found = self.quantities[name][: self.independent]
+        return np.asarray(found[np.isfinite(found)])
+
+    def quantile(self, name: str, share: float) -> Estimate:
+        """The value that a share of all falls short of; 0.1 for the life B10.
+
+        Raises
+        ------
+        SceneError
+            For a share not between 0 and 1.
+        """
+        if not 0.0 < share < 1.0:
+            raise SceneError.of("share", shown(share), "above 0 and below 1", "0.1 for the life B10")
+        return quantile(self.values(name), share, self.confidence)
+
+    def probability(self, name: str, *, below: float) -> Estimate:
+        """Probability that a quantity is below a value.
+
+        Of `meshes_to_limit` it is the probability of reaching the depth of ``[effects.run_life]`` before so many
+        meshes; of `meshes` in a run to control depths that of the last one.
+        """
+        return probability(self.values(name) < below, self.confidence)
+
+    def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
+        """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
+
+        That is of reaching the depth of ``[effects.run_life]`` where lives were measured, else of the run's end.
+        """
+        life = "meshes_to_limit" in self.quantities
+        found = [self.probability("meshes_to_limit" if life else "meshes", below=one) for one in meshes]
+        names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
+        data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
+        ends = "the depth that ends the life is reached" if life else "the run ends"
+        return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
+
+    def quantiles(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
+        """Quantiles of every quantity with their intervals: `value`, `low` and `high` over quantity and share."""
+        names = list(self.quantities)
+        found = [[self.quantile(name, share) for share in shares] for name in names]
+        dims = ("quantity", "share")
+        told = {part: (dims, [[getattr(one, part) for one in row] for row in found]) for part in _PARTS}
+        data = xr.Dataset(told, {"quantity": names, "share": list(shares), "units": ("quantity", self._units(names))})
+        return data.assign_attrs(confidence=self.confidence, references=_REF)
+
+    def convergence(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
+        """Quantiles from ever more samples: `value`, `low` and `high` over quantity, share and samples drawn."""
+        drawn = [self.count >> k for k in range(self.count.bit_length()) if self.count >> k >= _LEAST][::-1]
+        drawn = drawn or [self.count]
+        names = list(self.quantities)
+        found = np.full((len(names), len(shares), len(drawn), len(_PARTS)), np.nan)
+        for i, name in enumerate(names):
+            for k, count in enumerate(drawn):
+                values = self.quantities[name][:count]
+                values = values[np.isfinite(values)]
+                for j, share in enumerate(shares):
+                    if values.size:
+                        one = quantile(values, share, self.confidence)
+                        found[i, j, k] = [getattr(one, part) for part in _PARTS]
+        dims = ("quantity", "share", "samples_drawn")
+        told = {part: (dims, found[..., k]) for k, part in enumerate(_PARTS)}
+        return xr.Dataset(told, {"quantity": names, "share": list(shares), "samples_drawn": drawn})
+
+    def indices(self, drawn: int | None = None) -> xr.Dataset:
+        """Sobol' indices: shares of a quantity's variance that fields cause, over quantity and field.
+
+        `first_order` by a field alone, `total` with the others, each with `_low` and `_high`; NaN of a quantity that
+        does not vary.
+
+        Parameters
+        ----------
+        drawn : int, optional
+            From so many samples of a set, to see whether they have settled. Default: all.
+
+        Raises
+        ------
+        SemiwearError
+            The study was made without ``sensitivity=True``.
+        """
+        if not self.paired:
+            raise SemiwearError("no Sobol' indices: ask for sensitivity=True")
+        count, names, fields = self.count, list(self.quantities), list(self.fields)
+        rows = slice(0, drawn)
+        found = []
+        for name in names:
+            parts = self.quantities[name].reshape(2 + len(fields), count)[:, rows]
+            found.append(indices(parts[0], parts[1], parts[2:], self.confidence))
+        dims = ("quantity", "field")
+        data = {"first_order": (dims, [one.first_order for one in found])}
+        data["total"] = (dims, [one.total for one in found])
+        for k, end in enumerate(("low", "high")):
+            data[f"first_order_{end}"] = (dims, [one.first_order_interval[:, k] for one in found])
+            data[f"total_{end}"] = (dims, [one.total_interval[:, k] for one in found])
+        return xr.Dataset(data, {"quantity": names, "field": fields}).assign_attrs(
+            confidence=self.confidence, missing_because="the quantity does not vary from sample to sample"
+        )
+
+    def _units(self, names: Sequence[str]) -> list[str]:
+        return [str(self.samples[name.partition(" ")[0]].attrs.get("units", "1")) for name in names]
+
+    def __str__(self) -> str:
+        failed = int((self.samples["status"].values[: self.independent] != 0).sum())
+        lines = [
+            f"{self.independent} samples of {', '.join(self.fields)}"
+            + (f"; {failed} failed and do not count" if failed else "")
+        ]
+        share = f"{100.0 * self.confidence:g} %"
+        for name, units in zip(self.quantities, self._units(list(self.quantities)), strict=True):
+            values = self.values(name)
+            if np.ptp(values) <= _SAME * np.abs(values).max():
+                continue
+            told = []
+            for one in SHARES:
+                found = self.quantile(name, one)
+                label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
+                told.append(f"{label} {found.value:.4g} ({_end(found.low)} to {_end(found.high)})")
+            unit = "" if units == "1" else f" [{units}]"
+            lines.append(f"{name}{unit}: {', '.join(told)}")
+        lines.append(f"in brackets: {share} intervals")
+        return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
+
+
+def _end(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "too few samples"
+
+
+_PARTS = ("value", "low", "high")

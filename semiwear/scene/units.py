@@ -1,0 +1,33 @@
+"""Units of a scene's fields: the name of a field ends in its unit."""
+
+from __future__ import annotations
+
+__all__ = ["UNITS", "unit_of"]
+
+UNITS = {
+    "mm2_per_N": "mm^2/N",
+    "um_per_kN": "um/kN",
+    "mrad_per_kNm": "mrad/(kN m)",
+    "W_per_mK": "W/(m K)",
+    "kg_per_m3": "kg/m^3",
+    "J_per_kgK": "J/(kg K)",
+    "kJ_per_mol": "kJ/mol",
+    "per_GPa": "1/GPa",
+    "mPas": "mPa s",
+    "MPa": "MPa",
+    "Nm": "N m",
+    "rpm": "rpm",
+    "mm": "mm",
+    "um": "um",
+    "deg": "deg",
+    "mrad": "mrad",
+    "C": "degC",
+    "HV": "HV",
+}
+"""Units as results write them, by the ends of fields' names; an end that holds another one comes first."""
+
+
+def unit_of(key: str) -> str:
+    """Unit of a field by its dotted key, as results write it: ``"1"`` for a pure number."""
+    name = key.rpartition(".")[2]
+    return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "1")

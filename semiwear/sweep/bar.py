@@ -1,0 +1,42 @@
+"""Progress of a sweep: scenes done, rate and time left, in a terminal or a notebook (extra ``progress``)."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from semiwear.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+__all__ = ["Bar"]
+
+
+class Bar:
+    """A progress bar of tqdm; scenes that an earlier sweep has left count as done, but not for the rate."""
+
+    def __init__(self) -> None:
+        try:
+            from tqdm import auto
+        except ImportError as error:
+            raise MissingExtraError("tqdm", "progress", "a progress bar") from error
+        self._make = auto.tqdm
+        self._bar: tqdm | None = None
+
+    def __enter__(self) -> Bar:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def step(self, done: int, total: int, text: str) -> None:
+        """So many scenes are done, of so many."""
+        if self._bar is None:
+            self._bar = self._make(total=total, initial=done, unit="scene", desc="sweep")
+        if text:
+            self._bar.set_postfix_str(text)
+        self._bar.update(done - self._bar.n)

@@ -1,0 +1,119 @@
+"""Variables of a result that a sweep keeps, and how they are read off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import Problem, SceneError
+from semiwear.results import COORDINATES, GROUPS, VARIABLES
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+
+__all__ = ["MESHES", "STATES", "Measure", "Measured", "measure_of", "read_off"]
+
+STATES = ("all", "last")
+MESHES = "/history/meshes"
+"""Engagements of a gear tooth at every wear state: a coordinate of a result, a variable of a sweep."""
+
+_USUAL = ("history", "life")
+_OTHER = "tooth_contact"  # of another analysis
+_STEPS = "wear_step"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Variables of a result that a sweep keeps.
+
+    Attributes
+    ----------
+    variables : tuple of str
+        Paths, e.g. ``"/history/load_share_max"``, in the order of the schema.
+    last : bool
+        Whether of every variable the last wear state alone is kept.
+    """
+
+    variables: tuple[str, ...]
+    last: bool = False
+
+    @property
+    def life_alone(self) -> bool:
+        """Whether nothing but a life is asked for, for which no wear run is needed."""
+        return all(path.startswith("/life/") for path in self.variables)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Arrays of one scene.
+
+    Attributes
+    ----------
+    variables : dict of str to array
+        By path.
+    coords : dict of str to array
+        Coordinates of their dimensions.
+    """
+
+    variables: dict[str, np.ndarray] = field(default_factory=dict)
+    coords: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
+    """Variables by names of groups and variables; by default those of `/history` and `/life`.
+
+    Raises
+    ------
+    SceneError
+        With every name that no result has.
+    """
+    problems: list[Problem] = []
+    if wear_states not in STATES:
+        fix = '"all" for every wear state, "last" for the end of the run'
+        problems.append(Problem("wear_states", shown(wear_states), '"all" or "last"', fix))
+    wanted = _USUAL if names is None else (names,) if isinstance(names, str) else tuple(names)
+    groups = [group for group in GROUPS if group != _OTHER]
+    known = {name: f"/{group}/{name}" for group, name in VARIABLES if group != _OTHER}
+    paths: set[str] = set()
+    for name in wanted:
+        plain = str(name).strip("/").rpartition("/")[2] if isinstance(name, str) else ""
+        if plain in groups:
+            paths |= {path for path in known.values() if path.startswith(f"/{plain}/")}
+        elif plain in known:
+            paths.add(known[plain])
+        else:
+            meant = closest(plain, [*groups, *known]) if plain else None
+            fix = f"did you mean {meant}?" if meant else "see semiwear/results/schema.py, or sw.results.VARIABLES"
+            allowed = f"a group ({', '.join(groups)}) or a variable of a result"
+            problems.append(Problem("measure", shown(name), allowed, fix))
+    if not wanted:
+        fix = "leave it out for the quantities of /history and the life"
+        problems.append(Problem("measure", "nothing", "one or more names", fix))
+    if problems:
+        raise SceneError(problems, "sweep")
+    return Measure(tuple(path for path in known.values() if path in paths), wear_states == "last")
+
+
+def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
+    """Variables of a result; those that it does not have are left out."""
+    found, coords = dict[str, np.ndarray](), dict[str, np.ndarray]()
+    for path in measure.variables:
+        group, name = path[1:].split("/")
+        if group not in tree.children or name not in tree[group].data_vars:
+            continue
+        array = tree[group].dataset[name]
+        for dim in map(str, array.dims):
+            if dim != _STEPS and dim in array.coords:
+                coords[dim] = np.asarray(array[dim].values)
+        found[path] = _kept(array.values, tuple(map(str, array.dims)), measure)
+    if "history" in tree.children:
+        found[MESHES] = _kept(tree["history"].dataset["meshes"].values, COORDINATES["meshes"].dims, measure)
+    return Measured(found, coords)
+
+
+def _kept(values: np.ndarray, dims: tuple[str, ...], measure: Measure) -> np.ndarray:
+    if measure.last and _STEPS in dims:
+        return np.asarray(values.take(-1, axis=dims.index(_STEPS)))
+    return np.asarray(values)

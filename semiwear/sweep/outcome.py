@@ -1,0 +1,95 @@
+"""One scene of a sweep, solved or not: run in this process or in any other."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+from semiwear.accuracy import simulate
+from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.life import life_group
+from semiwear.plan import plan
+from semiwear.scene import Scene
+from semiwear.sweep.measure import Measured, read_off
+from semiwear.sweep.scenes import Task
+from semiwear.threads import using_threads
+
+__all__ = ["Outcome", "Status", "solve", "solve_on_one_thread"]
+
+_one_at_a_time = threading.Lock()  # solvers reuse their work space
+
+
+class Status(IntEnum):
+    """End of a scene: solved, or why not."""
+
+    DONE = 0
+    REFUSED = 1
+    FAILED = 2
+    LOST = 3
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Numbers of a scene, or why there are none.
+
+    Attributes
+    ----------
+    key : str
+        Of its task.
+    status : Status
+    message : str
+        Why it failed; empty where it is done.
+    seconds : float
+    measured : Measured
+        Empty where it failed.
+    lasting : bool
+        Whether the same would come of it again: what failed for want of memory, say, is not kept in a store.
+    """
+
+    key: str
+    status: Status
+    message: str = ""
+    seconds: float = 0.0
+    measured: Measured = field(default_factory=Measured)
+    lasting: bool = True
+
+
+def solve(task: Task) -> Outcome:
+    """Solve a scene; whatever goes wrong is its outcome."""
+    begin = time.perf_counter()
+    with _one_at_a_time:
+        try:
+            measured = _life(task.scene) if _is_life(task) else read_off(simulate(task.scene), task.measure)
+        except SceneError as error:
+            reasons = "; ".join(str(problem) for problem in error.problems)
+            return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
+        except SemiwearError as error:
+            return Outcome(task.key, Status.FAILED, str(error), time.perf_counter() - begin)
+        except Exception as error:  # of one scene: the others go on
+            reason = f"{type(error).__name__}: {error}"
+            return Outcome(task.key, Status.FAILED, reason, time.perf_counter() - begin, lasting=False)
+    return Outcome(task.key, Status.DONE, "", time.perf_counter() - begin, measured)
+
+
+def solve_on_one_thread(task: Task) -> Outcome:
+    """`solve` where several processes share a machine: on one thread, unless the scene says how many."""
+    numerics = task.scene.numerics
+    scene = replace(task.scene, numerics=replace(numerics, threads=numerics.threads or 1))
+    return solve(replace(task, scene=scene))
+
+
+def _is_life(task: Task) -> bool:
+    return task.measure.life_alone and task.scene.wear is not None and task.scene.numerics.accuracy is None
+
+
+@one_blas_thread()
+def _life(scene: Scene) -> Measured:
+    """The life alone, without the wear run of the scene."""
+    with using_threads(scene.numerics.threads):
+        physics = plan(scene)
+        teeth = physics.loaded_teeth()
+        arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
+    return Measured({f"/life/{name}": array for name, array in arrays.items()})

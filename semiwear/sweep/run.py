@@ -1,0 +1,218 @@
+"""A sweep: scenes that differ in some fields, each solved once, as one labelled dataset."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.scene import Scene
+from semiwear.scene.values import shown
+from semiwear.simulate import NoProgress, Progress
+from semiwear.sweep.assemble import assembled
+from semiwear.sweep.bar import Bar
+from semiwear.sweep.cluster import on_cluster
+from semiwear.sweep.measure import Measure, measure_of
+from semiwear.sweep.outcome import Outcome, Status
+from semiwear.sweep.processes import in_processes, in_this_process
+from semiwear.sweep.scenes import Member, Task, gather
+from semiwear.sweep.store import Store, open_store
+from semiwear.sweep.variation import Variation, read_variation
+from semiwear.threads import available_threads
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from pandas import DataFrame
+
+__all__ = ["Job", "read_job", "run_job", "sweep"]
+
+_MOST_WORKERS = 1024
+
+
+def sweep(
+    scene: Scene,
+    vary: Mapping[str, Sequence[object]] | DataFrame,
+    *,
+    measure: str | Sequence[str] | None = None,
+    wear_states: str = "all",
+    combine: str = "grid",
+    workers: int | str | None = None,
+    client: Client | None = None,
+    store: str | os.PathLike[str] | None = None,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    """Wear many scenes that differ in some fields.
+
+    Scenes of equal teeth and placement share contact lines and compliance. Scenes that differ in nothing but the wear
+    coefficient k share one solution where they end at control depths, or where a life alone is measured: wear knows k
+    only times the number of meshes, so meshes, life and hours are inverse to k, and all else is the same. Where a run
+    ends after a number of meshes each k is worn by itself.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene that is varied; it needs a table ``[wear]``.
+    vary : mapping or DataFrame
+        From dotted key to a list of values, such as ``{"operation.pinion_torque_Nm": [800, 1600]}``: of fields, or of
+        tables (``"effects.friction": [None, {}]``; None removes one). A pandas DataFrame has a column a field and a
+        row a scene.
+    measure : str or sequence of str, optional
+        Groups and variables of a result that are kept, such as ``["history", "wear_depth"]``. Default: the quantities
+        of ``/history``, and ``/life`` where the scene has ``[effects.run_life]``.
+    wear_states : str
+        ``"all"``: along `wear_step`, unworn first. ``"last"``: at the end of each run.
+    combine : str
+        Of a mapping: ``"grid"`` for all combinations, ``"zip"`` for lists of one length side by side.
+    workers : int or str, optional
+        Processes on this machine, each on one thread unless the scene gives `numerics.threads`; 0 or ``"none"``: in
+        this process. Default: one a core.
+    client : distributed.Client, optional
+        Where to run instead: a cluster, one scene at a time on each of its workers (extra ``sweep``).
+    store : path, optional
+        Folder that keeps every scene as soon as it is solved. A sweep that was stopped, or that has grown, computes
+        what is missing there.
+    progress : Progress or bool, optional
+        Hears of every scene; True shows a bar (extra ``progress``).
+
+    Returns
+    -------
+    Dataset
+        Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
+        in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed or
+        lost (its process died twice), `message` why, `seconds` how long it took. Values of scenes that failed are
+        NaN. All but `seconds` are the same to the last bit wherever and in whatever order scenes were solved, on one
+        kind of processor.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong with the arguments, before anything runs; also where every scene is illegal.
+    ResultFileError
+        The store was written by another version, is something else, or cannot be written.
+    MissingExtraError
+        `progress` is True without tqdm, or `client` given without Dask.
+    """
+    job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
+    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+        return run_job(job, open_store(store), hears)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A sweep whose arguments are sound.
+
+    Attributes
+    ----------
+    scene : Scene
+    variation : Variation
+    measure : Measure
+    members : list of Member
+        The scenes.
+    tasks : dict of str to Task
+        What is to be solved for them.
+    workers : int
+        Processes; 0 for this one.
+    client : Client or None
+    """
+
+    scene: Scene
+    variation: Variation
+    measure: Measure
+    members: list[Member]
+    tasks: dict[str, Task]
+    workers: int
+    client: Client | None = None
+
+
+def read_job(
+    scene: Scene,
+    vary: Mapping[str, Sequence[object]] | DataFrame,
+    *,
+    measure: str | Sequence[str] | None = None,
+    wear_states: str = "all",
+    combine: str = "grid",
+    crew: tuple[int | str | None, Client | None] = (None, None),
+) -> Job:
+    """The job that arguments of `sweep` ask for; `crew` holds `workers` and `client`.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong.
+    """
+    problems: list[Problem] = []
+    variation = measured = None
+    try:
+        variation = read_variation(scene, vary, combine)
+    except SceneError as error:
+        problems += error.problems
+    try:
+        measured = measure_of(measure, wear_states)
+    except SceneError as error:
+        problems += error.problems
+    count, wrong = _workers(*crew)
+    problems += wrong
+    if scene.wear is None and not (variation and any(axis.key == "wear" for axis in variation.axes)):
+        problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
+    if problems or variation is None or measured is None:
+        raise SceneError(problems, "sweep")
+    members, tasks = gather(scene, variation, measured)
+    return Job(scene, variation, measured, members, tasks, count, crew[1])
+
+
+def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
+    """Number of processes, and what is wrong with it."""
+    allowed = f'a whole number, 0 (or "none": in this process) to {_MOST_WORKERS}'
+    if workers is None:
+        return available_threads(), []
+    if client is not None:
+        return 0, [Problem("workers", shown(workers), "left out beside client=", "leave one of them out")]
+    if workers == "none":
+        return 0, []
+    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= _MOST_WORKERS:
+        return 0, [Problem("workers", shown(workers), allowed, "leave it out for one process a core")]
+    return workers, []
+
+
+def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
+    """Solve what the store does not hold, and put all together."""
+    scenes: dict[str, int] = {}
+    for member in job.members:
+        scenes[member.key] = scenes.get(member.key, 0) + 1
+    done = failed = scenes.get("", 0)
+    missing = []
+    for key, task in job.tasks.items():
+        kept = store.get(key)
+        if kept is None:
+            missing.append(task)
+        else:
+            done += scenes[key]
+            failed += scenes[key] * (kept.status is not Status.DONE)
+    total = len(job.members)
+    progress.step(done, total, _told(failed))
+    for outcome in _outcomes(job, missing):
+        store.put(outcome)
+        done += scenes[outcome.key]
+        failed += scenes[outcome.key] * (outcome.status is not Status.DONE)
+        progress.step(done, total, _told(failed))
+    return assembled(job.scene, job.variation, job.measure, job.members, store)
+
+
+def _told(failed: int) -> str:
+    return f"{failed} failed" if failed else ""
+
+
+def _outcomes(job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    if not tasks:
+        return iter(())
+    if job.client is not None:
+        try:
+            return on_cluster(tasks, job.client)
+        except ImportError as error:
+            raise MissingExtraError("dask[distributed]", "sweep", "a sweep on a cluster") from error
+    return in_processes(tasks, job.workers) if job.workers else in_this_process(tasks)

@@ -1,0 +1,200 @@
+"""A store of solved scenes: a folder with a file for each, written as soon as it is found.
+
+``sweep.json`` says which versions solved them; ``<key>.npz`` holds one outcome. A file is written beside its place
+and renamed, so that it is whole or absent, whenever a sweep is killed. Keys are digests of the scene, of the files
+that it names and of what is measured: a sweep that was stopped, or has grown, finds what it has in common with
+earlier ones. Several sweeps may use a store at once.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import uuid
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from semiwear.errors import ResultFileError
+from semiwear.results.files import sync_folder
+from semiwear.results.run_identity import run_identity
+from semiwear.sweep.measure import Measured
+from semiwear.sweep.outcome import Outcome, Status
+
+__all__ = ["FileStore", "MemoryStore", "Store", "identity", "kept_scenes", "open_store"]
+
+_VERSION = 1
+_HEAD, _ENDING, _PART = "sweep.json", ".npz", ".part"
+_COORDINATE = "coordinate "
+_REMEDY = "give another folder, or delete this one to compute everything anew"
+
+
+class Store(Protocol):
+    """Keeps outcomes by their keys."""
+
+    def get(self, key: str) -> Outcome | None:
+        """The outcome; None where there is none."""
+
+    def put(self, outcome: Outcome) -> None:
+        """Keep one."""
+
+
+class MemoryStore:
+    """Keeps outcomes in memory."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, Outcome] = {}
+
+    def get(self, key: str) -> Outcome | None:
+        """The outcome; None where there is none."""
+        return self._kept.get(key)
+
+    def put(self, outcome: Outcome) -> None:
+        """Keep one."""
+        self._kept[outcome.key] = outcome
+
+
+class FileStore:
+    """Keeps outcomes in a folder; made by `open_store`. Those that would not last are kept in memory."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._passing = MemoryStore()
+
+    def get(self, key: str) -> Outcome | None:
+        """The outcome; None where there is none, or its file is damaged."""
+        return self._passing.get(key) or _read(self.folder / f"{key}{_ENDING}", key)
+
+    def put(self, outcome: Outcome) -> None:
+        """Keep one; when this returns it is on the disk.
+
+        Raises
+        ------
+        ResultFileError
+            It cannot be written.
+        """
+        if not outcome.lasting:
+            self._passing.put(outcome)
+            return
+        try:
+            _write(self.folder / f"{outcome.key}{_ENDING}", _packed(outcome))
+        except OSError as error:
+            raise ResultFileError(
+                f"{self.folder}: cannot be written ({error.strerror or error}); the scenes that were solved before "
+                "are kept: make room, then go on with the same store"
+            ) from error
+
+
+@lru_cache(maxsize=1)
+def identity() -> dict[str, str]:
+    """Versions on which a solved scene stands: the package, its code, and the libraries that decide the last bits."""
+    return {name: value for name, value in run_identity("").items() if name != "scene"}
+
+
+def open_store(path: str | os.PathLike[str] | None) -> Store:
+    """A store in a folder, made where there is none; without a path one in memory.
+
+    Raises
+    ------
+    ResultFileError
+        The folder holds something else, was written by another version, or cannot be written.
+    """
+    if path is None:
+        return MemoryStore()
+    folder = Path(path)
+    try:
+        if folder.exists() and not (folder.is_dir() and _is_store(folder)):
+            raise ResultFileError(f"{folder}: not a store of a sweep; give a path where it may make a folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        for left in folder.glob(f"*{_PART}"):
+            left.unlink(missing_ok=True)  # of a sweep that was killed as it wrote
+        if (folder / _HEAD).exists():
+            _require_same(folder)
+        else:
+            _write(folder / _HEAD, json.dumps({"store": _VERSION, "versions": identity()}, indent=1).encode())
+    except OSError as error:
+        raise ResultFileError(
+            f"{folder}: the store cannot be opened ({error.strerror or error}); give a place that you may read and "
+            "write"
+        ) from error
+    return FileStore(folder)
+
+
+def kept_scenes(path: str | os.PathLike[str]) -> int:
+    """Number of outcomes that a store holds; 0 where there is none."""
+    folder = Path(path)
+    return sum(1 for _ in folder.glob(f"*{_ENDING}")) if (folder / _HEAD).exists() else 0
+
+
+def _is_store(folder: Path) -> bool:
+    return (folder / _HEAD).exists() or not any(not entry.name.endswith(_PART) for entry in folder.iterdir())
+
+
+def _require_same(folder: Path) -> None:
+    try:
+        found = json.loads((folder / _HEAD).read_bytes())
+        version, versions = found["store"], dict(found["versions"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ResultFileError(f"{folder}: damaged, {_HEAD} does not say what wrote it; {_REMEDY}") from error
+    changed = [] if version == _VERSION else [f"layout: {version} in the store, {_VERSION} now"]
+    changed += _differences(versions, identity())
+    if changed:
+        listed = "\n".join(f"  {k + 1}. {line}" for k, line in enumerate(changed))
+        raise ResultFileError(f"{folder}: its scenes were solved by another version\n{listed}\n{_REMEDY}")
+
+
+def _differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    names = [*now, *(name for name in then if name not in now)]
+    return [
+        f"{name}: {then.get(name, 'absent')} in the store, {now.get(name, 'absent')} now"
+        for name in names
+        if then.get(name) != now.get(name)
+    ]
+
+
+def _write(file: Path, content: bytes) -> None:
+    part = file.with_name(f"{file.name}.{uuid.uuid4().hex}{_PART}")
+    try:
+        with part.open("wb") as opened:
+            opened.write(content)
+            opened.flush()
+            os.fsync(opened.fileno())
+        os.replace(part, file)
+    finally:
+        part.unlink(missing_ok=True)
+    sync_folder(file.parent)
+
+
+def _packed(outcome: Outcome) -> bytes:
+    told = {
+        "key": outcome.key,
+        "status": int(outcome.status),
+        "message": outcome.message,
+        "seconds": outcome.seconds,
+        "arrays": [*outcome.measured.variables, *(f"{_COORDINATE}{name}" for name in outcome.measured.coords)],
+    }
+    arrays = [*outcome.measured.variables.values(), *outcome.measured.coords.values()]
+    buffer = io.BytesIO()
+    np.savez(
+        buffer, allow_pickle=False, _told=np.array(json.dumps(told)), **{f"a{k}": a for k, a in enumerate(arrays)}
+    )
+    return buffer.getvalue()
+
+
+def _read(file: Path, key: str) -> Outcome | None:
+    try:
+        with np.load(file, allow_pickle=False) as opened:
+            told = json.loads(str(opened["_told"]))
+            arrays = {name: opened[f"a{k}"] for k, name in enumerate(told["arrays"])}
+        if told["key"] != key:
+            return None
+        coords = {name.removeprefix(_COORDINATE): a for name, a in arrays.items() if name.startswith(_COORDINATE)}
+        variables = {name: a for name, a in arrays.items() if not name.startswith(_COORDINATE)}
+        measured = Measured(variables, coords)
+        return Outcome(key, Status(told["status"]), str(told["message"]), float(told["seconds"]), measured)
+    except Exception:  # an archive that is damaged raises almost anything
+        return None

@@ -1,0 +1,276 @@
+"""Scatter: distributions, samples, estimates against what is known; solving is made up where a scene is solved."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from math import exp, log, sqrt
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.scatter.design import design
+from semiwear.scatter.estimates import indices, probability, quantile
+from semiwear.sweep.files import open_sweep
+from tests.scenes import SHIPPED, TINY
+from tests.strategies.results import synthetic_tree
+
+outcome = import_module("semiwear.sweep.outcome")
+SCENE = SHIPPED.replace({**TINY, "wear.until.control_depths_um": [2, 4]})
+TORQUE, OFFSET, K = "operation.pinion_torque_Nm", "effects.misalignment.offset_mm", "wear.coefficient_mm2_per_N"
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Scenes that were solved: by formulas of their torque and offset."""
+    scenes = []
+
+    def simulate(scene):
+        scenes.append(scene)
+        torque, misaligned = scene.operation.pinion_torque_Nm, scene.effects.misalignment
+        tree = synthetic_tree(3, profiles=4, faces=3, mesh_positions=3)
+        history = tree["history"].to_dataset()
+        history["root_stress_max"] = history["root_stress_max"] * torque
+        history["load_share_max"] = history["load_share_max"] + (misaligned.offset_mm if misaligned else 0.0)
+        meshes = history["meshes"] * (1e-13 / scene.wear.coefficient("gear"))
+        tree["history"] = xr.DataTree(history.assign_coords(meshes=meshes))
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    return scenes
+
+
+# ---------------------------------------------------------------------- distributions
+
+
+def reference(one):
+    """The distribution as scipy has it."""
+    if isinstance(one, sw.Normal):
+        ends = [(end - one.mean) / one.deviation for end in (one.low, one.high)]
+        return stats.truncnorm(*ends, one.mean, one.deviation)
+    if isinstance(one, sw.LogNormal):
+        return stats.lognorm(sqrt(log(1 + one.variation**2)), scale=one.median)
+    if isinstance(one, sw.Uniform):
+        return stats.uniform(one.low, one.high - one.low)
+    width = one.high - one.low
+    return stats.triang((one.mode - one.low) / width, one.low, width)
+
+
+@pytest.mark.parametrize(
+    "one",
+    [
+        sw.Normal(1600, 80), sw.Normal(0, 1, low=-1), sw.Normal(0, 1, low=3, high=9), sw.LogNormal(1e-13, 0.5),
+        sw.Uniform(-1, 3), sw.Triangular(0, 1, 4), sw.Triangular(0, 0, 4), sw.Triangular(0, 4, 4),
+    ],
+)  # fmt: skip
+def test_quantiles_are_those_of_scipy(one):
+    shares = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
+    np.testing.assert_allclose(one.quantile(shares), reference(one).ppf(shares), rtol=1e-9, atol=1e-12)
+
+
+def test_a_lognormal_can_be_cut_off():
+    one = sw.LogNormal(1.0, 0.5, low=0.5, high=2.0)
+    found = one.quantile(np.array([1e-12, 0.5, 1.0 - 1e-12]))
+    np.testing.assert_allclose(found, [0.5, 1.0, 2.0], rtol=1e-9)
+
+
+def test_the_usual_scatter_is_about_the_coefficient_of_the_scene():
+    assert sw.usual_wear_coefficient(SCENE) == sw.LogNormal(1e-13, 0.5)
+    with pytest.raises(SceneError, match="one number for both"):
+        sw.usual_wear_coefficient(SCENE.replace({K: {"gear": 1e-13}}))
+
+
+# ---------------------------------------------------------------------- samples
+
+
+def test_ranks_are_correlated_as_asked():
+    shape = [sw.LogNormal(1.0, 1.0), sw.Uniform(0, 1), sw.Normal(0, 1)]
+    matrix = import_module("semiwear.scatter.design").correlation_matrix(
+        ["a", "b", "c"], {("a", "b"): 0.6, ("c", "a"): -0.3}
+    )
+    found = design(shape, 4096, 3, matrix=matrix, paired=False).values
+    ranks = stats.spearmanr(found).statistic
+    np.testing.assert_allclose(ranks[[0, 0, 1], [1, 2, 2]], [0.6, -0.3, 0.0], atol=0.02)
+    np.testing.assert_allclose(np.median(found, axis=0), [1.0, 0.5, 0.0], atol=0.02)
+
+
+@pytest.mark.parametrize("paired", [False, True])
+def test_more_samples_begin_with_the_fewer(paired):
+    shape = [sw.Uniform(0, 1), sw.Normal(0, 1)]
+    few, many = (design(shape, count, 5, paired=paired) for count in (16, 32))
+    np.testing.assert_array_equal(many.values[:16], few.values[:16])
+    if paired:
+        np.testing.assert_array_equal(many.values[32:48], few.values[16:32])
+        mixed = few.values[32:48]  # of the first field
+        np.testing.assert_array_equal(mixed[:, 0], few.values[16:32, 0])
+        np.testing.assert_array_equal(mixed[:, 1], few.values[:16, 1])
+
+
+# ---------------------------------------------------------------------- estimates
+
+
+def test_order_statistics_cover_a_quantile_as_often_as_they_say():
+    rng = np.random.default_rng(0)
+    true = stats.lognorm(0.5).ppf(0.1)
+    found = [quantile(stats.lognorm(0.5).rvs(200, random_state=rng), 0.1, 0.9) for _ in range(1000)]
+    covered = np.mean([one.low <= true <= one.high for one in found])
+    assert covered + 2 * sqrt(0.9 * 0.1 / 1000) >= 0.9 and covered < 0.96
+
+
+def test_few_samples_do_not_tell_a_tail():
+    found = quantile(np.arange(5.0), 0.1, 0.95)
+    assert found.low == -np.inf and found.high < np.inf
+    assert quantile(np.array([3.0]), 0.5, 0.95).value == 3.0
+
+
+@given(st.integers(1, 60), st.data())
+def test_a_probability_lies_in_its_interval(n, data):
+    count = data.draw(st.integers(0, n))
+    found = probability(np.arange(n) < count, 0.95)
+    assert 0.0 <= found.low <= found.value == count / n <= found.high <= 1.0
+    test = stats.binomtest(count, n).proportion_ci(0.95, method="exact")
+    assert found.low == pytest.approx(test.low) and found.high == pytest.approx(test.high)
+
+
+def ishigami(x, a=7.0, b=0.1):
+    return np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def test_indices_of_a_function_with_known_ones():
+    """Ishigami and Homma 1990; the closed forms in Saltelli et al. 2008, Global Sensitivity Analysis, 4.6."""
+    a, b, pi = 7.0, 0.1, np.pi
+    parts = np.array([0.5 * (1 + b * pi**4 / 5) ** 2, a**2 / 8, 0.0])
+    both = b**2 * pi**8 * (1 / 18 - 1 / 50)
+    whole = parts.sum() + both
+    first, total = parts / whole, (parts + np.array([both, 0.0, both])) / whole
+    drawn = design([sw.Uniform(-pi, pi)] * 3, 4096, 1, paired=True)
+    values = ishigami(drawn.values).reshape(5, -1)
+    found = indices(values[0], values[1], values[2:], 0.95)
+    np.testing.assert_allclose(found.first_order, first, atol=2.0 / sqrt(4096))
+    np.testing.assert_allclose(found.total, total, atol=2.0 / sqrt(4096))
+    for interval, true in ((found.first_order_interval, first), (found.total_interval, total)):
+        assert np.all((interval[:, 0] <= true) & (true <= interval[:, 1]))
+    spoiled = values.copy()
+    spoiled[3, ::7] = np.nan
+    np.testing.assert_allclose(indices(spoiled[0], spoiled[1], spoiled[2:], 0.95).total, total, atol=0.05)
+
+
+def test_what_does_not_vary_has_no_indices():
+    found = indices(np.ones(8), np.ones(8), np.ones((2, 8)), 0.95)
+    assert np.isnan(found.total).all() and np.isnan(found.first_order_interval).all()
+
+
+# ---------------------------------------------------------------------- a scene
+
+
+def test_b10_of_a_lognormal_coefficient_alone_is_known(solved):
+    """Life is inverse to k: L_q = L(k_median) / k_(1-q). One solution tells all samples of all seeds."""
+    known = None
+    for seed in range(20):
+        found = sw.scatter(SCENE, {K: sw.LogNormal(2e-13, 0.4)}, samples=64, seed=seed, crew=0)
+        median = 6e8 * 2 * (1 + 0.035 * 2) / 2.0
+        known = median * exp(stats.norm.ppf(0.1) * sqrt(log(1 + 0.4**2)))
+        b10 = found.quantile("meshes", 0.1)
+        assert b10.low <= known <= b10.high and b10.high / b10.low < 1.6
+        assert found.quantile("meshes", 0.5).value == pytest.approx(median, rel=0.03)
+        reached = found.probability("meshes", below=known)
+        assert reached.low <= 0.1 <= reached.high
+    assert len(solved) == 20  # one a call
+
+
+def test_indices_tell_what_matters(solved):
+    fields = {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.1, 0.1), K: sw.usual_wear_coefficient(SCENE)}
+    found = sw.scatter(SCENE, fields, samples=32, sensitivity=True, crew=0)
+    assert len(solved) == 32 * 4 and found.samples.sizes["sample"] == 32 * 5  # those of k are shared
+    shares = found.indices()["total"]
+    assert float(shares.sel(quantity="root_stress_max gear", field=TORQUE)) == pytest.approx(1.0, abs=0.25)
+    assert float(shares.sel(quantity="root_stress_max gear", field=OFFSET)) == 0.0
+    assert float(shares.sel(quantity="load_share_max", field=OFFSET)) == pytest.approx(1.0, abs=0.25)
+    assert np.isnan(shares.sel(quantity="wear_depth_max gear")).all()
+    settled = found.convergence()
+    assert list(settled["samples_drawn"].values) == [8, 16, 32] and np.isfinite(settled["value"]).all()
+    told = str(found)
+    assert "64 samples" in told and "B10" in told and "95 % intervals" in told
+    with pytest.raises(SemiwearError, match="did you mean 'load_share_max'"):
+        found.quantile("load_share", 0.1)
+    with pytest.raises(SceneError, match="share"):
+        found.quantile("meshes", 1.0)
+
+
+@pytest.mark.parametrize(
+    "fields, options, parts",
+    [
+        ({}, {}, ["a mapping"]),
+        ({TORQUE: 3}, {}, ["Normal, LogNormal"]),
+        ({TORQUE: sw.Normal(1600, -1), OFFSET: sw.Uniform(1, 0)}, {}, ["deviation", "exchange them?"]),
+        ({TORQUE: sw.Normal(10, 20)}, {}, ["samples as far out as", "cut the distribution off"]),
+        ({"operation.torque": sw.Normal(10, 2)}, {"samples": 100}, ["did you mean pinion_torque_Nm", "give 128"]),
+        ({TORQUE: sw.Triangular(0, 9, 4)}, {"seed": -1}, ["mode", "seed"]),
+        ({TORQUE: sw.Normal(9, "1")}, {"confidence": 95}, ["deviation", "0.95 is usual"]),
+        ({TORQUE: sw.Normal(9, 1)}, {"correlation": {(TORQUE, "offset"): 2}}, ["give it a distribution", "above -1"]),
+        ({"gear_pair.gear_teeth": sw.Uniform(150, 170)}, {}, ["a whole number does not scatter"]),
+        (
+            {TORQUE: sw.Normal(1600, 1), OFFSET: sw.Uniform(0, 1)},
+            {"correlation": {(TORQUE, OFFSET): 0.5}, "sensitivity": True},
+            ["independent fields"],
+        ),
+        (
+            {TORQUE: sw.Normal(1600, 1), OFFSET: sw.Uniform(0, 1), K: sw.LogNormal(1e-13, 0.5)},
+            {"correlation": {(TORQUE, OFFSET): 0.9, (TORQUE, K): 0.9, (OFFSET, K): -0.9}},
+            ["correlations that can be together"],
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_before_anything_runs(solved, fields, options, parts):
+    with pytest.raises(SceneError) as error:
+        sw.scatter(SCENE, fields, crew=0, **options)
+    for part in parts:
+        assert part in str(error.value)
+    assert not solved
+
+
+STUDY = f"""
+scene = "face_gear_25x160"
+samples = 16
+sensitivity = true
+before_meshes = [1e7, 1e20]
+[set]
+wear.until.control_depths_um = [2, 4]
+[scatter]
+{TORQUE} = {{distribution = "normal", mean = 1600, deviation = 80}}
+{K} = {{distribution = "lognormal"}}
+"""
+
+
+def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(import_module("semiwear.sweep.page"), "QUANTITIES", ("meshes",))
+    monkeypatch.setattr(import_module("semiwear.scatter.command"), "_MOST_PICTURES", 1)
+    (tmp_path / "study.toml").write_text(STUDY)
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
+    told = capsys.readouterr().out
+    assert "32 samples of" in told and "B10" in told and "is reached before 1e+07 meshes: 0 %" in told
+    found = open_sweep("study.nc")
+    assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
+    assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
+    page = (tmp_path / "study.html").read_text()
+    assert "Quantiles of 32 samples" in page and "What meshes depends on" in page
+
+
+def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    bad = (
+        STUDY.replace('"normal"', '"norml"').replace("= 16", "= 17").replace('"lognormal"', '"lognormal", spread = 1')
+    )
+    (tmp_path / "study.toml").write_text('measure = "x"\n' + bad + "[vary]\noperation.pinion_speed_rpm = [1]\n")
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    told = capsys.readouterr().err
+    for part in ('did you mean "normal"', "give 32", "spread", "make two studies", "measure"):
+        assert part in told
+    assert not solved
