@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from semiwear.export import export_flank
     from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
+    from semiwear.optimise import optimise
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
@@ -44,6 +45,7 @@ __all__ = [
     "loaded_contact",
     "measured_wear",
     "open_results",
+    "optimise",
     "plan",
     "plot",
     "register",
@@ -64,6 +66,7 @@ _MODULES = {
     "export": ("export_flank",),
     "loading": ("load_scene",),
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
+    "optimise": ("optimise",),
     "plan": ("plan",),
     "results": ("open_results", "save"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
@@ -94,7 +97,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package whose `plan`, `report`, `screen`, `simulate`, `sweep` stay functions when modules so called load."""
+    """A package whose functions stay functions when modules of the same name load, such as `plan` and `sweep`."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _PLACES and isinstance(value, ModuleType)):
