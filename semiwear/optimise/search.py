@@ -54,7 +54,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search ends with.
+    """End of a search.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ class Space:
         return {field.key: field.value(float(place)) for field, place in zip(self.fields, design, strict=True)}
 
     def discrete_part(self, design: FloatArray) -> tuple[Value, ...]:
-        """What a design chooses where there is a choice."""
+        """Choices of a design, without its continuous fields."""
         return tuple(
             field.value(float(place))
             for field, place in zip(self.fields, design, strict=True)
