@@ -1,4 +1,4 @@
-"""Command line: run, plan, screen, calibrate, report."""
+"""Command line: run, plan, screen, sweep, calibrate, report."""
 
 from __future__ import annotations
 
@@ -87,6 +87,15 @@ def _parser() -> argparse.ArgumentParser:
         "--threshold", metavar="SHARE", type=float, default=0.02, help="relative change that counts; default 0.02"
     )
     screen.set_defaults(command="screen")
+
+    sweep = commands.add_parser("sweep", help="solve the scenes of a study file")
+    sweep.add_argument("study", help="a TOML file that names a scene and the fields to vary (docs/studies.md)")
+    sweep.add_argument("-o", "--output", metavar="FILE", required=True, help="the dataset: *.nc or *.zarr")
+    sweep.add_argument("--workers", metavar="N", help="processes here, 0 for this one; default: one a core")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler instead")
+    sweep.add_argument("--resume", action="store_true", help="go on from the solved scenes in FILE.scenes")
+    sweep.add_argument("--report", metavar="FILE", help="write the sweep as a self-contained HTML page")
+    sweep.set_defaults(command="sweep")
 
     calibrate = commands.add_parser("calibrate", help="find the wear coefficient from measured flanks")
     calibrate.add_argument("scene", help="a shipped scene's name, or a TOML file")

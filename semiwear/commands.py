@@ -1,4 +1,4 @@
-"""Commands of the command line, as functions of its options: run, screen, calibrate, report."""
+"""Commands of the command line, as functions of its options: run, screen, sweep, calibrate, report."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
+from semiwear.sweep.command import run_study, store_of
+from semiwear.sweep.store import kept_scenes
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "report", "run", "screen"]
+__all__ = ["calibrate", "kept", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -49,6 +51,9 @@ _AFTER_A_STOP = (
 
 def kept(options: argparse.Namespace) -> str:
     """State that a stopped run leaves behind, if any."""
+    if options.command == "sweep":
+        count = kept_scenes(store_of(options.output))
+        return f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
     path = Path(f"{getattr(options, 'output', None)}.partial")
     found = peek(path)
     if found is None or not found.finished:
@@ -185,6 +190,18 @@ def screen(options: argparse.Namespace, scene: sw.Scene) -> None:
     print(screening)
 
 
+def sweep(options: argparse.Namespace) -> None:
+    """Solve the scenes of a study file."""
+    begin = time.perf_counter()
+    with _Bar("reading the study ...", "scene", "sweep") as bar:
+        told = run_study(
+            options.study, options.output, workers=options.workers, scheduler=options.scheduler,
+            resume=options.resume, report=options.report, progress=bar,
+        )  # fmt: skip
+    print(told)
+    print(f"\n{time.perf_counter() - begin:.1f} s")
+
+
 def calibrate(options: argparse.Namespace, scene: sw.Scene) -> None:
     """Print the wear coefficient that measured flanks tell."""
     with _Bar(unit="step") as bar:
@@ -275,7 +292,9 @@ class _Bar:
             print(f"{self._what}, {self._unit} {done} of {total}: {text}", file=sys.stderr, flush=True)
             return
         if self._bar is None:
-            self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True)
+            # what an earlier sweep has left is done, but not at the rate of this one
+            first = done if self._what == "sweep" else 0
+            self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True, initial=first)
         if done < self._bar.n:
             self._bar.reset(total)  # coarse runs for an accuracy are over
         self._bar.total = total

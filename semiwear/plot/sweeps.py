@@ -1,0 +1,277 @@
+"""Pictures of a sweep: one value a scene, as curves, as a map, or against each field of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SemiwearError
+from semiwear.plot.style import SIZE, axes_for, label, step_colours, styled
+from semiwear.scene.units import UNITS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["scene_values", "sweep_curves", "sweep_map", "sweep_samples"]
+
+_SAMPLE = "sample"
+_MOST_CURVES = 7
+_MOST_COLUMNS = 9
+_MOST_WRITTEN = 64  # cells of a map whose numbers are written
+_BODY = "gear"
+
+
+def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArray:
+    """One value a scene of a variable of a sweep: at the end of each run, of one body.
+
+    Raises
+    ------
+    SemiwearError
+        The sweep has no such variable, or the variable has more than a value a scene.
+    """
+    if "status" not in found or name not in found.data_vars:
+        raise SemiwearError(f"the picture needs a sweep with {name}; this one has {', '.join(map(str, found))}")
+    array = found[name]
+    if "body" in array.dims:
+        array = array.sel(body=body)
+    if "wear_step" in array.dims:
+        last = found["last_wear_step"] if "last_wear_step" in found else array.sizes["wear_step"] - 1
+        array = array.isel(wear_step=last).drop_vars("wear_step", errors="ignore")
+    if array.dims != found["status"].dims:
+        raise SemiwearError(f"{name} has more than one value a scene: {', '.join(map(str, array.dims))}")
+    array.attrs = dict(found[name].attrs)
+    if "body" in found[name].dims:
+        array.attrs["long_name"] = f"{array.attrs.get('long_name', name)} ({body})"
+    return array
+
+
+@dataclass(frozen=True)
+class _View:
+    """Values over one field or two, the others held.
+
+    Attributes
+    ----------
+    values : DataArray
+    failed : array
+        Where the scene failed.
+    held : str
+        At which values of the others.
+    """
+
+    values: xr.DataArray
+    failed: np.ndarray
+    held: str
+
+
+def _view(found: xr.Dataset, name: str, body: str, fields: tuple[str, ...], wanted: int) -> _View:
+    values = scene_values(found, name, body)
+    dims = [str(dim) for dim in values.dims]
+    if dims == [_SAMPLE]:
+        raise SemiwearError("the picture needs a grid of values; for samples use sweep_samples")
+    for field in fields:
+        if field not in dims:
+            raise SemiwearError(f"{field} is not varied along a dimension of its own; these are: {', '.join(dims)}")
+    order = sorted(dims, key=lambda dim: (values[dim].dtype.kind == "U", -values.sizes[dim]))
+    chosen = [*fields, *(dim for dim in order if dim not in fields and values.sizes[dim] > 1)][:wanted]
+    chosen = chosen or order[:1]
+    rest = _held(values, [dim for dim in dims if dim not in chosen])
+    held = ", ".join(f"{dim} {_text(values[dim].values[k], values[dim])}" for dim, k in rest.items())
+    failed = (found["status"] != 0).isel(rest).transpose(*chosen)
+    return _View(values.isel(rest).transpose(*chosen), failed.values, held)
+
+
+def _held(values: xr.DataArray, dims: list[str]) -> dict[str, int]:
+    """Places of the fields that a picture does not show: where most scenes are done, and of those the middle ones."""
+    if not dims:
+        return {}
+    done = values.notnull().sum([dim for dim in values.dims if dim not in dims]).transpose(*dims).values
+    places = np.argwhere(done == done.max())
+    away = np.abs(places - np.array(done.shape) // 2).sum(axis=1)
+    return dict(zip(dims, map(int, places[int(np.argmin(away))]), strict=True))
+
+
+def _text(value: object, array: xr.DataArray) -> str:
+    number = f"{value:.4g}" if isinstance(value, int | float | np.number) else str(value)
+    units = str(array.attrs.get("units", "1"))
+    return number if units == "1" else f"{number} {units}"
+
+
+def _places(array: xr.DataArray) -> np.ndarray:
+    """Numbers along an axis: values, or their order where they are text."""
+    return np.arange(array.size) if array.dtype.kind == "U" else np.asarray(array.values, float)
+
+
+def _ticks(ax: Axes, array: xr.DataArray, which: str) -> None:
+    if array.dtype.kind == "U":
+        getattr(ax, f"set_{which}ticks")(np.arange(array.size), [str(text) for text in array.values])
+
+
+def _axis_label(array: xr.DataArray) -> str:
+    name = str(array.name)
+    end = next((end for end in UNITS if name.endswith(f"_{end}")), "")
+    return label(array, name.removesuffix(f"_{end}").replace("_", " "))
+
+
+def sweep_curves(
+    found: xr.Dataset,
+    name: str,
+    over: str | None = None,
+    by: str | None = None,
+    *,
+    body: str = _BODY,
+    ax: Axes | None = None,
+) -> Axes:
+    """A quantity at the end of each run over a varied field, a curve for each value of another one.
+
+    Further fields are held where most scenes are done, in the middle if they can be; crosses mark scenes that failed.
+
+    Parameters
+    ----------
+    found : Dataset
+        Of `sweep`, on a grid.
+    name : str
+        Variable, e.g. ``"root_stress_max"``.
+    over, by : str, optional
+        Dimensions; by default the longest and the next one.
+    body : str
+        Of a quantity of both bodies.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        fields = tuple(field for field in (over, by) if field is not None)
+        view = _view(found, name, body, fields, 2)
+        (ax,) = axes_for(ax, 1, SIZE)
+        values = view.values if view.values.ndim == 2 else view.values.expand_dims("one", 1)
+        x = values[str(values.dims[0])]
+        places, order = _places(x), np.argsort(_places(x))
+        columns = np.unique(
+            np.linspace(0, values.shape[1] - 1, min(values.shape[1], _MOST_CURVES)).round().astype(int)
+        )
+        for colour, k in zip(step_colours(columns.size), columns, strict=False):
+            other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
+            told = "" if other is None else _text(other.values[k], other)
+            ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=told)
+        failed = view.failed.reshape(values.shape).any(axis=1)
+        if failed.any():
+            ax.plot(
+                places[failed], np.full(failed.sum(), 0.02), "x", color="#A63C00", transform=ax.get_xaxis_transform(),
+                label="failed", clip_on=False,
+            )  # fmt: skip
+        _ticks(ax, x, "x")
+        ax.set(xlabel=_axis_label(x), ylabel=_short(view.values), title=view.held)
+        if view.values.ndim == 2:
+            ax.legend(title=_axis_label(view.values[str(view.values.dims[1])]), fontsize=8)
+    return ax
+
+
+def _short(array: xr.DataArray) -> str:
+    """Label of a quantity, its name folded where it is long."""
+    import textwrap
+
+    return textwrap.fill(label(array), 42)
+
+
+def sweep_map(
+    found: xr.Dataset,
+    name: str,
+    over: str | None = None,
+    by: str | None = None,
+    *,
+    body: str = _BODY,
+    ax: Axes | None = None,
+) -> Axes:
+    """A quantity at the end of each run over two varied fields, as a map; scenes that failed are hatched.
+
+    Parameters and return value as in `sweep_curves`.
+
+    Raises
+    ------
+    SemiwearError
+        Fewer than two fields are varied on a grid.
+    """
+    with styled():
+        fields = tuple(field for field in (over, by) if field is not None)
+        view = _view(found, name, body, fields, 2)
+        if view.values.ndim != 2:
+            raise SemiwearError("a map needs two varied fields")
+        (ax,) = axes_for(ax, 1, SIZE)
+        x, y = (view.values[str(dim)] for dim in view.values.dims)
+        order = np.argsort(_places(x)), np.argsort(_places(y))
+        values = view.values.values[np.ix_(*order)].T
+        borders = [_borders(_places(one)[k]) for one, k in zip((x, y), order, strict=True)]
+        ax.set_facecolor("#D8DCE1")
+        ax.grid(False)
+        shown = ax.pcolormesh(*borders, np.ma.masked_invalid(values), cmap="viridis")
+        ax.figure.colorbar(shown, ax=ax, label=_short(view.values))
+        if values.size <= _MOST_WRITTEN or np.isnan(values).any():
+            middles = [0.5 * (one[1:] + one[:-1]) for one in borders]
+            _write_numbers(ax, middles, values)
+        _ticks(ax, x[order[0]], "x")
+        _ticks(ax, y[order[1]], "y")
+        ax.set(xlabel=_axis_label(x), ylabel=_axis_label(y), title=view.held)
+    return ax
+
+
+def _borders(places: np.ndarray) -> np.ndarray:
+    """Borders of cells about sorted places: half way between neighbours."""
+    if places.size == 1:
+        return np.array([places[0] - 0.5, places[0] + 0.5])
+    middle = 0.5 * (places[1:] + places[:-1])
+    return np.concatenate([[2 * places[0] - middle[0]], middle, [2 * places[-1] - middle[-1]]])
+
+
+def _write_numbers(ax: Axes, middles: list[np.ndarray], values: np.ndarray) -> None:
+    finite = values[np.isfinite(values)]
+    short = (
+        values.size <= _MOST_WRITTEN and values.shape[1] <= _MOST_COLUMNS and np.abs(finite).max(initial=0.0) < 1e4
+    )
+    dark = finite.min() + 0.55 * np.ptp(finite) if finite.size else 0.0
+    for j, row in enumerate(values):
+        for i, value in enumerate(row):
+            colour = "#A63C00" if np.isnan(value) else "white" if value < dark else "black"
+            text = "failed" if np.isnan(value) else f"{value:.3g}" if short else ""
+            ax.text(middles[0][i], middles[1][j], text, ha="center", va="center", fontsize=7, color=colour)
+
+
+def sweep_samples(found: xr.Dataset, name: str, field: str, *, body: str = _BODY, ax: Axes | None = None) -> Axes:
+    """A quantity at the end of each run of a table of samples, against one of the varied fields.
+
+    Parameters
+    ----------
+    found : Dataset
+        Of `sweep`, with the dimension `sample`.
+    name : str
+        Variable.
+    field : str
+        Coordinate along `sample`.
+    body : str
+        Of a quantity of both bodies.
+    ax : Axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    Axes
+    """
+    with styled():
+        values = scene_values(found, name, body)
+        if values.dims != (_SAMPLE,) or field not in found.coords:
+            raise SemiwearError(f"the picture needs samples of {field}; grids are for sweep_curves and sweep_map")
+        (ax,) = axes_for(ax, 1, SIZE)
+        x = found[field]
+        if x.dtype.kind == "U":
+            kinds, places = np.unique(x.values, return_inverse=True)
+            ax.set_xticks(np.arange(kinds.size), list(map(str, kinds)))
+        else:
+            places = np.asarray(x.values, float)
+        ax.plot(places, values.values, "o", ms=3.5, color="#0B5394", alpha=0.6)
+        ax.set(xlabel=_axis_label(x), ylabel=_short(values))
+    return ax

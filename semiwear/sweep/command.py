@@ -1,0 +1,157 @@
+"""The command `semiwear sweep`: a study file, solved, written and reported."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import MissingExtraError, Problem, SceneError, SemiwearError
+from semiwear.scene import scene_files, shipped_scenes
+from semiwear.simulate import Progress
+from semiwear.sweep.files import sweep_target, write_sweep
+from semiwear.sweep.outcome import Status
+from semiwear.sweep.page import write_sweep_report
+from semiwear.sweep.run import Job, read_job, run_job
+from semiwear.sweep.store import kept_scenes, open_store
+from semiwear.sweep.study_file import Study, read_study
+from semiwear.targets import PAGES, file_target, require_apart
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["run_study", "store_of"]
+
+_MOST_TOLD = 10
+
+
+def store_of(output: str) -> Path:
+    """Folder that keeps the scenes of a study whose result goes to a file."""
+    return Path(f"{output}.scenes")
+
+
+def run_study(
+    study: str, output: str, *, workers: str | None, scheduler: str | None, resume: bool, report: str | None,
+    progress: Progress,
+) -> str:  # fmt: skip
+    """Solve a study file and write its dataset, and its page if one is asked for; what came of it, as text.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the file, the scene and the options, before anything runs.
+    ResultFileError
+        The store beside the output is of another version.
+    SemiwearError
+        The scheduler cannot be reached, or no process started.
+    """
+    problems: list[Problem] = []
+    read = job = None
+    problems += _problems_of_targets(output, report)
+    count = _workers(workers, scheduler, problems)
+    try:
+        read = read_study(study)
+        job = read_job(read.scene, read.vary, **read.options, crew=(count, None))
+    except SceneError as error:
+        problems += error.problems
+    if problems or read is None or job is None:
+        raise SceneError(problems, study)
+    _require_outputs(read, output, report)
+    store = store_of(output)
+    kept = kept_scenes(store)
+    if kept and not resume:
+        fix = f"--resume goes on from them; or delete {store} to compute everything anew"
+        raise SceneError.of("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix)
+    with _client(scheduler) as client:
+        found = run_job(_on(job, client), open_store(store), progress)
+    write_sweep(found, output)
+    lines = [
+        _told(found),
+        f"sweep: {output} (scenes kept in {store}: a grown study, with --resume, solves only new ones)",
+    ]
+    if report:
+        lines.append(f"report: {write_sweep_report(found, report)}")
+    return "\n".join(lines)
+
+
+def _problems_of_targets(output: str, report: str | None) -> list[Problem]:
+    problems: list[Problem] = []
+    try:
+        sweep_target("-o", output)
+    except SceneError as error:
+        problems += error.problems
+    if report is not None:
+        try:
+            file_target("--report", report, PAGES)
+        except SceneError as error:
+            problems += error.problems
+    return problems
+
+
+def _on(job: Job, client: Client | None) -> Job:
+    return replace(job, client=client)
+
+
+def _workers(given: str | None, scheduler: str | None, problems: list[Problem]) -> int | str | None:
+    if given is None:
+        return None
+    if scheduler is not None:
+        problems.append(Problem("--workers", given, "left out beside --scheduler", "leave one of them out"))
+        return None
+    return int(given) if given.isdigit() else given
+
+
+@contextmanager
+def _client(address: str | None) -> Iterator[Client | None]:
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtraError("dask[distributed]", "sweep", "a sweep on a cluster") from error
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, TimeoutError, ValueError) as error:
+        raise SemiwearError(
+            f"--scheduler {address}: no Dask scheduler answers ({error}); start one with `dask scheduler`, and give "
+            "the address that it prints, e.g. tcp://10.0.0.1:8786"
+        ) from error
+    with client:
+        yield client
+
+
+def _require_outputs(study: Study, output: str, report: str | None) -> None:
+    """Refuse outputs without a folder, or in the place of what is read."""
+    outputs = {"-o": output} | ({"--report": report} if report else {})
+    for name, path in outputs.items():
+        folder = Path(os.path.realpath(path)).parent
+        if not folder.is_dir() or not os.access(folder, os.W_OK):
+            raise SceneError.of(name, path, "a file in a folder that exists and can be written", f"make {folder}")
+    inputs: dict[str, str | Path] = {"the study": study.path, **scene_files(study.scene)}
+    if study.scene_name not in shipped_scenes():
+        inputs["the scene"] = study.path.parent / study.scene_name
+    require_apart({**outputs, "the scenes of -o": store_of(output)}, inputs)
+
+
+def _told(found: xr.Dataset) -> str:
+    """What became of the scenes, and why some failed."""
+    status = found["status"]
+    names = [kind.name.lower() for kind in Status]
+    counts = [(name, int((status.values == value).sum())) for value, name in enumerate(names)]
+    lines = [f"{status.size} scenes: " + ", ".join(f"{count} {name}" for name, count in counts if count)]
+    failed = np.argwhere(status.values != Status.DONE)
+    for index in failed[:_MOST_TOLD]:
+        one = found.isel(dict(zip(status.dims, map(int, index), strict=True)))
+        fields = [array for array in one.coords.values() if "field" in array.attrs]
+        where = ", ".join(f"{array.name} = {array.values}" for array in fields)
+        lines.append(f"- {where}: {names[int(one['status'])]}, {one['message'].values}")
+    if len(failed) > _MOST_TOLD:
+        lines.append(f"- and {len(failed) - _MOST_TOLD} more")
+    return "\n".join(lines)

@@ -1,0 +1,187 @@
+"""Study files: TOML that names a scene, its varied fields and what is measured.
+
+scene = "face_gear_25x160"              # a shipped scene, or a file beside this one
+measure = ["history", "life"]           # as of `sweep`, like the next two
+wear_states = "last"
+combine = "grid"
+
+[set]                                   # changes of the scene, before anything is varied
+effects.run_life.depth_limit_um = 50
+
+[vary]
+operation.pinion_torque_Nm = {from = 400, to = 2000, count = 9}
+effects.misalignment.offset_mm = [-0.1, 0, 0.1]
+effects.friction = ["none", {}]         # without the table, and with it
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from semiwear.check import geometric_problems
+from semiwear.errors import Problem, SceneError
+from semiwear.scene import Scene, load_scene, shipped_scenes
+from semiwear.scene.closest import closest
+from semiwear.scene.schema import SCHEMAS
+from semiwear.scene.toml_io import read_toml
+from semiwear.scene.values import shown
+from semiwear.untyped import Table, Value
+
+__all__ = ["Study", "flat_fields", "read_study"]
+
+_OPTIONS = ("measure", "wear_states", "combine")
+_NAMES = ("scene", *_OPTIONS, "set", "vary")
+_RANGE = frozenset({"from", "to", "count"})
+_MOST_BYTES = 10_000_000
+_MOST_VALUES = 100_000
+_REMOVED = "none"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file.
+
+    Attributes
+    ----------
+    path : Path
+    scene : Scene
+        With the changes of ``[set]``.
+    scene_name : str
+        As the file says it.
+    vary : dict
+        Lists of values by dotted key.
+    options : dict
+        Further arguments of `sweep`.
+    tables : dict
+        Tables that the caller asked for, as they stand.
+    """
+
+    path: Path
+    scene: Scene
+    scene_name: str
+    vary: dict[str, list[Value]]
+    options: Table = field(default_factory=dict)
+    tables: Table = field(default_factory=dict)
+
+
+def read_study(path: str | os.PathLike[str], further: tuple[str, ...] = ()) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : path
+    further : tuple of str
+        Names of further tables and values that may stand at the top level, which the caller reads.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the file and with the scene that it names.
+    """
+    source = Path(path)
+    data = read_toml(_text(source), str(source))
+    problems: list[Problem] = []
+    names = (*_NAMES, *further)
+    for name in data:
+        if name not in names:
+            meant = closest(name, names)
+            fix = f"did you mean {meant}?" if meant else "remove it"
+            problems.append(Problem(name, shown(data[name]), f"a name of a study: {', '.join(names)}", fix))
+    vary = _lists(_table(data, "vary", problems), problems)
+    changes = {key: _or_none(key, value) for key, value in flat_fields(_table(data, "set", problems))}
+    scene = _scene(source, data.get("scene"), changes, problems)
+    if problems or scene is None:
+        raise SceneError(problems, str(source))
+    options = {name: data[name] for name in _OPTIONS if name in data}
+    tables = {name: data[name] for name in further if name in data}
+    return Study(source, scene, str(data["scene"]), vary, options, tables)
+
+
+def _text(source: Path) -> str:
+    try:
+        with source.open("rb") as opened:
+            content = opened.read(_MOST_BYTES + 1)
+        if len(content) > _MOST_BYTES:
+            raise SceneError.of("study", str(source), "a TOML file of a few thousand bytes", "is this a study file?")
+        return content.decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError.of("study", str(source), "a TOML file in UTF-8 that can be read", str(error)) from None
+
+
+def _table(data: Mapping[str, Value], name: str, problems: list[Problem]) -> Table:
+    found = data.get(name, {})
+    if isinstance(found, dict):
+        return found
+    problems.append(Problem(name, shown(found), "a table", f"write the header [{name}] above its fields"))
+    return {}
+
+
+def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
+    """Fields by dotted key, however the file nests them; a table that names nothing of a scene is a value."""
+    for name, value in table.items():
+        key = f"{path}.{name}" if path else name
+        if isinstance(value, Mapping) and value and _nests(key, value):
+            yield from flat_fields(value, key)
+        else:
+            yield key, value
+
+
+def _nests(key: str, value: Mapping[str, Value]) -> bool:
+    """Whether a table holds fields or tables of a scene under its key."""
+    names = {name for schema in SCHEMAS.values() for name in (*schema.rules, *schema.tables)}
+    return any(known.startswith(f"{key}.{name}") for name in value for known in names)
+
+
+def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, list[Value]]:
+    found = {}
+    for key, value in flat_fields(table):
+        if isinstance(value, Mapping) and set(value) & _RANGE:
+            found[key] = _range(key, value, problems)
+        elif isinstance(value, list):
+            found[key] = [_or_none(key, one) for one in value]
+        else:
+            found[key] = value  # told with everything else that is no list
+    return found
+
+
+def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value]:
+    allowed = "a list of values, or {from = ..., to = ..., count = ...}: numbers at equal distances"
+    numbers = [value.get("from"), value.get("to")]
+    plain = all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers)
+    count = value.get("count")
+    whole = isinstance(count, int) and not isinstance(count, bool) and 1 <= count <= _MOST_VALUES
+    if set(value) != _RANGE or not plain or not whole:
+        fix = f"give from, to and count (a whole number, 1 to {_MOST_VALUES})"
+        problems.append(Problem(f"vary.{key}", shown(dict(value)), allowed, fix))
+        return [0.0]
+    return [float(one) for one in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]  # type: ignore[arg-type]
+
+
+def _or_none(key: str, value: Value) -> Value:
+    """The value, or None for the word that removes a table or field which takes no such text."""
+    if value != _REMOVED:
+        return value
+    takes = any(key in schema.rules and schema.rules[key].apply(key, value)[1] is None for schema in SCHEMAS.values())
+    return value if takes else None
+
+
+def _scene(source: Path, name: object, changes: Table, problems: list[Problem]) -> Scene | None:
+    if not isinstance(name, str) or not name:
+        fix = f'write scene = "{shipped_scenes()[0]}", or the path of a scene file, in the first line'
+        problems.append(
+            Problem("scene", shown(name), "the name of a shipped scene, or the path of a scene file", fix)
+        )
+        return None
+    beside = source.parent / name
+    place = str(beside) if name not in shipped_scenes() and beside.exists() else name
+    try:
+        scene = load_scene(place, check=geometric_problems)
+        return scene.replace(changes) if changes else scene
+    except SceneError as error:
+        problems += error.problems
+        return None

@@ -1,0 +1,218 @@
+"""Study files, the command line and the page of a sweep; solving is made up."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from importlib import import_module
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.errors import ConvergenceError, ResultFileError, SceneError, SemiwearError
+from semiwear.sweep.files import open_sweep
+from semiwear.sweep.page import write_sweep_report
+from semiwear.sweep.study_file import read_study
+from tests.scenes import SHIPPED
+from tests.strategies.results import synthetic_tree
+
+outcome, page_module = import_module("semiwear.sweep.outcome"), import_module("semiwear.sweep.page")
+TORQUE, OFFSET = "operation.pinion_torque_Nm", "effects.misalignment.offset_mm"
+STUDY = """
+scene = "face_gear_25x160"
+measure = "history"
+
+[set]
+wear.until.control_depths_um = [2, 4]
+"effects.flash_temperature" = {}
+effects.friction = {law = "constant"}
+operation.pinion_speed_rpm = 1000
+
+[vary]
+operation.pinion_torque_Nm = {from = 800, to = 1600, count = 3}
+effects.misalignment.offset_mm = [-0.1, 0, 0.1]
+effects.modification.pinion = ["none", {tip_relief_um = 20}]
+"""
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    scenes = []
+
+    def simulate(scene):
+        scenes.append(scene)
+        torque, misaligned = scene.operation.pinion_torque_Nm, scene.effects.misalignment
+        if torque == 1600 and misaligned is not None and misaligned.offset_mm == 0.1:
+            raise ConvergenceError("load <sharing> stopped")
+        tree = synthetic_tree(3, profiles=4, faces=3, mesh_positions=3)
+        history = tree["history"].to_dataset()
+        shift = 1.0 + (misaligned.offset_mm if misaligned else 0.0)
+        tree["history"] = xr.DataTree(history * torque * shift)
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    monkeypatch.setattr(page_module, "QUANTITIES", ("meshes", "root_stress_max"))  # a page draws for seconds
+    return scenes
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path
+
+
+def test_a_study_file_says_what_a_call_would(study):
+    found = read_study("study.toml")
+    assert found.scene.operation.pinion_speed_rpm == 1000 and found.scene.effects.friction.law == "constant"
+    assert found.scene.effects.flash_temperature is not None
+    assert found.vary == {
+        TORQUE: [800.0, 1200.0, 1600.0],
+        OFFSET: [-0.1, 0, 0.1],
+        "effects.modification.pinion": [None, {"tip_relief_um": 20}],
+    }
+    assert found.options == {"measure": "history"}
+
+
+def test_a_scene_lies_beside_its_study(study):
+    (study / "inner").mkdir()
+    (study / "inner" / "mine.toml").write_text(SHIPPED.replace({TORQUE: 777.0}).to_toml())
+    (study / "inner" / "study.toml").write_text(f'scene = "mine.toml"\n[vary]\n{OFFSET} = [0.1]\n')
+    assert read_study("inner/study.toml").scene.operation.pinion_torque_Nm == 777.0
+
+
+@pytest.mark.parametrize(
+    "text, parts",
+    [
+        (
+            'sceen = "a"\nscene = "spur_fzg_d"\n[vary]\na = {from = 1}',
+            ("did you mean scene?", "spur_fzg_c", "vary.a"),
+        ),
+        ("[vary]\n", ('write scene = "face_gear',)),
+        ('scene = "spur_fzg_c"\nvary = 3\n[set]\nnumerics.threads = 0', ("[vary]", "numerics.threads")),
+        ("scene = ", ("line 1",)),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_at_once(study, text, parts):
+    (study / "bad.toml").write_text(text)
+    with pytest.raises(SceneError) as error:
+        read_study("bad.toml")
+    for part in parts:
+        assert part in str(error.value)
+
+
+def test_problems_of_file_fields_and_options_come_together(study, solved, capsys):
+    (study / "bad.toml").write_text(STUDY.replace("[-0.1, 0, 0.1]", "[-9]").replace('"history"', '"hystory"'))
+    assert main(["sweep", "bad.toml", "-o", "x.txt", "--report", "y.pdf", "--workers", "-3"]) == 2
+    told = capsys.readouterr().err
+    for part in ("5 problems", "call it x.nc", "call it y.html", "entry 1 of 1", "history?", "workers: found '-3'"):
+        assert part in told
+    assert not solved and not list(study.glob("x*"))
+
+
+def run(*more):
+    return main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", *more])
+
+
+def test_the_command_writes_a_dataset_and_a_page(study, solved, capsys):
+    assert run("--report", "study.html") == 0
+    told = capsys.readouterr().out
+    assert "18 scenes: 16 done, 2 failed" in told and "offset_mm = 0.1" in told and "load <sharing> stopped" in told
+    found = open_sweep("study.nc")
+    assert found["status"].shape == (3, 3, 2)
+    page = (study / "study.html").read_text()
+    assert "load &lt;sharing&gt; stopped" in page and page.count("<img") == 6
+
+
+def test_solved_scenes_are_only_replaced_when_asked(study, solved, capsys):
+    assert run() == 0
+    count = len(solved)
+    assert run() == 2
+    assert "study.nc.scenes holds 18 solved scenes" in capsys.readouterr().err
+    (study / "study.toml").write_text(STUDY.replace("count = 3", "count = 5"))
+    assert run("--resume") == 0
+    assert len(solved) == count + 12
+    assert main(["sweep", "study.toml", "-o", "study.zarr", "--workers", "0"]) == 0
+    one, other = open_sweep("study.nc"), open_sweep("study.zarr")
+    np.testing.assert_array_equal(one["meshes"], other["meshes"])
+
+
+def test_a_scheduler_that_does_not_answer_is_told(study, solved, capsys):
+    pytest.importorskip("distributed")
+    assert main(["sweep", "study.toml", "-o", "a.nc", "--scheduler", "nowhere://x"]) == 2
+    assert "no Dask scheduler answers" in capsys.readouterr().err
+    assert main(["sweep", "study.toml", "-o", "a.nc", "--scheduler", "x", "--workers", "2"]) == 2
+    assert "leave one of them out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("output", ["study.toml", "nowhere/study.nc"])
+def test_outputs_take_no_ones_place(study, solved, output, capsys):
+    assert main(["sweep", "study.toml", "-o", output, "--workers", "0"]) == 2
+    assert not solved and (study / "study.toml").read_text() == STUDY
+
+
+def test_a_result_of_one_scene_is_no_sweep(study):
+    sw.save(synthetic_tree(2), "one.nc")
+    with pytest.raises(ResultFileError, match="no sweep"):
+        open_sweep("one.nc")
+
+
+# ---------------------------------------------------------------------- pictures and pages
+
+
+class Checker(HTMLParser):
+    """Tags that are open, and what is loaded from elsewhere."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.foreign = [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+        self.foreign += [value for name, value in attrs if name in ("src", "href") and not value.startswith("data:")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+VARIED = {
+    "one field": {TORQUE: [800, 1200, 1600]},
+    "text": {"operation.loaded_flank": ["drive", "coast"], TORQUE: [800, 1600]},
+    "three fields": {TORQUE: [800, 1600], OFFSET: [0.0, 0.1], "effects.friction": [None, {}]},
+    "samples": pd.DataFrame({TORQUE: [800, 1200, 1600], "operation.loaded_flank": ["drive", "coast", "drive"]}),
+    "one scene": {TORQUE: [800]},
+    "none": {TORQUE: [1600], OFFSET: [0.1]},
+}
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_a_page_is_whole_and_stands_alone(solved, tmp_path, name):
+    found = sw.sweep(SHIPPED, VARIED[name], workers=0)
+    checker = Checker()
+    checker.feed(write_sweep_report(found, tmp_path / "page.html").read_text())
+    assert checker.open == [] and checker.foreign == []
+
+
+def test_pictures_hold_the_values_at_the_end_of_each_run(solved):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    found = sw.sweep(SHIPPED, {TORQUE: [1600, 800], OFFSET: [-0.1, 0.0, 0.1]}, workers=0)
+    ax = sw.plot.sweep_curves(found, "root_stress_max", over="offset_mm", body="pinion")
+    lines = [line for line in ax.lines if line.get_label() != "failed"]
+    last = found["root_stress_max"].isel(wear_step=-1).sel(body="pinion")
+    for line, torque in zip(lines, (1600, 800), strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), last.sel(pinion_torque_Nm=torque))
+    assert [line.get_label() for line in ax.lines][-1] == "failed" and ax.get_xlabel() == "Offset (mm)"
+    shown = sw.plot.sweep_map(found, "root_stress_max", body="pinion").collections[0].get_array()
+    assert np.ma.count_masked(shown) == 1
+    with pytest.raises(SemiwearError, match="not varied"):
+        sw.plot.sweep_curves(found, "root_stress_max", over="torque")
+    with pytest.raises(SemiwearError, match="needs a sweep with"):
+        sw.plot.sweep_map(found, "root_stress")
+    with pytest.raises(SemiwearError, match="samples"):
+        sw.plot.sweep_samples(found, "root_stress_max", "offset_mm")
