@@ -1,4 +1,4 @@
-"""Command line: run, plan, screen, sweep, calibrate, report."""
+"""Command line: run, plan, screen, sweep, optimise, calibrate, report."""
 
 from __future__ import annotations
 
@@ -96,6 +96,14 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--resume", action="store_true", help="go on from the solved scenes in FILE.scenes")
     sweep.add_argument("--report", metavar="FILE", help="write the sweep as a self-contained HTML page")
     sweep.set_defaults(command="sweep")
+
+    optimise = commands.add_parser("optimise", help="find the best design of a study file")
+    optimise.add_argument("study", help="a TOML file with aims, limits and ranges of fields (docs/best_designs.md)")
+    optimise.add_argument("-o", "--output", metavar="FILE", required=True, help="the best design: a scene, *.toml")
+    optimise.add_argument("--designs", metavar="FILE", help="all designs that were tried: *.nc or *.zarr")
+    optimise.add_argument("--workers", metavar="N", type=int, help="processes of the scan; default: one a core")
+    optimise.add_argument("--report", metavar="FILE", help="write the search as a self-contained HTML page")
+    optimise.set_defaults(command="optimise")
 
     calibrate = commands.add_parser("calibrate", help="find the wear coefficient from measured flanks")
     calibrate.add_argument("scene", help="a shipped scene's name, or a TOML file")

@@ -1,4 +1,4 @@
-"""Commands of the command line, as functions of its options: run, screen, sweep, calibrate, report."""
+"""Commands of the command line, as functions of its options: run, screen, sweep, optimise, calibrate, report."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.optimise.command import run_optimise
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
@@ -29,7 +30,7 @@ from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "report", "run", "screen", "sweep"]
+__all__ = ["calibrate", "kept", "optimise", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -197,6 +198,18 @@ def sweep(options: argparse.Namespace) -> None:
         told = run_study(
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar,
+        )  # fmt: skip
+    print(told)
+    print(f"\n{time.perf_counter() - begin:.1f} s")
+
+
+def optimise(options: argparse.Namespace) -> None:
+    """Find the best design of a study file."""
+    begin = time.perf_counter()
+    with _Bar("reading the study ...", "design", "search") as bar:
+        told = run_optimise(
+            options.study, options.output, workers=options.workers, designs=options.designs,
+            report=options.report, progress=bar,
         )  # fmt: skip
     print(told)
     print(f"\n{time.perf_counter() - begin:.1f} s")

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import semiwear as sw
+from semiwear.optimise import command
 from semiwear.optimise import designs as designs_module
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
 from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.simulate import NoProgress
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.scenes import Task
@@ -181,3 +185,33 @@ def test_relief_of_a_spur_pair_lowers_its_transmission_error() -> None:
     assert sw.simulate(best.scene)["history"].transmission_error_amplitude.values[0] == pytest.approx(
         best.told[0].best
     )
+
+
+def test_a_study_is_searched_written_and_reported(
+    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, worn: xr.DataTree
+) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    monkeypatch.setattr(command, "simulate", lambda scene: worn)
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nset.wear.until.meshes = 1e6\n'
+        f"[design]\n{PINION} = {{from = 0, to = 60}}\n{GEAR} = [0, 20]\n"
+    )
+    best, designs, page = (tmp_path / name for name in ("best.toml", "designs.nc", "best.html"))
+    text = command.run_optimise(
+        str(study), str(best), workers=0, designs=str(designs), report=str(page), progress=NoProgress()
+    )
+    assert "best design: least wear_depth_max" in text
+    scene = sw.load_scene(best)
+    assert scene.effects.modification is not None
+    assert scene.effects.modification.pinion.tip_relief_um == pytest.approx(42.0, abs=3.0)
+    with xr.open_dataset(designs) as kept:
+        assert kept["feasible"].values.all()
+    assert page.read_text().count("<img") >= 5
+    study.write_text('scene = "face_gear_25x160"\nminimize = "wear_depth_max"\n[design]\nx = 3\n')
+    with pytest.raises(sw.SceneError) as caught:
+        command.run_optimise(
+            str(study), str(study), workers=0, designs=None, report="best.pdf", progress=NoProgress()
+        )
+    for part in ("minimise", "both ends", "best.html"):
+        assert part in str(caught.value), part
