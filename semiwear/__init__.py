@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from semiwear.results import open_results, save
     from semiwear.scene import Placement, Scene, shipped_scenes
     from semiwear.screen import screen
+    from semiwear.sensitivities import sensitivities
     from semiwear.sweep import sweep
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "report",
     "save",
     "screen",
+    "sensitivities",
     "shipped_scenes",
     "simulate",
     "sweep",
@@ -71,6 +73,7 @@ _MODULES = {
     "results": ("open_results", "save"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),
+    "sensitivities": ("sensitivities",),
     "sweep": ("sweep",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}

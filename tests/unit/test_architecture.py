@@ -36,6 +36,7 @@ LAYERS = (
     ("plot",),
     ("report", "sweep", "accuracy"),
     ("optimise",),
+    ("sensitivities",),
     ("__init__",),
     ("console", "commands"),
     ("cli",),
