@@ -1,11 +1,12 @@
-"""Command line: run, plan, screen, sweep, optimise, calibrate, report."""
+"""Command line: new, fields, run, plan, screen, sweep, optimise, calibrate, report."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from types import ModuleType
@@ -15,6 +16,8 @@ from semiwear.check import geometric_problems
 from semiwear.console import tolerant_streams
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.scene import load_scene
+from semiwear.scene.guide import fields_text, json_schema
+from semiwear.scene.schema import SCHEMAS
 from semiwear.untyped import Value
 
 __all__ = ["main"]
@@ -35,9 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
-        # help, a scene's errors and its plan need nothing that the other commands compute with
+        # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
         given = (options, _scene(options)) if "scene" in options else (options,)
-        command = _plan if options.command == "plan" else getattr(_commands(), options.command)
+        command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
         command(*given)
     except (SemiwearError, OSError) as error:
         print(f"semiwear: {error}", file=sys.stderr)
@@ -53,6 +56,16 @@ def _plan(options: argparse.Namespace, scene: sw.Scene) -> None:
     print(sw.plan(scene, last))
 
 
+def _fields(options: argparse.Namespace) -> None:
+    if options.json_schema:
+        print(json.dumps(json_schema(), indent=1))
+    else:
+        print(fields_text(options.kind, options.table))
+
+
+_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields}
+
+
 def _commands() -> ModuleType:
     return import_module("semiwear.commands")
 
@@ -61,6 +74,17 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="semiwear", description="Gear tooth wear, from a scene to a worn flank.")
     parser.add_argument("--version", action="version", version=f"semiwear {sw.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    new = commands.add_parser("new", help="write a commented scene to start from")
+    new.add_argument("kind", choices=tuple(SCHEMAS), help="kind of gear pair")
+    new.add_argument("-o", "--output", metavar="FILE", help="the scene, *.toml; default: my_KIND.toml")
+    new.set_defaults(command="new")
+
+    fields = commands.add_parser("fields", help="list the fields of a scene: units, defaults, allowed values")
+    fields.add_argument("table", nargs="?", help="of this table alone, such as operation or effects.friction")
+    fields.add_argument("--kind", choices=tuple(SCHEMAS), default="cylindrical", help="kind of gear pair")
+    fields.add_argument("--json-schema", action="store_true", help="print the JSON schema of scenes, for editors")
+    fields.set_defaults(command="fields")
 
     run = commands.add_parser("run", help="simulate a scene")
     run.add_argument("scene", help="a shipped scene's name, or a TOML file")

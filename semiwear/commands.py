@@ -23,14 +23,15 @@ from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scene import scene_files
+from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.sweep.command import run_study, store_of
 from semiwear.sweep.store import kept_scenes
-from semiwear.targets import PAGES, RESULTS, file_target, require_apart
+from semiwear.targets import PAGES, RESULTS, file_target, naming, require_apart
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "optimise", "report", "run", "screen", "sweep"]
+__all__ = ["calibrate", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -201,6 +202,26 @@ def sweep(options: argparse.Namespace) -> None:
         )  # fmt: skip
     print(told)
     print(f"\n{time.perf_counter() - begin:.1f} s")
+
+
+def new(options: argparse.Namespace) -> None:
+    """Write a commented scene to start from; beside flanks as points, the two files that it names."""
+    target = file_target("-o", options.output or f"my_{options.kind}.toml", (".toml",))
+    flanks = {}
+    if options.kind == "flank_points":
+        flanks = {body: target.parent / f"{body}.nc" for body in ("pinion", "gear")}
+    for path in (target, *flanks.values()):
+        if path.exists():
+            allowed = "a file that is not there yet"
+            raise SceneError.of("-o", str(path), allowed, "give another name, or remove it first")
+    example = sw.load_scene(EXAMPLES["cylindrical"])
+    for body, path in flanks.items():
+        sw.export_flank(example, body, path)
+    with naming(target):
+        target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
+    print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
+    for body, path in flanks.items():
+        print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
 
 
 def optimise(options: argparse.Namespace) -> None:
