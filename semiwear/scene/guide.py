@@ -32,7 +32,7 @@ _TYPES = {"float": "number", "int": "integer", "str": "string", "bool": "boolean
 
 @dataclass(frozen=True)
 class FieldNote:
-    """What a field is.
+    """Description of a field.
 
     Attributes
     ----------
