@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
     from semiwear.measured_load import measured_load
+    from semiwear.optimise import optimise
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     )
     from semiwear.scene import Placement, Scene, shipped_scenes
     from semiwear.screen import screen
+    from semiwear.sensitivities import sensitivities
     from semiwear.sweep import sweep
 
 __all__ = [
@@ -60,6 +62,7 @@ __all__ = [
     "measured_load",
     "measured_wear",
     "open_results",
+    "optimise",
     "plan",
     "plot",
     "register",
@@ -67,6 +70,7 @@ __all__ = [
     "save",
     "scatter",
     "screen",
+    "sensitivities",
     "shipped_scenes",
     "simulate",
     "sweep",
@@ -83,11 +87,13 @@ _MODULES = {
     "loading": ("load_scene",),
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
     "measured_load": ("measured_load",),
+    "optimise": ("optimise",),
     "plan": ("plan",),
     "results": ("open_results", "save"),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),
+    "sensitivities": ("sensitivities",),
     "sweep": ("sweep",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}

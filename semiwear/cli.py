@@ -1,11 +1,12 @@
-"""Command line: run, plan, screen, sweep, calibrate, report."""
+"""Command line: new, fields, run, plan, screen, sweep, optimise, calibrate, report."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from types import ModuleType
@@ -15,6 +16,8 @@ from semiwear.check import geometric_problems
 from semiwear.console import tolerant_streams
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.scene import load_scene
+from semiwear.scene.guide import fields_text, json_schema
+from semiwear.scene.schema import SCHEMAS
 from semiwear.untyped import Value
 
 __all__ = ["main"]
@@ -35,9 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
-        # help, a scene's errors and its plan need nothing that the other commands compute with
+        # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
         given = (options, _scene(options)) if "scene" in options else (options,)
-        command = _plan if options.command == "plan" else getattr(_commands(), options.command)
+        command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
         command(*given)
     except (SemiwearError, OSError) as error:
         print(f"semiwear: {error}", file=sys.stderr)
@@ -53,6 +56,16 @@ def _plan(options: argparse.Namespace, scene: sw.Scene) -> None:
     print(sw.plan(scene, last))
 
 
+def _fields(options: argparse.Namespace) -> None:
+    if options.json_schema:
+        print(json.dumps(json_schema(), indent=1))
+    else:
+        print(fields_text(options.kind, options.table))
+
+
+_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields}
+
+
 def _commands() -> ModuleType:
     return import_module("semiwear.commands")
 
@@ -64,6 +77,15 @@ def _parser() -> argparse.ArgumentParser:
     of_scene = argparse.ArgumentParser(add_help=False)
     of_scene.add_argument("scene", help="a shipped scene's name, or a TOML file")
     of_scene.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
+
+    new = commands.add_parser("new", help="write a commented scene to start from")
+    new.add_argument("kind", choices=tuple(SCHEMAS), help="kind of gear pair")
+    new.add_argument("-o", "--output", metavar="FILE", help="the scene, *.toml; default: my_KIND.toml")
+
+    fields = commands.add_parser("fields", help="list the fields of a scene: units, defaults, allowed values")
+    fields.add_argument("table", nargs="?", help="of this table alone, such as operation or effects.friction")
+    fields.add_argument("--kind", choices=tuple(SCHEMAS), default="cylindrical", help="kind of gear pair")
+    fields.add_argument("--json-schema", action="store_true", help="print the JSON schema of scenes, for editors")
 
     run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
@@ -90,6 +112,13 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler instead")
     sweep.add_argument("--resume", action="store_true", help="go on from the solved scenes in FILE.scenes")
     sweep.add_argument("--report", metavar="FILE", help="write the sweep as a self-contained HTML page")
+
+    optimise = commands.add_parser("optimise", help="find the best design of a study file")
+    optimise.add_argument("study", help="a TOML file with aims, limits and ranges of fields (docs/best_designs.md)")
+    optimise.add_argument("-o", "--output", metavar="FILE", required=True, help="the best design: a scene, *.toml")
+    optimise.add_argument("--designs", metavar="FILE", help="all designs that were tried: *.nc or *.zarr")
+    optimise.add_argument("--workers", metavar="N", type=int, help="processes of the scan; default: one a core")
+    optimise.add_argument("--report", metavar="FILE", help="write the search as a self-contained HTML page")
 
     what = "find the wear coefficient from measured flanks"
     calibrate = commands.add_parser("calibrate", help=what, parents=[of_scene])

@@ -1,4 +1,4 @@
-"""Commands of the command line, as functions of its options: run, screen, sweep, calibrate, report."""
+"""Commands of the command line, as functions of its options: run, screen, sweep, optimise, calibrate, report."""
 
 from __future__ import annotations
 
@@ -17,20 +17,22 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.optimise.command import run_optimise
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
 from semiwear.scatter.command import SCATTER, prepare_study
 from semiwear.scene import scene_files
+from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.sweep.command import run_study, store_of
 from semiwear.sweep.store import kept_scenes
-from semiwear.targets import PAGES, RESULTS, file_target, require_apart
+from semiwear.targets import PAGES, RESULTS, file_target, naming, require_apart
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "report", "run", "screen", "sweep"]
+__all__ = ["calibrate", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -208,6 +210,38 @@ def sweep(options: argparse.Namespace) -> None:
         told = run_study(
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
+        )  # fmt: skip
+    print(told)
+    print(f"\n{time.perf_counter() - begin:.1f} s")
+
+
+def new(options: argparse.Namespace) -> None:
+    """Write a commented scene to start from; beside flanks as points, the two files that it names."""
+    target = file_target("-o", options.output or f"my_{options.kind}.toml", (".toml",))
+    flanks = {}
+    if options.kind == "flank_points":
+        flanks = {body: target.parent / f"{body}.nc" for body in ("pinion", "gear")}
+    for path in (target, *flanks.values()):
+        if path.exists():
+            allowed = "a file that is not there yet"
+            raise SceneError.of("-o", str(path), allowed, "give another name, or remove it first")
+    example = sw.load_scene(EXAMPLES["cylindrical"])
+    for body, path in flanks.items():
+        sw.export_flank(example, body, path)
+    with naming(target):
+        target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
+    print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
+    for body, path in flanks.items():
+        print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
+
+
+def optimise(options: argparse.Namespace) -> None:
+    """Find the best design of a study file."""
+    begin = time.perf_counter()
+    with _Bar("reading the study ...", "design", "search") as bar:
+        told = run_optimise(
+            options.study, options.output, workers=options.workers, designs=options.designs,
+            report=options.report, progress=bar,
         )  # fmt: skip
     print(told)
     print(f"\n{time.perf_counter() - begin:.1f} s")

@@ -36,6 +36,8 @@ LAYERS = (
     ("plot",),
     ("report", "sweep", "accuracy"),
     ("scatter",),
+    ("optimise",),
+    ("sensitivities",),
     ("__init__",),
     ("console", "commands"),
     ("cli",),
@@ -163,7 +165,7 @@ def test_own_modules_are_imported_at_the_top():
 
 def test_public_names_are_found_in_any_order():
     code = """
-import semiwear.plan, semiwear.report, semiwear.simulate, semiwear.screen, semiwear.sweep
+import semiwear.plan, semiwear.report, semiwear.simulate, semiwear.screen, semiwear.sweep, semiwear.optimise
 import semiwear as sw
 for name in dir(sw):
     assert getattr(sw, name) is not None

@@ -1,0 +1,134 @@
+"""The command `semiwear optimise`: a study file with aims and limits, searched, written and reported.
+
+scene = "spur_fzg_c"
+minimise = "wear_depth_max"             # or maximise; two in a list for a front
+
+[set]                                   # changes of the scene, before anything is varied
+wear.until.meshes = 2e7
+
+[design]                                # ranges, or lists of choices
+effects.modification.pinion.tip_relief_um = {from = 0, to = 60}
+effects.modification.gear.tip_relief_um = {from = 0, to = 60}
+
+[subject_to]
+"transmission_error_amplitude[worst]" = "<= 30"
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+from semiwear.accuracy import simulate
+from semiwear.errors import Problem, SceneError
+from semiwear.optimise.page import write_optimum_report
+from semiwear.optimise.run import optimise
+from semiwear.scene import scene_files, shipped_scenes
+from semiwear.scene.values import shown
+from semiwear.simulate import Progress
+from semiwear.sweep.files import sweep_target, write_sweep
+from semiwear.sweep.study_file import flat_fields, read_study
+from semiwear.targets import PAGES, file_target, naming, require_apart
+from semiwear.untyped import Table
+
+__all__ = ["run_optimise"]
+
+_NAMES = ("minimise", "maximise", "most", "design", "subject_to")
+_SCENES = (".toml",)
+
+
+def run_optimise(
+    study: str, output: str, *, workers: int | None, designs: str | None, report: str | None, progress: Progress
+) -> str:
+    """Search the best design of a study file and write it as a scene; the summary, as text.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the file, the scene and the options, before anything runs.
+    MissingExtraError
+        A report is asked for without matplotlib.
+    """
+    problems: list[Problem] = []
+    for field, path, endings in (("-o", output, _SCENES), ("--report", report, PAGES)):
+        problems += _problems_of(field, path, endings)
+    if designs is not None:
+        try:
+            sweep_target("--designs", designs)
+        except SceneError as error:
+            problems += error.problems
+    read = None
+    try:
+        read = read_study(study, _NAMES)
+    except SceneError as error:
+        problems += error.problems
+    vary = _ranges(_design_of(study) if read is None else read.tables.get("design"), problems)
+    if read is not None and read.vary:
+        fix = "name ranges and choices under [design]; [vary] is for semiwear sweep"
+        problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [design]", fix))
+    if problems or read is None:
+        raise SceneError(problems, study)
+    inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
+    if read.scene_name not in shipped_scenes():
+        inputs["the scene"] = read.path.parent / read.scene_name
+    outputs = {"-o": output} | {
+        name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
+    }
+    require_apart(outputs, inputs)
+    options = {name: read.tables[name] for name in ("minimise", "maximise", "most") if name in read.tables}
+    best = optimise(
+        read.scene, vary, subject_to=read.tables.get("subject_to"), workers=workers, progress=progress, **options
+    )
+    target = Path(output)
+    with naming(target):
+        target.write_text(best.scene.to_toml(), encoding="utf-8")
+    lines = [str(best), "", f"scene of the best design: {output}"]
+    if designs is not None:
+        write_sweep(best.designs, designs)
+        lines.append(f"all designs: {designs}")
+    if report is not None:
+        lines.append(f"report: {write_optimum_report(best, read.scene, report, simulate)}")
+    return "\n".join(lines)
+
+
+def _problems_of(field: str, path: str | None, endings: tuple[str, ...]) -> list[Problem]:
+    if path is None:
+        return []
+    try:
+        target = file_target(field, path, endings)
+    except SceneError as error:
+        return list(error.problems)
+    if target.parent.is_dir():
+        return []
+    return [Problem(field, path, "a file in a folder that exists", f"make {target.parent}")]
+
+
+def _design_of(study: str) -> object:
+    """The table `[design]` of a file in which something else is wrong; empty where it cannot be read."""
+    try:
+        return tomllib.loads(Path(study).read_text(encoding="utf-8-sig")).get("design")
+    except (OSError, ValueError):
+        return {"": []}
+
+
+def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, float] | list[object]]:
+    """Ranges and choices of `[design]`, as `optimise` takes them."""
+    found: dict[str, tuple[float, float] | list[object]] = {}
+    if not isinstance(design, Mapping) or not design:
+        fix = "name fields with {from = ..., to = ...}, or with a list of choices"
+        problems.append(Problem("design", shown(design), "a table of fields", fix))
+        return found
+    for key, told in flat_fields(_plain(design)):
+        if isinstance(told, Mapping) and set(told) == {"from", "to"}:
+            found[key] = told["from"], told["to"]
+        elif isinstance(told, list):
+            found[key] = told
+        else:
+            allowed = "{from = ..., to = ...}, or a list of choices"
+            problems.append(Problem(f"design.{key}", shown(told), allowed, "give both ends of the range"))
+    return found
+
+
+def _plain(design: Mapping[str, object]) -> Table:
+    return dict(design)

@@ -1,0 +1,194 @@
+"""The best design that was found, and the way to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from semiwear.optimise.designs import COARSE, OWN, RESOLUTIONS, Aim, Design, Designs
+from semiwear.optimise.quantity import Limit, Quantity
+from semiwear.optimise.search import Found
+from semiwear.results.provenance import version
+from semiwear.scene import Scene
+from semiwear.untyped import Table, Value
+
+__all__ = ["Optimum", "Told", "optimum_of"]
+
+
+@dataclass(frozen=True)
+class Told:
+    """A quantity of the best design, and of the scene as it was.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    before, best : float
+        At the resolution of the scene.
+    error : float
+        By how much the best design's value changes with twice the resolution, relative.
+    limit : Limit or None
+        None for an aim.
+    """
+
+    quantity: Quantity
+    before: float
+    best: float
+    error: float
+    limit: Limit | None = None
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """Best design of `optimise`.
+
+    Attributes
+    ----------
+    scene : Scene
+        The best design, at the resolution of the scene that was given. With two aims: the one of the front that is
+        nearest to the best of both.
+    changes : dict
+        Its varied fields.
+    aims : tuple of Aim
+    told : tuple of Told
+        Aims, then limited quantities.
+    kept : bool
+        Whether it keeps all limits at twice the resolution.
+    designs : Dataset
+        All designs that were tried, along `sample`: varied fields, quantities, `resolution`, `feasible`, `message`.
+    front : Dataset
+        The best designs for two aims, none of which is better in both, along `sample`; one design for one aim.
+    """
+
+    scene: Scene
+    changes: Table
+    aims: tuple[Aim, ...]
+    told: tuple[Told, ...]
+    kept: bool
+    designs: xr.Dataset
+    front: xr.Dataset
+
+    def __str__(self) -> str:
+        width = max(len(key) for key in self.changes)
+        lines = ["best design: " + " and ".join(map(str, self.aims)), ""]
+        lines += [f"  {key:<{width}}  {_shown(value)}" for key, value in self.changes.items()]
+        rows = [("", "before", "best", "error", "limit")]
+        for one in self.told:
+            units = "" if one.quantity.units == "1" else f" {one.quantity.units}"
+            limit = "" if one.limit is None else f"{'<=' if one.limit.at_most else '>='} {one.limit.bound:g}"
+            rows.append(
+                (one.quantity.text, f"{one.before:.4g}{units}", f"{one.best:.4g}{units}", f"{one.error:.1%}", limit)
+            )
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        cells = (zip(row, widths, strict=True) for row in rows)
+        lines += ["", *("  " + "  ".join(f"{cell:<{w}}" for cell, w in row).rstrip() for row in cells)]
+        lines += ["", self.verdict]
+        if self.front.sizes["sample"] > 1:
+            lines.append(f"{self.front.sizes['sample']} designs on the front, none better than another in both aims")
+        return "\n".join(lines)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence on the limits and the number of designs."""
+        tried = {name: int((self.designs["resolution"] == k).sum()) for k, name in enumerate(RESOLUTIONS)}
+        count = f"{tried[COARSE]} designs tried on a coarse grid, {tried[OWN]} on that of the scene"
+        if not any(one.limit is not None for one in self.told):
+            return f"{count}; no limits were given"
+        if self.kept:
+            return f"{count}; all limits are kept at twice the resolution"
+        return (
+            f"{count}; NO design was found that keeps all limits at twice the resolution: this one comes nearest; "
+            "widen the ranges of vary, or the limits"
+        )
+
+
+def _shown(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
+    """The optimum after searches: one a design of the front."""
+    chosen = _nearest_to_both(designs, found)
+    own, doubled = chosen.own, chosen.doubled
+    before = designs.of_scene()
+    quantities = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
+    limits: list[Limit | None] = [None] * len(designs.aims) + list(designs.limits)
+    values = [np.concatenate([one.aims, one.limited]) for one in (before, own, doubled)]
+    told = tuple(
+        Told(quantity, float(was), float(now), _relative(now, fine), limit)
+        for quantity, was, now, fine, limit in zip(quantities, *values, limits, strict=True)
+    )
+    return Optimum(
+        scene=designs.scene_of(own.place, OWN),
+        changes=designs.space.changes(own.place),
+        aims=designs.aims,
+        told=told,
+        kept=chosen.kept,
+        designs=_dataset(designs, designs.tried),
+        front=_dataset(designs, [one.own for one in found]),
+    )
+
+
+def _relative(value: float, fine: float) -> float:
+    return abs(value - fine) / abs(fine) if fine else abs(value - fine)
+
+
+def _nearest_to_both(designs: Designs, found: list[Found]) -> Found:
+    """The design whose aims are nearest to the best of each, over their spread on the front."""
+    kept = [one for one in found if one.kept and one.own.solved] or found
+    if len(kept) == 1 or len(designs.aims) == 1:
+        return kept[0]
+    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
+    values = signs * np.stack([one.own.aims for one in kept])
+    spread = np.ptp(values, axis=0)
+    away = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
+    return kept[int(np.argmin(np.hypot(*away.T)))]
+
+
+def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
+    """Designs as a dataset along `sample`."""
+    fields = {
+        field.name: (
+            "sample",
+            _labels([field.value(float(one.place[k])) for one in tried]),
+            {"field": field.key},
+        )
+        for k, field in enumerate(designs.space.fields)
+    }
+    quantities: dict[str, tuple[str, np.ndarray, dict[str, str]]] = {}
+    for k, aim in enumerate(designs.aims):
+        quantities[aim.quantity.text] = _column(aim.quantity, np.array([one.aims[k] for one in tried]))
+    for k, limit in enumerate(designs.limits):
+        quantities[limit.quantity.text] = _column(limit.quantity, np.array([one.limited[k] for one in tried]))
+    feasible = np.array([designs.violation(one, designs.bounds) <= 0.0 for one in tried])
+    own = {
+        "resolution": (
+            "sample",
+            np.array([RESOLUTIONS.index(one.resolution) for one in tried], dtype=np.int8),
+            {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(RESOLUTIONS)},
+        ),
+        "feasible": ("sample", feasible, {"long_name": "all limits kept"}),
+        "message": ("sample", np.array([one.message for one in tried], dtype=np.str_), {}),
+    }
+    attrs = {
+        "title": f"Designs of {designs.scene.title or 'a scene'}",
+        "aims": ", ".join(map(str, designs.aims)),
+        "limits": ", ".join(map(str, designs.limits)),
+        "scene_toml": designs.scene.to_toml(),
+        "scene_sha256": designs.scene.sha256,
+        "source": f"semiwear {version()}",
+    }
+    return xr.Dataset({**quantities, **own}, coords=fields, attrs=attrs)
+
+
+def _labels(values: list[Value]) -> np.ndarray:
+    """Numbers, or text."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values)
+    return np.array(["none" if value is None else str(value) for value in values], dtype=np.str_)
+
+
+def _column(quantity: Quantity, values: np.ndarray) -> tuple[str, np.ndarray, dict[str, str]]:
+    entry = quantity.variable
+    return "sample", values, {"units": entry.units, "long_name": entry.long_name, "missing_because": "see message"}

@@ -1,0 +1,154 @@
+"""Quantities that a design is judged by: a variable of a result, of which body and when, and limits of it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from semiwear.errors import Problem
+from semiwear.results import VARIABLES, Variable
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+from semiwear.sweep.measure import Measured
+
+__all__ = ["Limit", "Quantity", "limits_of", "quantity_of"]
+
+_GROUPS = ("history", "life")
+_TIMES = ("end", "unworn", "worst")
+_BODIES = ("pinion", "gear")
+_STEPS = "wear_step"
+_TEXT = re.compile(r"\s*(?P<name>\w+)\s*(\[(?P<which>[\w\s,]*)\])?\s*")
+_LIMIT = re.compile(r"\s*(?P<sign><=|>=)\s*(?P<value>[-+]?[0-9.]+(e[-+]?[0-9]+)?)\s*", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that a result tells.
+
+    Attributes
+    ----------
+    text : str
+        As it was asked for, e.g. ``"root_stress_max[pinion, worst]"``.
+    variable : Variable
+        Of `/history` or `/life`.
+    body : str
+        Empty: of both bodies the worse one.
+    time : str
+        ``"end"`` of the run, ``"unworn"``, or ``"worst"``: the worst of all wear states.
+    """
+
+    text: str
+    variable: Variable
+    body: str = ""
+    time: str = "end"
+
+    @property
+    def path(self) -> str:
+        """Path in a result."""
+        return f"/{self.variable.group}/{self.variable.name}"
+
+    @property
+    def units(self) -> str:
+        """Unit of the number."""
+        return self.variable.units
+
+    def value(self, measured: Measured, *, low_is_good: bool) -> float:
+        """The number in a solved scene; NaN where its result has none.
+
+        Parameters
+        ----------
+        measured : Measured
+        low_is_good : bool
+            Decides which of several is the worst.
+        """
+        if self.path not in measured.variables:
+            return float("nan")
+        values, dims = np.asarray(measured.variables[self.path], float), list(self.variable.dims)
+        if "body" in dims and self.body:
+            labels = [str(label) for label in measured.coords["body"]]
+            if self.body not in labels:
+                return float("nan")
+            values = values.take(labels.index(self.body), axis=dims.index("body"))
+            dims.remove("body")
+        if _STEPS in dims and self.time != "worst":
+            values = values.take(0 if self.time == "unworn" else -1, axis=dims.index(_STEPS))
+        known = values[np.isfinite(values)]
+        if not known.size:
+            return float("nan")
+        return float(known.max() if low_is_good else known.min())
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit that a design has to keep.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    bound : float
+        In the unit of the quantity.
+    at_most : bool
+        Whether it is an upper limit.
+    """
+
+    quantity: Quantity
+    bound: float
+    at_most: bool
+
+    def __str__(self) -> str:
+        units = "" if self.quantity.units == "1" else f" {self.quantity.units}"
+        return f"{self.quantity.text} {'<=' if self.at_most else '>='} {self.bound:g}{units}"
+
+    def excess(self, value: float) -> float:
+        """How far a value lies beyond the limit; negative within it."""
+        return value - self.bound if self.at_most else self.bound - value
+
+
+def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity | None:
+    """A quantity from text; None and a problem where no result has it."""
+    known = {name: entry for (group, name), entry in VARIABLES.items() if group in _GROUPS}
+    match = _TEXT.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        fix = 'such as "wear_depth_max", "root_stress_max[pinion]" or "transmission_error_amplitude[worst]"'
+        problems.append(Problem(field, shown(text), "the name of a variable of /history or /life", fix))
+        return None
+    name = match["name"]
+    which = [word for word in re.split(r"[\s,]+", match["which"] or "") if word]
+    if name not in known:
+        meant = closest(name, list(known))
+        fix = f"did you mean {meant}?" if meant else "see the group /history of a result"
+        problems.append(Problem(field, shown(name), "a variable of /history or /life", fix))
+        return None
+    entry = known[name]
+    unknown = [word for word in which if word not in (*_TIMES, *_BODIES)]
+    bodies, times = [w for w in which if w in _BODIES], [w for w in which if w in _TIMES]
+    if unknown or len(bodies) > 1 or len(times) > 1:
+        allowed = f"one of {', '.join(_TIMES)} and one of {', '.join(_BODIES)} in the brackets"
+        problems.append(Problem(field, shown(text), allowed, f"write {name}[pinion, worst], or {name} alone"))
+        return None
+    if (bodies and "body" not in entry.dims) or (times and _STEPS not in entry.dims):
+        word = bodies[0] if bodies and "body" not in entry.dims else times[0]
+        problems.append(Problem(field, shown(text), f"{name} without [{word}]", f"{name} is one number for all"))
+        return None
+    return Quantity(str(text).strip(), entry, bodies[0] if bodies else "", times[0] if times else "end")
+
+
+def limits_of(subject_to: Mapping[str, str | Sequence[str]] | None, problems: list[Problem]) -> tuple[Limit, ...]:
+    """Limits from text such as ``{"transmission_error_amplitude": "<= 2.5"}``; two in a list."""
+    found: list[Limit] = []
+    for name, told in (subject_to or {}).items():
+        field = f"subject_to.{name}"
+        quantity = quantity_of(field, name, problems)
+        for one in (told,) if isinstance(told, str) or not isinstance(told, Sequence) else told:
+            match = _LIMIT.fullmatch(one) if isinstance(one, str) else None
+            if match is None:
+                unit = f" in {quantity.units}" if quantity and quantity.units != "1" else ""
+                problems.append(
+                    Problem(field, shown(one), 'text such as "<= 2.5" or ">= 1e8"', f"give a sign and a number{unit}")
+                )
+            elif quantity is not None:
+                found.append(Limit(quantity, float(match["value"]), match["sign"] == "<="))
+    return tuple(found)

@@ -1,0 +1,165 @@
+"""The best design within limits: one aim, or the front of two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.errors import Problem, SceneError
+from semiwear.optimise.designs import Aim, Design, Designs
+from semiwear.optimise.optimum import Optimum, optimum_of
+from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.optimise.search import Found, Goal, scan, search, settle
+from semiwear.optimise.space import space_of
+from semiwear.scene import Scene
+from semiwear.scene.values import shown
+from semiwear.simulate import NoProgress, Progress
+from semiwear.sweep.bar import Bar
+from semiwear.threads import available_threads
+
+__all__ = ["optimise"]
+
+FloatArray = NDArray[np.float64]
+
+_MOST_FIELDS = 12
+_FRONT = 5  # designs between the two ends of a front
+_SCAN = 4  # designs for each field, and as many more
+
+
+def optimise(
+    scene: Scene,
+    vary: Mapping[str, tuple[float, float] | Sequence[object]],
+    *,
+    minimise: str | Sequence[str] | None = None,
+    maximise: str | Sequence[str] | None = None,
+    subject_to: Mapping[str, str | Sequence[str]] | None = None,
+    most: int | None = None,
+    workers: int | None = None,
+    progress: Progress | bool | None = None,
+) -> Optimum:
+    """Find the design whose worn flanks are best.
+
+    The space of designs is scanned by a Sobol' sequence on a coarse grid; from its best designs on, a trust region
+    method (COBYQA) goes on. The design that it finds is solved at the resolution of the scene and at twice that;
+    where a limit is not kept there, the search goes on with what the finer grid corrects.
+
+    Parameters
+    ----------
+    scene : Scene
+        It needs a table ``[wear]``. Where its runs end at control depths, ask for meshes or a life.
+    vary : mapping
+        From dotted key to a range ``(low, high)``, or to a list of choices. A range of a field that takes whole
+        numbers, such as a number of teeth, stands for all of them.
+    minimise, maximise : str or sequence of str
+        One or two variables of `/history` or `/life`, such as ``"wear_depth_max"``. In brackets: of which body, and
+        when, such as ``"root_stress_max[pinion, worst]"``. Without: of both bodies the worse, at the end of the run
+        (``unworn`` and ``worst``, of all wear states, are the others).
+    subject_to : mapping, optional
+        Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
+    most : int, optional
+        Designs to be tried on the coarse grid for each search. Default: 20, and 10 more for each field.
+    workers : int, optional
+        Processes of the scan; 0: in this process. Default: one a core.
+    progress : Progress or bool, optional
+        Hears of every design; True shows a bar (extra ``progress``).
+
+    Returns
+    -------
+    Optimum
+        The best design, by how much it is better, its error, and all that were tried. `print` shows a summary.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong with the arguments, before anything runs; also where no design can be solved.
+    """
+    problems: list[Problem] = []
+    space = None
+    try:
+        space = space_of(scene, vary)
+        if len(space.fields) > _MOST_FIELDS:
+            fix = "vary those that `screen` or a sweep calls for"
+            problems.append(Problem("vary", len(space.fields), f"at most {_MOST_FIELDS} fields", fix))
+    except SceneError as error:
+        problems += error.problems
+    aims = _aims(minimise, maximise, problems)
+    limits = limits_of(subject_to, problems)
+    if scene.wear is None:
+        problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
+    if most is not None and (isinstance(most, bool) or not isinstance(most, int) or most < 1):
+        problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 0):
+        problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
+    if problems or space is None:
+        raise SceneError(problems, "optimise")
+    count = 20 + 10 * len(space.fields) if most is None else most
+    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+        total = count * (1 if len(aims) == 1 else 2 + _FRONT)
+        counter = _Counter(hears, total)
+        designs = Designs(
+            scene, space, aims, limits, available_threads() if workers is None else workers, counter.add
+        )
+        return optimum_of(designs, _front(designs, count))
+
+
+def _aims(minimise: object, maximise: object, problems: list[Problem]) -> tuple[Aim, ...]:
+    found = []
+    for field, given in (("minimise", minimise), ("maximise", maximise)):
+        if given is None:
+            continue
+        for text in [given] if isinstance(given, str) or not isinstance(given, Sequence) else given:
+            quantity = quantity_of(field, text, problems)
+            if quantity is not None:
+                found.append(Aim(quantity, field == "minimise"))
+    if not problems and len(found) not in (1, 2):
+        fix = 'such as minimise="wear_depth_max"; what else matters goes into subject_to'
+        problems.append(Problem("minimise", f"{len(found)} quantities", "one or two, with maximise", fix))
+    return tuple(found)
+
+
+class _Counter:
+    """Tells progress of every design."""
+
+    def __init__(self, progress: Progress, total: int):
+        self._progress, self._total, self._done = progress, total, 0
+
+    def add(self, design: Design) -> None:
+        self._done += 1
+        text = f"{design.resolution} grid" if design.solved else "refused or failed"
+        self._progress.step(self._done, max(self._total, self._done), text)
+
+
+def _front(designs: Designs, most: int) -> list[Found]:
+    """Best designs: one, or those of a front of two aims, from the best of the first to the best of the second."""
+    scanned = scan(designs, min(_SCAN * (len(designs.space.fields) + 1), most))
+    if not any(design.solved for design in scanned):
+        reasons = list(dict.fromkeys(design.message for design in scanned))[:5]
+        raise SceneError.of("vary", f"{len(scanned)} designs", "designs that can be solved", "; ".join(reasons))
+    left = max(most - len(scanned), 4)
+    ends = [Goal(aim, designs.bounds) for aim in range(len(designs.aims))]
+    found = [settle(designs, goal, search(designs, goal, left), left // 2) for goal in ends]
+    if len(designs.aims) == 1:
+        return found
+    sign = 1.0 if designs.aims[1].minimise else -1.0
+    first, second = (sign * float(one.own.aims[1]) for one in found)
+    between = []
+    for share in np.arange(1, _FRONT + 1) / (_FRONT + 1):
+        goal = Goal(0, designs.bounds, first + share * (second - first))
+        between.append(settle(designs, goal, search(designs, goal, left // 2), left // 4))
+    return _undominated(designs, [found[0], *between, found[1]])
+
+
+def _undominated(designs: Designs, found: list[Found]) -> list[Found]:
+    """Designs that keep the limits, none of which is better in both aims; all where none keeps them."""
+    signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
+    kept = [one for one in found if one.kept] or found
+    values = signs * np.stack([one.own.aims for one in kept])
+    chosen: list[Found] = []
+    for k, one in enumerate(kept):
+        better = (values <= values[k]).all(axis=1) & (values < values[k]).any(axis=1)
+        if not better.any() and not any(np.array_equal(one.own.place, other.own.place) for other in chosen):
+            chosen.append(one)
+    return chosen

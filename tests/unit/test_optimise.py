@@ -1,0 +1,217 @@
+"""The search for best designs, on quantities that are known formulas of the varied fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import semiwear as sw
+from semiwear.optimise import command
+from semiwear.optimise import designs as designs_module
+from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
+from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.simulate import NoProgress
+from semiwear.sweep.measure import Measured
+from semiwear.sweep.outcome import Outcome, Status
+from semiwear.sweep.scenes import Task
+
+PINION, GEAR = "effects.modification.pinion.tip_relief_um", "effects.modification.gear.tip_relief_um"
+Formula = Callable[[float, float], float]
+
+
+@pytest.fixture
+def scene(shipped: sw.Scene) -> sw.Scene:
+    return shipped.replace({"wear.until.meshes": 1e6})
+
+
+@pytest.fixture
+def formulas(monkeypatch: pytest.MonkeyPatch) -> dict[str, Formula]:
+    """Quantities by formulas of both reliefs; on the coarse grid all are 3 % too low."""
+    known: dict[str, Formula] = {}
+
+    def solve(task: Task) -> Outcome:
+        modification = task.scene.effects.modification
+        x, y = (
+            (0.0 if body is None else body.tip_relief_um for body in (modification.pinion, modification.gear))
+            if modification
+            else (0.0, 0.0)
+        )
+        wrong = 0.97 if task.scene.numerics.face_slices < 61 else 1.0
+        values = {path: np.array([0.0, wrong * f(x, y)]) for path, f in known.items()}
+        if any(np.isnan(value).any() for value in values.values()):
+            return Outcome(task.key, Status.FAILED, "no load sharing")
+        return Outcome(task.key, Status.DONE, measured=Measured(values))
+
+    monkeypatch.setattr(designs_module, "solve", solve)
+    return known
+
+
+def bowl(x: float, y: float) -> float:
+    return 5.0 + (x / 60.0 - 0.7) ** 2 + 2.0 * (y / 60.0 - 0.4) ** 2 + 0.5 * (x / 60.0 - 0.7) * (y / 60.0 - 0.4)
+
+
+def test_the_bottom_of_a_bowl_is_found(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", workers=0)
+    assert best.changes[PINION] == pytest.approx(42.0, abs=1.5)
+    assert best.changes[GEAR] == pytest.approx(24.0, abs=1.5)
+    assert best.scene.numerics == scene.numerics
+    assert best.kept
+    assert best.told[0].best == pytest.approx(5.0, rel=1e-3)
+    assert best.told[0].before == pytest.approx(bowl(0.0, 0.0))
+
+
+def test_limits_hold_on_the_fine_grid_although_the_coarse_one_says_less(
+    scene: sw.Scene, formulas: dict[str, Formula]
+) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    formulas["/history/transmission_error_amplitude"] = lambda x, y: 1.0 + 0.02 * x
+    best = sw.optimise(
+        scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max",
+        subject_to={"transmission_error_amplitude": "<= 1.6"}, workers=0,
+    )  # fmt: skip
+    assert best.kept
+    assert 1.0 + 0.02 * best.changes[PINION] <= 1.6 * 1.002
+    # the bowl's bottom along y under x = 30
+    assert best.told[0].best <= min(bowl(30.0, y) for y in np.linspace(0.0, 60.0, 601)) * 1.002
+
+
+def test_limits_that_no_design_keeps_are_told(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    best = sw.optimise(
+        scene, {PINION: (0, 60)}, minimise="wear_depth_max", subject_to={"wear_depth_max": "<= 1"}, workers=0
+    )
+    assert not best.kept
+    assert "NO design" in best.verdict
+    assert not best.designs["feasible"].any()
+
+
+def test_the_front_of_two_aims(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    formulas["/history/wear_depth_max"] = lambda x, y: 1.0 + (x / 60.0) ** 2 + 0.1 * (y / 60.0) ** 2
+    formulas["/history/load_share_max"] = lambda x, y: 1.0 + (1.0 - x / 60.0) ** 2 + 0.1 * (y / 60.0) ** 2
+    found = sw.optimise(
+        scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise=["wear_depth_max", "load_share_max"], workers=0
+    )
+    wear, share = found.front["wear_depth_max"].values, found.front["load_share_max"].values
+    assert wear.size >= 5
+    # on the front sqrt(a - 1) + sqrt(b - 1) = 1 with y = 0
+    np.testing.assert_allclose(
+        np.sqrt(np.maximum(wear - 1.0, 0.0)) + np.sqrt(np.maximum(share - 1.0, 0.0)), 1.0, atol=0.03
+    )
+    order = np.argsort(wear)
+    assert (np.diff(share[order]) < 0.0).all()
+    assert 10.0 < found.changes[PINION] < 50.0
+
+
+def test_choices_and_designs_that_fail(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    formulas["/history/wear_depth_max"] = lambda x, y: np.nan if y > 30.0 else bowl(x, y) - 3.0 * (y == 20.0)
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: [0, 10, 20, 40]}, minimise="wear_depth_max", workers=0)
+    assert best.changes[GEAR] == 20
+    failed = best.designs["message"] == "no load sharing"
+    assert failed.any()
+    assert np.isnan(best.designs["wear_depth_max"].values[failed.values]).all()
+    assert not best.designs["feasible"].values[failed.values].any()
+
+
+def test_whole_numbers_stand_for_all_between(scene: sw.Scene) -> None:
+    from semiwear.optimise.space import space_of
+
+    field = space_of(scene, {"gear_pair.pinion_teeth": (23, 26)}).fields[0]
+    assert field.values == (23, 24, 25, 26)
+    assert not field.continuous
+    assert [field.value(place) for place in (0.0, 0.3, 0.6, 1.0)] == [23, 24, 25, 26]
+    assert space_of(scene, {"gear_pair.pinion_teeth": (23, 26)}).start(scene)[0] == pytest.approx(0.625)
+
+
+def test_all_that_is_wrong_is_told_at_once(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError) as caught:
+        sw.optimise(
+            scene, {"effects.modification.pinion.tip_releif_um": (0, 60), GEAR: (60, 0), PINION: (0, 1, 2)},
+            minimise="wear_depht_max", subject_to={"load_share_max": "< 1", "root_stress_max[tip]": "<= 1"}, most=0,
+        )  # fmt: skip
+    text = str(caught.value)
+    for part in (
+        "tip_relief_um",
+        "exchange the two",
+        "two numbers",
+        "wear_depth_max",
+        '"<= 2.5"',
+        "in the brackets",
+        "most",
+    ):
+        assert part in text, part
+
+
+def test_quantities_by_body_and_time() -> None:
+    problems: list = []
+    measured = Measured(
+        {"/history/root_stress_max": np.array([[100.0, 90.0], [130.0, 80.0], [120.0, 110.0]])},
+        {"body": np.array(["pinion", "gear"])},
+    )
+    for text, value in (
+        ("root_stress_max", 120.0),
+        ("root_stress_max[gear]", 110.0),
+        ("root_stress_max[unworn]", 100.0),
+        ("root_stress_max[worst]", 130.0),
+        ("root_stress_max[gear, unworn]", 90.0),
+    ):
+        quantity = quantity_of("minimise", text, problems)
+        assert quantity is not None
+        assert quantity.value(measured, low_is_good=True) == value
+    assert quantity.value(Measured(), low_is_good=True) != quantity.value(Measured(), low_is_good=True)
+    (limit,) = limits_of({"root_stress_max[gear]": ">= 95"}, problems)
+    assert not problems
+    assert limit.excess(110.0) == -15.0
+    assert limit.quantity.value(measured, low_is_good=False) == 110.0
+
+
+def test_resolutions(scene: sw.Scene) -> None:
+    coarse, own, doubled = (at_resolution(scene, name).numerics for name in (COARSE, OWN, DOUBLED))
+    assert own == scene.numerics
+    for name in ("face_slices", "roll_positions", "profile_points"):
+        assert getattr(coarse, name) < getattr(own, name) < getattr(doubled, name)
+
+
+@pytest.mark.slow
+def test_relief_of_a_spur_pair_lowers_its_transmission_error() -> None:
+    scene = sw.load_scene("spur_fzg_c").replace({"wear.until.meshes": 2e7, "numerics.face_slices": 15})
+    aim = "transmission_error_amplitude[unworn]"
+    best = sw.optimise(scene, {PINION: (0, 40), GEAR: (0, 40)}, minimise=aim, most=20)
+    assert best.told[0].best < 0.9 * best.told[0].before
+    assert sw.simulate(best.scene)["history"].transmission_error_amplitude.values[0] == pytest.approx(
+        best.told[0].best
+    )
+
+
+def test_a_study_is_searched_written_and_reported(
+    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, worn: xr.DataTree
+) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    monkeypatch.setattr(command, "simulate", lambda scene: worn)
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nset.wear.until.meshes = 1e6\n'
+        f"[design]\n{PINION} = {{from = 0, to = 60}}\n{GEAR} = [0, 20]\n"
+    )
+    best, designs, page = (tmp_path / name for name in ("best.toml", "designs.nc", "best.html"))
+    text = command.run_optimise(
+        str(study), str(best), workers=0, designs=str(designs), report=str(page), progress=NoProgress()
+    )
+    assert "best design: least wear_depth_max" in text
+    scene = sw.load_scene(best)
+    assert scene.effects.modification is not None
+    assert scene.effects.modification.pinion.tip_relief_um == pytest.approx(42.0, abs=3.0)
+    with xr.open_dataset(designs) as kept:
+        assert kept["feasible"].values.all()
+    assert page.read_text().count("<img") >= 5
+    study.write_text('scene = "face_gear_25x160"\nminimize = "wear_depth_max"\n[design]\nx = 3\n')
+    with pytest.raises(sw.SceneError) as caught:
+        command.run_optimise(
+            str(study), str(study), workers=0, designs=None, report="best.pdf", progress=NoProgress()
+        )
+    for part in ("minimise", "both ends", "best.html"):
+        assert part in str(caught.value), part

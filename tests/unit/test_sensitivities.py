@@ -1,0 +1,123 @@
+"""Sensitivities of quantities that are known formulas of the fields, and of a worn scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import semiwear as sw
+from semiwear import sensitivities as public
+from semiwear.sweep.measure import Measured
+from semiwear.sweep.outcome import Outcome, Status
+from semiwear.sweep.scenes import Task
+
+TORQUE, YOUNG = "operation.pinion_torque_Nm", "material.gear.youngs_modulus_MPa"
+OFFSET = "effects.misalignment.offset_mm"
+MODULE = __import__("sys").modules["semiwear.sensitivities"]
+
+
+@pytest.fixture
+def scene(shipped: sw.Scene) -> sw.Scene:
+    return shipped.replace({"wear.until.meshes": 1e6})
+
+
+@pytest.fixture
+def by_formula(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[sw.Scene], float]], None]:
+    """Let a formula of the scene stand for the greatest wear."""
+
+    def use(formula: Callable[[sw.Scene], float]) -> None:
+        def solve(task: Task) -> Outcome:
+            value = formula(task.scene)
+            if not np.isfinite(value):
+                return Outcome(task.key, Status.FAILED, "teeth lose contact")
+            return Outcome(
+                task.key, Status.DONE, measured=Measured({"/history/wear_depth_max": np.array([0.0, value])})
+            )
+
+        monkeypatch.setattr(MODULE, "solve", solve)
+
+    return use
+
+
+def torque(scene: sw.Scene) -> float:
+    return scene.operation.pinion_torque_Nm / 1600.0
+
+
+def test_the_package_gives_the_function():
+    assert callable(public)
+    assert sw.sensitivities is public
+
+
+def test_smooth_quantities(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: 3.0 * torque(s) ** 1.7 / (s.material.gear.youngs_modulus_MPa / 207000.0) ** 0.4)
+    found = public(scene, "wear_depth_max", [TORQUE, YOUNG], workers=0)
+    np.testing.assert_allclose(found["relative"].values, [[1.7, -0.4]], rtol=1e-6)
+    np.testing.assert_allclose(found["derivative"].values[0, 0], 3.0 * 1.7 / 1600.0, rtol=1e-6)
+    assert not found["kink"].any()
+    assert (found["error"].values <= 1e-3 * np.abs(found["derivative"].values)).all()
+    assert found["value"].values[0] == pytest.approx(3.0)
+    assert (found["message"] == "").all()
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=5, max_size=5))
+def test_polynomials_of_the_fourth_degree_are_exact(coefficients: list[float]) -> None:
+    x, h = 0.7, 0.01
+    f = np.polynomial.Polynomial(coefficients)
+    slope, error, _ = MODULE._slopes({side: f(x + side * h) for side in (-2, -1, 1, 2)}, f(x), h)
+    assert slope == pytest.approx(f.deriv()(x), abs=1e-10)
+    assert error >= 0.0
+
+
+def test_a_kink_is_told_and_a_bend_is_none(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: 1.0 + max(torque(s) - 1.0, 0.0))
+    assert public(scene, "wear_depth_max", [TORQUE], workers=0)["kink"].all()
+    by_formula(lambda s: 1.0 + 0.01 * (torque(s) - 1.0) + 5.0 * (torque(s) - 1.0) ** 2)
+    assert not public(scene, "wear_depth_max", [TORQUE], workers=0)["kink"].any()
+
+
+def test_one_side_will_do_and_none_is_told(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: torque(s) ** 2 if torque(s) <= 1.0 else np.nan)
+    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    assert found["relative"].values[0, 0] == pytest.approx(2.0, abs=1e-9)
+    assert found["message"].values[0] == "teeth lose contact"
+    by_formula(lambda s: 1.0 if torque(s) == 1.0 else np.nan)
+    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    assert np.isnan(found["derivative"].values).all()
+    assert found["message"].values[0] == "teeth lose contact"
+    by_formula(lambda s: np.nan)
+    with pytest.raises(sw.SemiwearError, match="teeth lose contact"):
+        public(scene, "wear_depth_max", [TORQUE], workers=0)
+
+
+def test_steps_of_their_own(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: 1.0 + (0.0 if s.effects.misalignment is None else s.effects.misalignment.offset_mm))
+    found = public(scene, "wear_depth_max", {OFFSET: 0.02}, workers=0)
+    assert found["derivative"].values[0, 0] == pytest.approx(1.0)
+    assert found["step"].values[0] == 0.02
+
+
+def test_all_that_is_wrong_is_told_at_once(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError) as caught:
+        public(
+            scene, "wear_depht_max", [OFFSET, "gear_pair.pinion_teeth", "operation.pinion_torqe_Nm", "gear_pair.type"]
+        )
+    for part in ("wear_depth_max", "a step in a mapping", "any number", "pinion_torque_Nm", "field that is a number"):
+        assert part in str(caught.value), part
+
+
+@pytest.mark.slow
+def test_meshes_to_a_depth_are_inverse_to_the_wear_coefficient(small: sw.Scene) -> None:
+    scene = small.replace({"wear.until.control_depths_um": [5, 10]})
+    found = public(scene, ["wear_volume[gear]", "root_stress_max[gear]"], ["wear.coefficient_mm2_per_N", TORQUE])
+    # to a depth the worn shape does not know the coefficient
+    assert np.abs(found["relative"].sel(field="wear.coefficient_mm2_per_N")).max() < 1e-6
+    heavier, lighter = (scene.replace({TORQUE: 1600.0 + change}) for change in (5.0, -5.0))
+    stress = [
+        sw.simulate(one)["history"]["root_stress_max"].sel(body="gear").values[-1] for one in (heavier, lighter)
+    ]
+    slope = float(found["derivative"].sel(field=TORQUE, quantity="root_stress_max[gear]"))
+    assert slope == pytest.approx((stress[0] - stress[1]) / 10.0, rel=0.02)
