@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Prepared", "prepare_sweep", "run_study", "store_of"]
 
 _MOST_TOLD = 10
+_ANSWER = 10.0  # s, of a scheduler
 
 
 def store_of(output: str) -> Path:
@@ -140,7 +141,7 @@ def _client(address: str | None) -> Iterator[Client | None]:
     except ImportError as error:
         raise MissingExtraError("dask[distributed]", "sweep", "a sweep on a cluster") from error
     try:
-        client = Client(address, timeout="10s")
+        client = Client(address, timeout=_ANSWER, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise SemiwearError(
             f"--scheduler {address}: no Dask scheduler answers ({error}); start one with `dask scheduler`, and give "

@@ -21,7 +21,7 @@ from semiwear.sweep.files import open_sweep
 from tests.scenes import SHIPPED, TINY
 from tests.strategies.results import synthetic_tree
 
-outcome = import_module("semiwear.sweep.outcome")
+outcome, command = import_module("semiwear.sweep.outcome"), import_module("semiwear.scatter.command")
 SCENE = SHIPPED.replace({**TINY, "wear.until.control_depths_um": [2, 4]})
 TORQUE, OFFSET, K = "operation.pinion_torque_Nm", "effects.misalignment.offset_mm", "wear.coefficient_mm2_per_N"
 
@@ -251,7 +251,7 @@ wear.until.control_depths_um = [2, 4]
 def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(import_module("semiwear.sweep.page"), "QUANTITIES", ("meshes",))
-    monkeypatch.setattr(import_module("semiwear.scatter.command"), "_MOST_PICTURES", 1)
+    monkeypatch.setattr(command, "_MOST_PICTURES", 1)
     (tmp_path / "study.toml").write_text(STUDY)
     assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
     told = capsys.readouterr().out
@@ -260,7 +260,7 @@ def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, caps
     assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
     assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
     page = (tmp_path / "study.html").read_text()
-    assert "Quantiles of 32 samples" in page and "What meshes depends on" in page
+    assert "Quantiles of 32 samples" in page and "What meshes_to_limit depends on" in page
 
 
 def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, capsys):

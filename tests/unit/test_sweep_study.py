@@ -143,9 +143,10 @@ def test_solved_scenes_are_only_replaced_when_asked(study, solved, capsys):
     np.testing.assert_array_equal(one["meshes"], other["meshes"])
 
 
-def test_a_scheduler_that_does_not_answer_is_told(study, solved, capsys):
+def test_a_scheduler_that_does_not_answer_is_told(study, solved, capsys, monkeypatch):
     pytest.importorskip("distributed")
-    assert main(["sweep", "study.toml", "-o", "a.nc", "--scheduler", "nowhere://x"]) == 2
+    monkeypatch.setattr(import_module("semiwear.sweep.command"), "_ANSWER", 0.5)
+    assert main(["sweep", "study.toml", "-o", "a.nc", "--scheduler", "tcp://127.0.0.1:9"]) == 2
     assert "no Dask scheduler answers" in capsys.readouterr().err
     assert main(["sweep", "study.toml", "-o", "a.nc", "--scheduler", "x", "--workers", "2"]) == 2
     assert "leave one of them out" in capsys.readouterr().err
