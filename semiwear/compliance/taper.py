@@ -40,7 +40,14 @@ from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 from semiwear.threads import in_threads
 
-__all__ = ["Taper", "tapered"]
+__all__ = ["FILLET_ELEMENTS", "Taper", "tapered"]
+
+FILLET_ELEMENTS = 6
+"""Along the fillet of sections of a tooth that tapers.
+
+With eight, stress within a module of the inner end is up to 5 % above converged elements in three dimensions, with
+twelve 7 %, and with six 3 %: the shapes that set the ends free do not follow.
+"""
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -119,7 +126,10 @@ def tapered(
         What error messages call the sections.
     """
     heights, harmonics = prisms[0].load_profile.size, prisms[0].deflection.shape[0]
-    meshes = [section_mesh(section, heights=heights, land_elements=1, name=name) for section in sections]
+    meshes = [
+        section_mesh(section, heights=heights, fillet_elements=FILLET_ELEMENTS, land_elements=1, name=name)
+        for section in sections
+    ]
     elastic = youngs_modulus, poissons_ratio
     pitches = _Pitches.of(meshes[0])
     few = np.unique(np.linspace(0, len(meshes) - 1, 3).round().astype(int))

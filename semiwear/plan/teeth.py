@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,12 +12,12 @@ from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, whee
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
-from semiwear.compliance.taper import tapered
+from semiwear.compliance.taper import FILLET_ELEMENTS, tapered
 from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair, PrismBody
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.scene import GearPair, Material, Placement, Scene
 from semiwear.threads import in_threads
@@ -127,9 +127,10 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     """The prisms of a body's sections; kept between runs as `toothed` are."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
+    of_section = partial(prism_section, fillet_elements=FILLET_ELEMENTS) if _tapers(shape) else prism_section
 
     def prism(section: int) -> PrismSection:
-        return prism_section(
+        return of_section(
             shape.sections[section],
             width=shape.tooth_length,
             youngs_modulus=youngs_modulus,
@@ -145,6 +146,12 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     return tuple(replace(prism, stress=shape.foot.crowding * prism.stress) for prism in found)
 
 
+def _tapers(shape: PrismBody) -> bool:
+    """Whether a body's tooth is one on a rack whose section changes, in millimetres along the tooth."""
+    on_rack = len(shape.sections) >= _TAPERING and all(isinstance(s.rim, RackRim) for s in shape.sections)
+    return on_rack and bool(np.isclose(shape.tooth_length, shape.width, rtol=1e-6))
+
+
 @lru_cache(maxsize=16)
 def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> ToothBody:
     """A body's teeth; they depend on geometry and material alone and are kept between runs.
@@ -154,9 +161,6 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
     """
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
-    tapers = len(shape.sections) >= _TAPERING and all(isinstance(s.rim, RackRim) for s in shape.sections)
-    # face coordinates have to be millimetres along the tooth
-    tapers &= bool(np.isclose(shape.tooth_length, shape.width, rtol=1e-6))
     sections = prisms(table, index, material, harmonics)
     body = ToothBody(
         start=shape.start,
@@ -167,7 +171,7 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,
     )
-    if not tapers:
+    if not _tapers(shape):
         return body
     residual, taper = tapered(
         shape.sections,
