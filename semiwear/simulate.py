@@ -102,15 +102,16 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
     clock.lap(_WEARING)
     tree = _result(physics, teeth, stepper, states, clock, life)
     if stopped is not None:
-        raise ConvergenceError(f"{stopped} ({_what_is_there(len(states) - 1)})", tree) from stopped
+        raise ConvergenceError(f"{stopped} ({_kept_of(len(states) - 1)})", tree) from stopped
     return tree
 
 
-def _what_is_there(steps: int) -> str:
+def _kept_of(steps: int) -> str:
     """Words on the part of a stopped run that is kept."""
     if not steps:
         return "no wear step was finished; the error's `result` holds the unworn contact"
-    return f"{steps} wear step{'s were' if steps > 1 else ' was'} finished; the error's `result` holds them"
+    finished = f"{steps} wear steps were finished" if steps > 1 else "1 wear step was finished"
+    return f"{finished}; the error's `result` holds {'them' if steps > 1 else 'it'}"
 
 
 @dataclass(frozen=True)

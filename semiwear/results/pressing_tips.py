@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import numpy as np
 import xarray as xr
 
 from semiwear.results.missing import group_of
+from semiwear.results.wearing import scene_tables
 
 __all__ = ["pressing_tips"]
 
@@ -58,5 +57,5 @@ def _relief(tree: xr.DataTree, step: int, body: str) -> str:
 
 def _relieved(tree: xr.DataTree, body: str) -> bool:
     """Whether the scene relieves a body's tips already."""
-    effects = tomllib.loads(str(tree.attrs.get("scene_toml", ""))).get("effects", {})
+    effects = scene_tables(tree).get("effects", {})
     return bool(effects.get("modification", {}).get(body, {}).get("tip_relief_um", 0.0))

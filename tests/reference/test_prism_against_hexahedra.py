@@ -271,6 +271,7 @@ def prism():
         youngs_modulus=YOUNGS_MODULUS,
         poissons_ratio=POISSONS_RATIO,
         heights=HEIGHTS,
+        fillet_elements=6,
         rack_teeth=1,
     )
 

@@ -395,7 +395,7 @@ def test_a_step_that_fails_leaves_the_steps_before(small, tmp_path, monkeypatch,
     for words in (
         "mesh position 3/8",
         "raise numerics.max_iterations",
-        "after 1 wear steps",
+        "1 wear step was finished",
         "worn.nc.partial",
         "--resume",
     ):
