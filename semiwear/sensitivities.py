@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.optimise.quantity import Quantity, quantity_of
-from semiwear.optimise.space import scene_value
+from semiwear.optimise.space import is_number, scene_value
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
@@ -130,9 +130,9 @@ def _steps(scene: Scene, to: object, problems: list[Problem]) -> dict[str, float
     for key in to:
         value = scene_value(scene, str(key))
         given = to[key] if isinstance(to, Mapping) else None
-        if given is not None and not (_is_number(given) and given > 0.0):
+        if given is not None and not (is_number(given) and given > 0.0):
             problems.append(Problem(f"to.{key}", shown(given), "a step above 0", "in the unit of the field"))
-        elif (value is None and given is None) or (value is not None and not _is_number(value)):
+        elif (value is None and given is None) or (value is not None and not is_number(value)):
             problems.append(_no_number(scene, str(key), value))
         elif isinstance(value, int):
             fix = "take the difference of two scenes, or a sweep"
@@ -154,10 +154,6 @@ def _no_number(scene: Scene, key: str, value: object) -> Problem:
             return unknown
     fix = "give the scene a value, or a step in a mapping where a field that is left out counts as 0"
     return Problem(key, shown(value), "a field that is a number", fix)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _paired(scene: Scene, base: Outcome) -> Scene:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,8 @@ from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank
-from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_grid import FlankGrid
-from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
@@ -94,16 +92,6 @@ class LoadedTeeth:
     zero: float
     modification: FloatArray | None = None
     driving: DrivingFlank | None = None
-
-    @cached_property
-    def driven_area(self) -> FloatArray:
-        """Area of the driven flank for each node of its grid [mm^2], (face, profile)."""
-        return flank_area(self.pair, DRIVEN, self.grid)
-
-    @cached_property
-    def driving_area(self) -> FloatArray | None:
-        """The same of the driving flank; None where it does not wear."""
-        return None if self.driving is None else flank_area(self.pair, DRIVING, self.driving.grid)
 
     def removed(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None

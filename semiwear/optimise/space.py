@@ -14,7 +14,7 @@ from semiwear.scene.values import shown
 from semiwear.sweep.variation import read_variation
 from semiwear.untyped import Table, Value
 
-__all__ = ["DesignField", "Space", "space_of"]
+__all__ = ["DesignField", "Space", "is_number", "scene_value", "space_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def space_of(scene: Scene, vary: object) -> Space:
         raise SceneError([Problem("vary", shown(vary), allowed, fix)], "optimise")
     lists: dict[str, Sequence[object]] = {}
     for key, told in vary.items():
-        if isinstance(told, tuple) and not (len(told) == 2 and all(_is_number(one) for one in told)):
+        if isinstance(told, tuple) and not (len(told) == 2 and all(is_number(one) for one in told)):
             problems.append(Problem(str(key), shown(told), "(low, high), two numbers", "give a list for choices"))
         elif isinstance(told, tuple) and not told[0] < told[1]:
             problems.append(Problem(str(key), shown(told), "low below high", "exchange the two"))
@@ -147,5 +147,6 @@ def space_of(scene: Scene, vary: object) -> Space:
     return Space(tuple(fields))
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether a value is a number; true and false are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)

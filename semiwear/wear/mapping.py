@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
+from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
@@ -226,7 +227,8 @@ class MarchedWear:
         unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
         slid = np.maximum(_slid(weighted_loads, chosen), _swept(teeth, motion, removed, unit, slices))
         stiffness = 0.5 * multiplier * teeth.problem.modulus * slid
-        depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, teeth.driven_area, chosen)
+        area = flank_area(teeth.pair, DRIVEN, teeth.grid)
+        depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
         return Worn(np.maximum(depth, worn.driven)), on_edges
 
 

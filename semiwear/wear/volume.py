@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def sliding_work(weighted_loads: Sequence[WeightedLoads], motion: Sweep, teeth: 
 def map_volume(teeth: LoadedTeeth, driven: FloatArray, driving: FloatArray | None) -> FloatArray:
     """Volume of the wear depths on the maps of both flanks, (face, profile) [mm]: (body,) array [mm^3]."""
     volume = np.zeros(len(BODIES))
-    volume[DRIVEN] = np.sum(driven * teeth.driven_area)
-    if driving is not None and teeth.driving_area is not None:
-        volume[DRIVING] = np.sum(driving * teeth.driving_area)
+    volume[DRIVEN] = np.sum(driven * flank_area(teeth.pair, DRIVEN, teeth.grid))
+    if driving is not None and teeth.driving is not None:
+        volume[DRIVING] = np.sum(driving * flank_area(teeth.pair, DRIVING, teeth.driving.grid))
     return volume
