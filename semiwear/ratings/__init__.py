@@ -1,0 +1,1 @@
+"""Failure modes of gear teeth, rated from the loaded, worn contact."""
