@@ -8,16 +8,22 @@ residual stress, the stresses are here added as tensors. The text of the standar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, residual_stress
+from semiwear.ratings.heated_contact import raised
+from semiwear.ratings.mode import Rated, rated_locally
+from semiwear.ratings.worn_depth import worn_depth
 
 __all__ = [
     "FLANK_FRACTURE_SOURCE",
+    "FlankFracture",
     "FlankMaterial",
     "flank_fracture_safety",
     "line_contact_stress",
@@ -98,7 +104,7 @@ def shear_stress_intensity(stress: ArrayLike) -> FloatArray:
 
 
 def material_exposure(
-    pressure: ArrayLike, half_width: ArrayLike, material: FlankMaterial
+    pressure: ArrayLike, half_width: ArrayLike, material: FlankMaterial, worn: ArrayLike = 0.0
 ) -> tuple[FloatArray, FloatArray]:
     """Greatest material exposure A_FF below a flank, and the depth at which it is.
 
@@ -112,19 +118,22 @@ def material_exposure(
         Greatest Hertz pressure.
     half_width : array [mm]
     material : FlankMaterial
+    worn : array [mm]
+        Depth that wear has taken off: what is left of the case begins there.
 
     Returns
     -------
     exposure : array
         Of the shape of the pressure; 0 where there is none.
     depth : array [mm]
-        Half-widths down to 12 are looked at in 40 places, with a parabola through the greatest.
+        Below the worn flank. One to twelve half-widths are looked at in 40 places, with a parabola through the
+        greatest.
     """
     pressure, half_width = np.broadcast_arrays(np.asarray(pressure, float), np.asarray(half_width, float))
     loaded = pressure > 0.0
     width = np.where(loaded, half_width, 1.0)
     scale = np.geomspace(1.0, _DEEPEST, _DEPTHS).reshape(-1, *(1,) * pressure.ndim)
-    exposure = _exposure(pressure, scale, width, material)
+    exposure = _exposure(pressure, scale, width, material, np.asarray(worn, float))
     best, log_scale = _peak(exposure, np.log(scale).ravel())
     depth = np.exp(log_scale) * width
     return np.where(loaded, best, 0.0), np.where(loaded, depth, 0.0)
@@ -136,9 +145,11 @@ def flank_fracture_safety(exposure: ArrayLike) -> FloatArray:
     return np.where(exposure > 0.0, _LIMIT / np.where(exposure > 0.0, exposure, 1.0), np.inf)
 
 
-def _exposure(pressure: FloatArray, scale: FloatArray, width: FloatArray, material: FlankMaterial) -> FloatArray:
+def _exposure(
+    pressure: FloatArray, scale: FloatArray, width: FloatArray, material: FlankMaterial, worn: FloatArray
+) -> FloatArray:
     load = line_contact_stress(pressure, scale, material.poissons_ratio)
-    hardness = material.hardness(scale * width)
+    hardness = material.hardness(worn + scale * width)
     residual = residual_stress(hardness, material.core)
     together = load.copy()
     together[:2] += residual
@@ -159,3 +170,34 @@ def _peak(values: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray
     best = np.where(top == inner, at - 0.25 * (before - after) * shift, at_end)
     step = place[1] - place[0]
     return best, place[top] + shift * step
+
+
+@dataclass(frozen=True)
+class FlankFracture:
+    """Safety against flank fracture of both flanks in every slice; wear thins the case.
+
+    Attributes
+    ----------
+    materials : (pinion, gear) of FlankMaterial
+    load_factor : float
+        K_A K_v.
+    required_safety : float
+    factors : mapping
+    """
+
+    materials: tuple[FlankMaterial, FlankMaterial]
+    load_factor: float
+    required_safety: float
+    factors: Mapping[str, str] = field(default_factory=dict)
+
+    def rate(self, steps: Sequence[WornStep]) -> Rated:
+        """Safeties at every wear step."""
+        return rated_locally(steps, self._safety)
+
+    def _safety(self, contact: RatedContact) -> FloatArray:
+        conditions = raised(contact.conditions, self.load_factor)
+        exposures = [
+            material_exposure(conditions.pressure, conditions.half_width, material, worn)[0]
+            for material, worn in zip(self.materials, worn_depth(contact), strict=True)
+        ]
+        return flank_fracture_safety(np.stack(exposures))

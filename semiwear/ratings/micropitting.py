@@ -6,15 +6,19 @@ Its text was not at hand: the formulas are as the open program Mekanika (mekanik
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from semiwear.ratings.contact import RatedContact, WornStep
+from semiwear.ratings.heated_contact import FrictionalHeat
+from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import Oil
 
-__all__ = ["MICROPITTING_SOURCE", "FilmContact", "micropitting_safety", "permissible_film", "specific_film"]
+__all__ = ["MICROPITTING_SOURCE", "FilmContact", "Micropitting", "permissible_film", "specific_film"]
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +71,7 @@ def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, rough
     Returns
     -------
     array
-        Of the shape of the contact; 0 where there is no pressure.
+        Of the shape of the contact; infinite where there is no pressure.
     """
     modulus = 2.0 * contact.effective_modulus
     loaded = contact.pressure > 0.0
@@ -80,7 +84,7 @@ def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, rough
     heat = oil.dynamic_viscosity(contact.temperature) * oil.pressure_viscosity(contact.temperature)
     sliding = heat / (viscosity * coefficient)
     film = 1.6e3 / curvature * material**0.6 * speed**0.7 * load**-0.13 * sliding**0.22
-    return np.where(loaded, film / roughness, 0.0)
+    return np.where(loaded, film / roughness, np.inf)
 
 
 def permissible_film(test_film: float, material_factor: float = 1.0) -> float:
@@ -96,7 +100,42 @@ def permissible_film(test_film: float, material_factor: float = 1.0) -> float:
     return _TEST_TO_LIMIT * material_factor * test_film
 
 
-def micropitting_safety(film: ArrayLike, permissible: float) -> FloatArray:
-    """Safety S_lambda = lambda_GF/lambda_GFP against micropitting; infinite where no film is needed (film 0)."""
-    film = np.asarray(film, float)
-    return np.where(film > 0.0, film / permissible, np.inf)
+@dataclass(frozen=True)
+class Micropitting:
+    """Safety against micropitting S_lambda = lambda_GF/lambda_GFP in every slice.
+
+    Attributes
+    ----------
+    heat : FrictionalHeat
+    oil : Oil
+    bulk_temperature : float [degC]
+    roughness : float [um]
+        Mean of both flanks' Ra.
+    permissible : float
+        lambda_GFP.
+    required_safety : float
+    factors : mapping
+    """
+
+    heat: FrictionalHeat
+    oil: Oil
+    bulk_temperature: float
+    roughness: float
+    permissible: float
+    required_safety: float
+    factors: Mapping[str, str] = field(default_factory=dict)
+
+    def rate(self, steps: Sequence[WornStep]) -> Rated:
+        """Safeties at every wear step."""
+        return rated_locally(steps, self._safety)
+
+    def _safety(self, contact: RatedContact) -> FloatArray:
+        conditions, flash = self.heat.of(contact)
+        met = FilmContact(
+            conditions.sum_speed,
+            conditions.pressure,
+            conditions.curvature,
+            self.bulk_temperature + flash,
+            contact.teeth.problem.modulus,
+        )
+        return specific_film(met, self.oil, self.bulk_temperature, self.roughness) / self.permissible

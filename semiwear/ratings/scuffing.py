@@ -8,16 +8,22 @@ load sharing, geometry and contact ratio. Their texts were not at hand: the form
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from semiwear.ratings.contact import RatedContact, WornStep
+from semiwear.ratings.heated_contact import FrictionalHeat
+from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
 
 __all__ = [
     "SCUFFING_SOURCE",
     "Lubrication",
+    "Scuffing",
     "bulk_temperature_flash",
     "bulk_temperature_integral",
     "flash_temperature_safety",
@@ -132,3 +138,44 @@ def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: f
         `scuffing_integral_temperature`.
     """
     return np.asarray(limit / (np.asarray(bulk, float) + _WEIGHT * np.asarray(mean_flash, float)))
+
+
+@dataclass(frozen=True)
+class Scuffing:
+    """Safety against scuffing of either method, from the flash temperature in every slice.
+
+    The teeth are as warm at every station of the face as the flash temperature there makes them: heat that flows along
+    the teeth is left out, as the standards leave it out with the load of the worst station.
+
+    Attributes
+    ----------
+    heat : FrictionalHeat
+    method : {"flash_temperature", "integral_temperature"}
+    limit : float [degC]
+        Scuffing temperature of the method.
+    oil_temperature : float [degC]
+    lubrication : {"spray", "dip", "submerged"}
+    required_safety : float
+    factors : mapping
+    """
+
+    heat: FrictionalHeat
+    method: Literal["flash_temperature", "integral_temperature"]
+    limit: float
+    oil_temperature: float
+    lubrication: Lubrication
+    required_safety: float
+    factors: Mapping[str, str] = field(default_factory=dict)
+
+    def rate(self, steps: Sequence[WornStep]) -> Rated:
+        """Safeties at every wear step."""
+        return rated_locally(steps, self._safety)
+
+    def _safety(self, contact: RatedContact) -> FloatArray:
+        _, flash = self.heat.of(contact)
+        mean = mean_flash_temperature(np.where(contact.rated, flash, 0.0), contact.teeth.rolls.roll)
+        if self.method == "integral_temperature":
+            bulk = bulk_temperature_integral(self.oil_temperature, mean, self.lubrication)
+            return np.broadcast_to(integral_temperature_safety(bulk, mean, self.limit), flash.shape)
+        bulk = bulk_temperature_flash(self.oil_temperature, mean, self.lubrication)
+        return flash_temperature_safety(bulk + flash, self.limit, self.oil_temperature)

@@ -137,6 +137,7 @@ def test_angle_factor_of_the_printed_table():
         return float(1.22 * top / np.sqrt(np.cos(radians(20.0)) * np.cos(transverse)))
 
     assert factor(20.0, 0.0) == pytest.approx(0.978, abs=0.0006)
+    assert factor(20.0, 20.0) == pytest.approx(0.966, abs=0.0006)
 
 
 def trapezoid(pair: Spur, first: np.ndarray) -> np.ndarray:

@@ -1,0 +1,53 @@
+"""What modes that depend on heat see of the contact: its conditions under the rated load and its flash temperature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.conditions import ContactConditions
+from semiwear.contact.flash_temperature import FlashTemperature
+from semiwear.contact.friction import Friction
+from semiwear.ratings.contact import RatedContact
+
+__all__ = ["FrictionalHeat", "raised"]
+
+FloatArray = NDArray[np.float64]
+
+
+def raised(conditions: ContactConditions, factor: float) -> ContactConditions:
+    """Conditions of line contacts under a factor times their loads: pressure and width grow with its root."""
+    if factor == 1.0:
+        return conditions
+    root = float(np.sqrt(factor))
+    return replace(
+        conditions,
+        line_load=factor * conditions.line_load,
+        half_width=root * conditions.half_width,
+        pressure=root * conditions.pressure,
+    )
+
+
+@dataclass(frozen=True)
+class FrictionalHeat:
+    """Frictional heat of the rated load.
+
+    Attributes
+    ----------
+    flash : FlashTemperature
+        Of which the rise is used; bulk temperatures are those of the modes.
+    friction : Friction
+    load_factor : float
+        K_A K_v.
+    """
+
+    flash: FlashTemperature
+    friction: Friction
+    load_factor: float
+
+    def of(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
+        """Conditions in every slice, and flash temperature [K], (roll, face)."""
+        conditions = raised(contact.conditions, self.load_factor)
+        return conditions, self.flash.rise(conditions, self.friction.coefficient_of(conditions))
