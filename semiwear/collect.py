@@ -333,7 +333,7 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
     zones = {DRIVING: _Zones.of_driving(teeth), DRIVEN: _Zones.of(teeth)}
     inside = _on_path(teeth)
-    driving = _driving_profile(teeth)
+    driving = teeth.driving_profile
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
     parts = {
@@ -361,15 +361,6 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     if isinstance(pair, PointFlankMesh):
         found["surface_error"] = _UM * np.array(pair.surface_errors)
     return found
-
-
-def _driving_profile(teeth: LoadedTeeth) -> FloatArray:
-    """Nodes of the driving flank, (face, profile): those of its wear, or even from its root to its tip end."""
-    if teeth.driving is not None:
-        return teeth.driving.grid.profile
-    borders = teeth.pair.borders(teeth.grid.face)
-    nodes = np.linspace(borders.driving_root, borders.driving_tip, teeth.grid.profile.shape[1])
-    return np.broadcast_to(nodes, teeth.grid.profile.shape)
 
 
 def wear_maps(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> np.ndarray:

@@ -93,6 +93,15 @@ class LoadedTeeth:
     modification: FloatArray | None = None
     driving: DrivingFlank | None = None
 
+    @property
+    def driving_profile(self) -> FloatArray:
+        """Nodes of the driving flank, (face, profile) [mm]: those of its wear, or even from root to tip."""
+        if self.driving is not None:
+            return self.driving.grid.profile
+        borders = self.pair.borders(self.grid.face)
+        nodes = np.linspace(borders.driving_root, borders.driving_tip, self.grid.profile.shape[1])
+        return np.broadcast_to(nodes, self.grid.profile.shape)
+
     def removed(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:

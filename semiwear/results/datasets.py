@@ -26,6 +26,7 @@ def build_tree(
     groups: Mapping[str, Mapping[str, np.ndarray]],
     coords: Mapping[str, np.ndarray],
     attrs: Mapping[str, str],
+    group_attrs: Mapping[str, Mapping[str, str]] | None = None,
 ) -> xr.DataTree:
     """Wrap the arrays of a computation into a result tree.
 
@@ -40,6 +41,8 @@ def build_tree(
         by `/history`.
     attrs : mapping of str to str
         Attributes of the root (see `semiwear.results.provenance`); `schema_version` is added.
+    group_attrs : mapping of str to mapping of str to str, optional
+        Attributes of groups.
 
     Returns
     -------
@@ -55,8 +58,13 @@ def build_tree(
     for group in groups:
         if group not in GROUPS:
             raise SemiwearError(f"/{group}: not a group of a result; groups: {', '.join(GROUPS)}")
+    told = group_attrs or {}
     nodes = {"/": xr.Dataset(attrs=_strings({**attrs, "schema_version": SCHEMA_VERSION}, "/"))}
-    nodes |= {f"/{group}": build_dataset(group, groups[group], coords) for group in GROUPS if group in groups}
+    nodes |= {
+        f"/{group}": build_dataset(group, groups[group], coords, told.get(group))
+        for group in GROUPS
+        if group in groups
+    }
     return xr.DataTree.from_dict(nodes)
 
 

@@ -27,6 +27,7 @@ LAYERS = (
     ("compliance",),
     ("contact",),
     ("wear",),
+    ("ratings",),
     ("results", "check", "effect_clock", "observers"),
     ("plan", "collect"),
     ("life",),
@@ -145,6 +146,7 @@ LATE = {
     "semiwear.contact",
     "semiwear.plan",
     "semiwear.plan.effects",
+    "semiwear.plan.ratings",
     "semiwear.compliance.lanes",
     "semiwear.meshing.flank_deviations",
 }
