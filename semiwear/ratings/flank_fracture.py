@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from semiwear.ratings.contact import RatedContact, WornStep
-from semiwear.ratings.hardness import HardnessProfile, residual_stress
+from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
 from semiwear.ratings.heated_contact import raised
+from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.worn_depth import worn_depth
+from semiwear.scene import flank_fracture_table as tables
 
 __all__ = [
     "FLANK_FRACTURE_SOURCE",
@@ -190,6 +192,32 @@ class FlankFracture:
     required_safety: float
     factors: Mapping[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, table: tables.FlankFracture, poissons_ratios: tuple[float, float]) -> FlankFracture:
+        """The mode that a scene's table asks for."""
+        pinion, gear = (
+            FlankMaterial(_hardness(table, body), core, table.material_factor, ratio)
+            for body, core, ratio in zip(
+                ("pinion", "gear"),
+                (table.pinion_core_hardness_HV, table.gear_core_hardness_HV),
+                poissons_ratios,
+                strict=True,
+            )
+        )
+        told = {
+            "K_tau,per": f"{_STRENGTH_MPA_PER_HV:g} MPa/HV: shear strength of steel over hardness",
+            "K_material": f"{table.material_factor:g}: given",
+            "HV(y)": "measured" if table.hardness == "table" else "from surface, core and case depth (Lang 1979)",
+            "sigma_RS(y)": "from the hardness (Lang 1979), no tension in the core",
+            "source": FLANK_FRACTURE_SOURCE,
+        }
+        return cls(
+            (pinion, gear),
+            table.application_factor * table.dynamic_factor,
+            table.required_safety,
+            told | load_factors(table.application_factor, table.dynamic_factor),
+        )
+
     def rate(self, steps: Sequence[WornStep]) -> Rated:
         """Safeties at every wear step."""
         return rated_locally(steps, self._safety)
@@ -201,3 +229,11 @@ class FlankFracture:
             for material, worn in zip(self.materials, worn_depth(contact), strict=True)
         ]
         return flank_fracture_safety(np.stack(exposures))
+
+
+def _hardness(table: tables.FlankFracture, body: str) -> HardnessProfile:
+    """Hardness of a body over depth; the scene's rules see to it that it is given."""
+    if table.hardness == "table":
+        return hardness_of_table(getattr(table, f"{body}_hardness_depths_mm"), getattr(table, f"{body}_hardness_HV"))
+    names = ("surface_hardness_HV", "core_hardness_HV", "case_depth_mm")
+    return hardness_of_case(*(getattr(table, f"{body}_{name}") for name in names))

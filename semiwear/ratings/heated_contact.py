@@ -1,4 +1,4 @@
-"""What modes that depend on heat see of the contact: its conditions under the rated load and its flash temperature."""
+"""Contact as modes that depend on heat see it: conditions under the rated load, and flash temperature."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class FrictionalHeat:
     friction: Friction
     load_factor: float
 
-    def of(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
+    def felt(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
         """Conditions in every slice, and flash temperature [K], (roll, face)."""
         conditions = raised(contact.conditions, self.load_factor)
         return conditions, self.flash.rise(conditions, self.friction.coefficient_of(conditions))

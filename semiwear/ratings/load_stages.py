@@ -15,8 +15,8 @@ import numpy as np
 from semiwear.closed_forms import effective_modulus, line_contact_half_width, line_contact_pressure
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
-from semiwear.ratings.micropitting import FilmContact, specific_film
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
+from semiwear.ratings.specific_film import FilmContact, specific_film
 
 __all__ = ["TEST_TORQUE_NM", "bulk_temperature", "film_of_test", "mean_friction"]
 

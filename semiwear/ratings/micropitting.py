@@ -1,103 +1,32 @@
 """Micropitting: the oil film over the roughness, against that at which a test gear begins to show grey stains.
 
-The local method (A) of ISO/TS 6336-22:2018, formerly ISO/TR 15144-1, evaluated in every slice of the contact lines.
-Its text was not at hand: the formulas are as the open program Mekanika (mekanika.org, 2026) quotes them.
+The local method (A) of ISO/TS 6336-22:2018, evaluated in every slice of the contact lines.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from semiwear.contact.flash_temperature import FlashTemperature
+from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.heated_contact import FrictionalHeat
+from semiwear.ratings.load_factors import load_factors
+from semiwear.ratings.load_stages import film_of_test
 from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import Oil
+from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
+from semiwear.scene import oil_rating_tables as tables
 
-__all__ = ["MICROPITTING_SOURCE", "FilmContact", "Micropitting", "permissible_film", "specific_film"]
+__all__ = ["MICROPITTING_SOURCE", "Micropitting"]
 
 FloatArray = NDArray[np.float64]
 
 MICROPITTING_SOURCE = "ISO/TR 15144-1:2014 (ISO/TS 6336-22:2018), formulas as an open program quotes them"
-
-_TEST_TO_LIMIT = 1.4  # lambda_GFP over the film of the test gear at its failure load stage
-
-
-@dataclass(frozen=True, eq=False)
-class FilmContact:
-    """Contact of two flanks as the film sees it; arrays of one shape.
-
-    Attributes
-    ----------
-    sum_speed : array [mm/s]
-        |v1 + v2| across the line.
-    pressure : array [MPa]
-        Greatest Hertz pressure.
-    curvature : array [1/mm]
-        Relative curvature across the line.
-    temperature : array [degC]
-        In the contact: bulk and flash together.
-    effective_modulus : float [MPa]
-        E*, half the E_r of the formulas.
-    """
-
-    sum_speed: FloatArray
-    pressure: FloatArray
-    curvature: FloatArray
-    temperature: FloatArray
-    effective_modulus: float
-
-
-def specific_film(contact: FilmContact, oil: Oil, bulk_temperature: float, roughness: float) -> FloatArray:
-    """Specific film thickness lambda_GF = h/Ra, with h = 1.6 R G^0.6 U^0.7 W^-0.13 S^0.22.
-
-    G = alpha E_r and U = eta v_sum/(2 E_r R) hold at the bulk temperature, W = 2 pi (p/E_r)^2 is q/(E_r R), and
-    S = (alpha eta at the contact temperature)/(alpha eta at the bulk temperature) tells what the heat of sliding
-    takes from the film (ISO/TR 15144-1:2014, eqs. 2 to 33). Meant for flooded contacts of steel flanks.
-
-    Parameters
-    ----------
-    contact : FilmContact
-    oil : Oil
-    bulk_temperature : float [degC]
-        Of the teeth.
-    roughness : float [um]
-        Mean of both flanks' Ra.
-
-    Returns
-    -------
-    array
-        Of the shape of the contact; infinite where there is no pressure.
-    """
-    modulus = 2.0 * contact.effective_modulus
-    loaded = contact.pressure > 0.0
-    curvature = np.where(loaded, contact.curvature, 1.0)
-    pressure = np.where(loaded, contact.pressure, 1.0)
-    viscosity, coefficient = oil.dynamic_viscosity(bulk_temperature), oil.pressure_viscosity(bulk_temperature)
-    material = 1e-3 * coefficient * modulus
-    speed = 1e-9 * viscosity * 0.5 * contact.sum_speed * curvature / modulus
-    load = 2.0 * pi * (pressure / modulus) ** 2
-    heat = oil.dynamic_viscosity(contact.temperature) * oil.pressure_viscosity(contact.temperature)
-    sliding = heat / (viscosity * coefficient)
-    film = 1.6e3 / curvature * material**0.6 * speed**0.7 * load**-0.13 * sliding**0.22
-    return np.where(loaded, film / roughness, np.inf)
-
-
-def permissible_film(test_film: float, material_factor: float = 1.0) -> float:
-    """Permissible specific film lambda_GFP = 1.4 W_W lambda_GFT of an oil that was tested.
-
-    Parameters
-    ----------
-    test_film : float
-        lambda_GFT, least specific film of the test gear at the load stage at which it failed.
-    material_factor : float
-        W_W: 1 for case-hardened gears, as those of the test.
-    """
-    return _TEST_TO_LIMIT * material_factor * test_film
 
 
 @dataclass(frozen=True)
@@ -125,12 +54,41 @@ class Micropitting:
     required_safety: float
     factors: Mapping[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, table: tables.Micropitting, flash: FlashTemperature, friction: Friction) -> Micropitting:
+        """The mode that a scene's table asks for."""
+        oil = Oil.of(table)
+        if table.limit == "given":
+            assert table.permissible_film is not None  # a rule of the scene
+            permissible, why = table.permissible_film, "given"
+        else:
+            assert table.load_stage is not None  # a rule of the scene
+            permissible = permissible_film(film_of_test(oil, table.load_stage), table.material_factor)
+            why = f"the test gears with this oil in load stage {table.load_stage:g} of C-GF/8,3/90"
+        told = {
+            "lambda_GFP": f"{permissible:.4g}: {why}",
+            "W_W": f"{table.material_factor:g}: given",
+            "Ra": f"{table.roughness_Ra_um:g} um: given",
+            "theta_M": f"{table.bulk_temperature_C:g} degrees Celsius: given",
+            "X_Y": "1: the load is shared by solving the contact",
+            "source": MICROPITTING_SOURCE,
+        }
+        return cls(
+            FrictionalHeat(flash, friction, table.application_factor * table.dynamic_factor),
+            oil,
+            table.bulk_temperature_C,
+            table.roughness_Ra_um,
+            permissible,
+            table.required_safety,
+            told | load_factors(table.application_factor, table.dynamic_factor),
+        )
+
     def rate(self, steps: Sequence[WornStep]) -> Rated:
         """Safeties at every wear step."""
         return rated_locally(steps, self._safety)
 
     def _safety(self, contact: RatedContact) -> FloatArray:
-        conditions, flash = self.heat.of(contact)
+        conditions, flash = self.heat.felt(contact)
         met = FilmContact(
             conditions.sum_speed,
             conditions.pressure,

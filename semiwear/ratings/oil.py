@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from semiwear.scene import oil_rating_tables as tables
+
 __all__ = ["LUBRICANT_FACTOR", "Oil", "OilFamily"]
 
 FloatArray = NDArray[np.float64]
@@ -48,6 +50,16 @@ class Oil:
     viscosity_40: float
     viscosity_100: float
     density_15: float
+
+    @classmethod
+    def of(cls, table: tables.OilTable) -> Oil:
+        """The oil of a scene's table."""
+        return cls(
+            table.oil_family,  # type: ignore[arg-type]
+            table.viscosity_40_mm2_per_s,
+            table.viscosity_100_mm2_per_s,
+            table.density_15_kg_per_m3,
+        )
 
     def kinematic_viscosity(self, temperature: ArrayLike) -> FloatArray:
         """Kinematic viscosity nu [mm^2/s] at a temperature [degC]: log log (nu + 0.7) = A - B log T."""

@@ -15,10 +15,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from semiwear.contact.flash_temperature import FlashTemperature
+from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.heated_contact import FrictionalHeat
+from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
+from semiwear.scene import oil_rating_tables as tables
 
 __all__ = [
     "SCUFFING_SOURCE",
@@ -144,8 +148,8 @@ def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: f
 class Scuffing:
     """Safety against scuffing of either method, from the flash temperature in every slice.
 
-    The teeth are as warm at every station of the face as the flash temperature there makes them: heat that flows along
-    the teeth is left out, as the standards leave it out with the load of the worst station.
+    The teeth are as warm at every station of the face as the flash temperature there makes them: heat that flows
+    along the teeth is left out, as the standards leave it out with the load of the worst station.
 
     Attributes
     ----------
@@ -167,12 +171,44 @@ class Scuffing:
     required_safety: float
     factors: Mapping[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, table: tables.Scuffing, flash: FlashTemperature, friction: Friction) -> Scuffing:
+        """The mode that a scene's table asks for."""
+        oil = Oil.of(table)
+        if table.method == "integral_temperature":
+            limit, symbol = (
+                scuffing_integral_temperature(oil, table.load_stage, table.structural_factor),
+                "theta_intS",
+            )
+        else:
+            limit = scuffing_temperature(oil, table.oil_temperature_C, table.load_stage, table.structural_factor)
+            symbol = "theta_S"
+        lubrication: Lubrication = table.lubrication  # type: ignore[assignment]
+        told = {
+            symbol: f"{limit:.4g} degrees Celsius: failure load stage {table.load_stage:g} of A/8,3/90",
+            "theta_oil": f"{table.oil_temperature_C:g} degrees Celsius: given",
+            "X_W": f"{table.structural_factor:g}: given",
+            "X_S": f"{_LUBRICATION_FACTOR[lubrication]:g}: {table.lubrication}",
+            "X_Gamma, X_G, X_BE, X_epsilon": "1: load, motion and curvature are those of every slice",
+            "X_J, X_Q, X_Ca": "1: loads where contact begins are solved, tip relief and all",
+            "source": SCUFFING_SOURCE,
+        }
+        return cls(
+            FrictionalHeat(flash, friction, table.application_factor * table.dynamic_factor),
+            table.method,  # type: ignore[arg-type]
+            limit,
+            table.oil_temperature_C,
+            lubrication,
+            table.required_safety,
+            told | load_factors(table.application_factor, table.dynamic_factor),
+        )
+
     def rate(self, steps: Sequence[WornStep]) -> Rated:
         """Safeties at every wear step."""
         return rated_locally(steps, self._safety)
 
     def _safety(self, contact: RatedContact) -> FloatArray:
-        _, flash = self.heat.of(contact)
+        _, flash = self.heat.felt(contact)
         mean = mean_flash_temperature(np.where(contact.rated, flash, 0.0), contact.teeth.rolls.roll)
         if self.method == "integral_temperature":
             bulk = bulk_temperature_integral(self.oil_temperature, mean, self.lubrication)

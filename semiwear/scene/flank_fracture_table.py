@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.rating_tables import RatingTable, _application_factor, _dynamic_factor, _required
-from semiwear.scene.rule import Rule, above, between, choice
+from semiwear.scene.rule import Rule, between, choice
 from semiwear.scene.values import number, numbers
 from semiwear.untyped import Value
 
@@ -22,23 +23,28 @@ def _fields(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"effects.flank_fracture.{body}_{name}" for body in ("pinion", "gear") for name in names)
 
 
+def _range(low: float, high: float, unit: str, usual: str) -> Rule:
+    """A number above one limit and up to another; a message of its lack tells the usual range."""
+    return Rule(number, f"above {low:g}, up to {high:g} {unit}; usual: {usual}", lambda v: low < v <= high, usual)
+
+
 def _surface(body: str) -> Value:
-    rule = above(550.0, 1000.0, "650 to 780 case-hardened", "HV")
+    rule = _range(551.0, 1000.0, "HV", "650 to 780 case-hardened")
     return declared(rule, f"Vickers hardness of the {body}'s surface.", default=None)
 
 
 def _core(body: str) -> Value:
-    return declared(between(number, 150.0, 549.0, "300 to 450 case-hardened", "HV"), f"Hardness of the {body}'s core.")
+    return declared(_range(150.0, 549.0, "HV", "300 to 450 case-hardened"), f"Hardness of the {body}'s core.")
 
 
 def _case_depth(body: str) -> Value:
-    rule = above(0.0, 20.0, "CHD at 550 HV in mm: 0.15 to 0.3 modules is usual", "mm")
+    rule = _range(0.0, 20.0, "mm", "0.15 to 0.3 modules, at 550 HV")
     return declared(rule, f"Case-hardening depth CHD of the {body}'s unworn flank.", default=None)
 
 
 def _depths(body: str) -> Value:
     def rising(values: tuple[float, ...]) -> bool:
-        return len(values) > 1 and values[0] >= 0.0 and all(a < b for a, b in zip(values, values[1:], strict=False))
+        return len(values) > 1 and values[0] >= 0.0 and all(a < b for a, b in pairwise(values))
 
     rule = Rule(numbers, "two or more rising depths, 0 mm or more", rising, "depths below the surface in mm, rising")
     return declared(rule, f"Depths of the {body}'s measured hardness.", default=None)

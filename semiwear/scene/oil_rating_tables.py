@@ -11,45 +11,52 @@ from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
 from semiwear.scene.rating_tables import RatingTable, _application_factor, _dynamic_factor, _required
-from semiwear.scene.rule import above, between, choice
+from semiwear.scene.rule import Rule, above, between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = ["Micropitting", "Scuffing"]
+__all__ = ["Micropitting", "OilTable", "Scuffing"]
 
 _NEEDS = ("wear", "operation.pinion_speed_rpm", "effects.flash_temperature")
 
 
+def _required_data(what: str, low: float, high: float, unit: str, usual: str) -> Value:
+    """A required number; a message of its lack tells the usual range."""
+    allowed = f"{low:g} to {high:g} {unit}".rstrip() + f"; usual: {usual}"
+    return declared(Rule(number, allowed, lambda value: low <= value <= high, usual), what)
+
+
 def _temperature(what: str, usual: str) -> Value:
-    return declared(between(number, -60.0, 250.0, f"in degrees Celsius: {usual} is usual", "degrees Celsius"), what)
+    return _required_data(what, -60.0, 250.0, "degrees Celsius", usual)
 
 
 @table
-class _OilTable(RatingTable):
+class OilTable(RatingTable):
     """Fields of the oil that tables of the film have in common."""
 
     oil_family: str = declared(
         choice("mineral", "polyalphaolefin", "polyglycol", otherwise="the base oil of its data sheet"),
         "Family of the oil.",
     )
-    viscosity_40_mm2_per_s: float = declared(
-        above(1.0, 10_000.0, "ISO VG of the oil: 100 to 460 is usual", "mm2/s"),
-        "Kinematic viscosity of the oil at 40 degrees Celsius.",
+    viscosity_40_mm2_per_s: float = _required_data(
+        "Kinematic viscosity of the oil at 40 degrees Celsius.", 2.0, 10_000.0, "mm2/s", "its ISO VG, 100 to 460"
     )
-    viscosity_100_mm2_per_s: float = declared(
-        above(0.5, 1000.0, "of the data sheet: 11 to 35 is usual, 19 for a mineral VG 220", "mm2/s"),
+    viscosity_100_mm2_per_s: float = _required_data(
         "Kinematic viscosity of the oil at 100 degrees Celsius.",
+        1.0,
+        1000.0,
+        "mm2/s",
+        "11 to 35, of a mineral VG 220 about 19",
     )
-    density_15_kg_per_m3: float = declared(
-        between(number, 700.0, 1200.0, "in kg/m3: 840 to 910 is usual, 1000 to 1100 for polyglycols", "kg/m3"),
-        "Density of the oil at 15 degrees Celsius.",
+    density_15_kg_per_m3: float = _required_data(
+        "Density of the oil at 15 degrees Celsius.", 700.0, 1200.0, "kg/m3", "840 to 910, of polyglycols 1000 to 1100"
     )
     application_factor: float = _application_factor()
     dynamic_factor: float = _dynamic_factor()
 
 
 @table
-class Micropitting(_OilTable):
+class Micropitting(OilTable):
     """Table ``[effects.micropitting]``: safety of the oil film against grey staining."""
 
     title: ClassVar[str] = "micropitting"
@@ -67,8 +74,8 @@ class Micropitting(_OilTable):
     )
 
     bulk_temperature_C: float = _temperature("Temperature of the teeth before they meet.", "60 to 120")
-    roughness_Ra_um: float = declared(
-        above(0.0, 10.0, "in um: 0.2 to 0.8 ground, about Rz/6", "um"), "Mean Ra of both flanks."
+    roughness_Ra_um: float = _required_data(
+        "Mean Ra of both flanks.", 0.01, 10.0, "um", "0.2 to 0.8 ground, about Rz/6"
     )
     limit: str = declared(
         choice("load_stage", "given"),
@@ -76,12 +83,17 @@ class Micropitting(_OilTable):
         default="load_stage",
     )
     load_stage: float | None = declared(
-        between(number, 5.0, 10.0, "failure load stage of the oil's data sheet, C-GF/8,3/90: 8 to 10 is usual"),
+        Rule(
+            number,
+            "5 to 10; usual: 8 to 10, from the oil's data sheet",
+            lambda value: 5.0 <= value <= 10.0,
+            "the stage of the micropitting test C-GF/8,3/90, no other",
+        ),
         "Failure load stage of the oil in the micropitting test C-GF/8,3/90.",
         default=None,
     )
     permissible_film: float | None = declared(
-        above(0.0, 5.0, "lambda_GFP: 0.05 to 0.6 with additives, more without"),
+        above(0.0, 5.0, "lambda_GFP, 0.05 to 0.6 is usual"),
         "Permissible specific film lambda_GFP.",
         default=None,
     )
@@ -94,7 +106,7 @@ class Micropitting(_OilTable):
 
 
 @table
-class Scuffing(_OilTable):
+class Scuffing(OilTable):
     """Table ``[effects.scuffing]``: safety of the contact's temperature against scuffing."""
 
     title: ClassVar[str] = "scuffing"
@@ -115,12 +127,14 @@ class Scuffing(_OilTable):
         choice("dip", "spray", "submerged", otherwise="how the oil comes to the mesh"),
         "How the oil comes to the mesh, which cools the teeth.",
     )
-    load_stage: float = declared(
-        between(number, 1.0, 14.0, "failure load stage of the oil's data sheet, A/8,3/90: 8 to 13 is usual"),
-        "Failure load stage of the oil in the FZG test A/8,3/90.",
+    load_stage: float = _required_data(
+        "Failure load stage of the oil in the FZG test A/8,3/90.", 1.0, 14.0, "", "8 to 13, from its data sheet"
     )
-    structural_factor: float = declared(
-        between(number, 0.4, 1.6, "X_W: 1 case-hardened, 1.25 phosphated, 1.5 nitrided, 0.45 stainless steel"),
+    structural_factor: float = _required_data(
         "Structural (welding) factor X_W of the flanks, the lower of both.",
+        0.4,
+        1.6,
+        "",
+        "X_W 1 case-hardened, 1.25 phosphated, 1.5 nitrided, 0.45 stainless",
     )
     required_safety: float = _required("S_Smin", 2.0)

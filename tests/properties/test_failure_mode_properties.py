@@ -16,7 +16,6 @@ from semiwear.ratings.flank_fracture import (
 )
 from semiwear.ratings.hardness import hardness_of_case, residual_stress
 from semiwear.ratings.load_stages import film_of_test
-from semiwear.ratings.micropitting import FilmContact, specific_film
 from semiwear.ratings.oil import Oil, OilFamily
 from semiwear.ratings.scuffing import (
     bulk_temperature_flash,
@@ -25,6 +24,7 @@ from semiwear.ratings.scuffing import (
     scuffing_integral_temperature,
     scuffing_temperature,
 )
+from semiwear.ratings.specific_film import FilmContact, specific_film
 
 MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
 FAMILIES: list[OilFamily] = ["mineral", "polyalphaolefin", "polyglycol"]

@@ -10,8 +10,8 @@ import pytest
 from semiwear.closed_forms import effective_modulus, line_contact_pressure
 from semiwear.contact.film_thickness import dowson_higginson_minimum
 from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_of_test, mean_friction
-from semiwear.ratings.micropitting import FilmContact, permissible_film, specific_film
 from semiwear.ratings.oil import Oil
+from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
 
 MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
 
