@@ -223,12 +223,13 @@ class FlankFracture:
         return rated_locally(steps, self._safety)
 
     def _safety(self, contact: RatedContact) -> FloatArray:
-        conditions = raised(contact.conditions, self.load_factor)
-        exposures = [
-            material_exposure(conditions.pressure, conditions.half_width, material, worn)[0]
-            for material, worn in zip(self.materials, worn_depth(contact), strict=True)
-        ]
-        return flank_fracture_safety(np.stack(exposures))
+        conditions, rated = raised(contact.conditions, self.load_factor), contact.rated
+        pressure, half_width = conditions.pressure[rated], conditions.half_width[rated]
+        safety = np.full((len(self.materials), *rated.shape), np.nan)
+        for own, material, worn in zip(safety, self.materials, worn_depth(contact), strict=True):
+            exposure, _ = material_exposure(pressure, half_width, material, worn[rated])
+            own[rated] = flank_fracture_safety(exposure)
+        return safety
 
 
 def _hardness(table: tables.FlankFracture, body: str) -> HardnessProfile:
