@@ -19,6 +19,7 @@ from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Plan, plan
 from semiwear.results import build_tree, provenance
 from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_checkpoint
+from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, step_errors
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
@@ -206,7 +207,8 @@ def _result(
         groups["ratings"] = rated.arrays
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
-    estimates = _step_errors(physics, states, groups["history"])
+    told = groups["history"] if rated is None else groups["history"] | rated.quantities
+    estimates = _step_errors(physics, states, told)
     if estimates:
         groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
     spent = physics.clock.seconds
@@ -220,10 +222,10 @@ def _result(
         coords["effect"] = np.array(list(spent))
     if estimates:
         coords["quantity"] = np.array(list(estimates))
-    if rated is not None:
-        coords["mode"] = np.array(rated.modes)
-    told = {} if rated is None else {"ratings": rated.factors}
-    return build_tree(groups, coords, attributes(physics, "simulate"), told)
+    if rated is None:
+        return build_tree(groups, coords, attributes(physics, "simulate"))
+    coords["mode"] = np.array(rated.modes)
+    return with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
 
 
 def _parts(

@@ -15,6 +15,7 @@ from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.meshing.point_flank_sections import normal_module as module_of_points
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
+from semiwear.results.rating_errors import safeties_of
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.wear.stepping import WearState, WearStepper
@@ -130,6 +131,11 @@ class Ratings:
     arrays: dict[str, np.ndarray]
     modes: tuple[str, ...]
     factors: dict[str, str]
+
+    @property
+    def quantities(self) -> dict[str, np.ndarray]:
+        """Safeties as reported quantities, by name."""
+        return dict(safeties_of(np.array(self.modes), self.arrays["safety"]))
 
 
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:

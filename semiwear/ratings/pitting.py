@@ -48,7 +48,7 @@ _NEEDLESS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class PitchPoint:
-    """What factors of the standard look at in the pitch point.
+    """Curvature and speed in the pitch point, which factors of the standard stand on.
 
     Attributes
     ----------

@@ -40,7 +40,8 @@ def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    told = group_of(tree, "life").data_vars.items()
+    life = {str(name): float(value) for name, value in told if value.dtype.kind == "f"}
     if not life:
         return
     hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"

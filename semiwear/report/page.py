@@ -16,6 +16,7 @@ from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import badge, counts, element, picture, verdict_class
 from semiwear.report.pictures import Drawn, draw_all
+from semiwear.report.ratings import ratings_section
 from semiwear.report.trends import RULES
 from semiwear.report.writing import document, page_target, write_page
 from semiwear.results.wearing import scene_tables
@@ -76,6 +77,7 @@ def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
         f"<header><h1>{escape(title)}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
         _section("Key numbers", sections.key_numbers(tree)),
         _section("Tips that press", sections.tips_that_press(tree)),
+        _section("What ends the life", ratings_section(tree)),
         _section("What effects add", effects_section(tree)),
         _section("What ran, and why", sections.physics(attrs)),
         _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.results.rating_errors import told_with_errors
 from semiwear.results.schema import (
     COORDINATES,
     GROUPS,
@@ -19,7 +20,7 @@ from semiwear.results.schema import (
     variables_of,
 )
 
-__all__ = ["build_dataset", "build_tree", "check_tree"]
+__all__ = ["build_dataset", "build_tree", "check_tree", "with_rating_errors"]
 
 
 def build_tree(
@@ -66,6 +67,17 @@ def build_tree(
         if group in groups
     }
     return xr.DataTree.from_dict(nodes)
+
+
+def with_rating_errors(tree: xr.DataTree) -> xr.DataTree:
+    """The tree, whose `/ratings` tells the errors that its error estimates mean for safeties and lives."""
+    ratings = tree["ratings"].to_dataset()
+    errors = told_with_errors(ratings, tree["diagnostics"].to_dataset())
+    for name, values in errors.items():
+        entry = VARIABLES["ratings", name]
+        ratings[name] = _labelled(entry, _array(values, entry, entry.path))
+    tree["ratings"].dataset = ratings
+    return tree
 
 
 def build_dataset(

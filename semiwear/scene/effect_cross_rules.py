@@ -10,6 +10,7 @@ from functools import partial
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.effects import EFFECTS
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.reading import Reading
 from semiwear.scene.rule import Rule
 from semiwear.scene.values import shown
@@ -40,7 +41,17 @@ def find_missing_needs(reading: Reading) -> list[Problem]:
     return [
         Problem(need, None, _allowed(need, reading.schema.rules), f"needed by {' and '.join(users)}: add it")
         for need, users in needed_by.items()
-    ]
+    ] + _no_mode_to_fail(reading)
+
+
+def _no_mode_to_fail(reading: Reading) -> list[Problem]:
+    """The problem of a life that is to end at a failure of which the scene rates none."""
+    key = "effects.run_life.ends_at"
+    modes = [f"[effects.{name}]" for name, kind in EFFECTS.items() if issubclass(kind, RatingTable)]
+    rated = any(mode.strip("[]") in reading.tables for mode in modes)
+    if reading.given.get(key) != "first_failure" or rated:
+        return []
+    return [Problem(key, "first_failure", f"needs one of {', '.join(modes)}", 'add one of them, or give "depth"')]
 
 
 def _needs(effect: str, reading: Reading) -> tuple[str, ...]:
@@ -134,6 +145,13 @@ def _pinion_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[
 @_across("effects.flank_fracture", "gear_hardness_depths_mm", "gear_hardness_HV")
 def _gear_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[Problem]:
     yield from _as_many("gear", depths, hardness)
+
+
+@_across("effects.bending", "required_safety", "numerics.tooth_compliance")
+def _root_stress_needs_compliant_teeth(_: float, compliance: str) -> Iterator[Problem]:
+    if compliance == "rigid":
+        fix = 'rigid teeth have no root stress, which [effects.bending] needs: give "prism", or remove that table'
+        yield Problem("numerics.tooth_compliance", compliance, 'other than "rigid"', fix)
 
 
 @_across("effects.run_life", "body", "wear.worn_bodies")

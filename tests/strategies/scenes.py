@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from semiwear.scene import EFFECTS, Placement, Scene
 from tests.scenes import SHIPPED
+from tests.strategies.ratings import bending_tables, pitting_tables
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
@@ -170,6 +171,8 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
             shaft_angle_mrad_per_kNm=_between(0.0, 0.5),
             pinion_slope_mrad_per_kNm=_between(0.0, 0.5),
         ),
+        "pitting": pitting_tables(),
+        "bending": bending_tables(),
         "run_life": st.fixed_dictionaries(
             {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
         ),
