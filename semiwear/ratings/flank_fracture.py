@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
-from semiwear.ratings.heated_contact import raised
 from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated, rated_locally
+from semiwear.ratings.overload import raised
 from semiwear.ratings.worn_depth import worn_depth
 from semiwear.scene import flank_fracture_table as tables
 
@@ -207,7 +207,7 @@ class FlankFracture:
         told = {
             "K_tau,per": f"{_STRENGTH_MPA_PER_HV:g} MPa/HV: shear strength of steel over hardness",
             "K_material": f"{table.material_factor:g}: given",
-            "HV(y)": "measured" if table.hardness == "table" else "from surface, core and case depth (Lang 1979)",
+            "HV(y)": "measured" if table.hardness_profile == "table" else "from surface, core and case depth (Lang 1979)",
             "sigma_RS(y)": "from the hardness (Lang 1979), no tension in the core",
             "source": FLANK_FRACTURE_SOURCE,
         }
@@ -234,7 +234,7 @@ class FlankFracture:
 
 def _hardness(table: tables.FlankFracture, body: str) -> HardnessProfile:
     """Hardness of a body over depth; the scene's rules see to it that it is given."""
-    if table.hardness == "table":
+    if table.hardness_profile == "table":
         return hardness_of_table(getattr(table, f"{body}_hardness_depths_mm"), getattr(table, f"{body}_hardness_HV"))
     names = ("surface_hardness_HV", "core_hardness_HV", "case_depth_mm")
     return hardness_of_case(*(getattr(table, f"{body}_{name}") for name in names))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,11 @@ from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact
+from semiwear.ratings.overload import raised
 
-__all__ = ["FrictionalHeat", "raised"]
+__all__ = ["FrictionalHeat"]
 
 FloatArray = NDArray[np.float64]
-
-
-def raised(conditions: ContactConditions, factor: float) -> ContactConditions:
-    """Conditions of line contacts under a factor times their loads: pressure and width grow with its root."""
-    if factor == 1.0:
-        return conditions
-    root = float(np.sqrt(factor))
-    return replace(
-        conditions,
-        line_load=factor * conditions.line_load,
-        half_width=root * conditions.half_width,
-        pressure=root * conditions.pressure,
-    )
 
 
 @dataclass(frozen=True)

@@ -183,12 +183,12 @@ class Scuffing:
         else:
             limit = scuffing_temperature(oil, table.oil_temperature_C, table.load_stage, table.structural_factor)
             symbol = "theta_S"
-        lubrication: Lubrication = table.lubrication  # type: ignore[assignment]
+        lubrication: Lubrication = table.oil_supply  # type: ignore[assignment]
         told = {
             symbol: f"{limit:.4g} degrees Celsius: failure load stage {table.load_stage:g} of A/8,3/90",
             "theta_oil": f"{table.oil_temperature_C:g} degrees Celsius: given",
             "X_W": f"{table.structural_factor:g}: given",
-            "X_S": f"{_LUBRICATION_FACTOR[lubrication]:g}: {table.lubrication}",
+            "X_S": f"{_LUBRICATION_FACTOR[lubrication]:g}: {table.oil_supply}",
             "X_Gamma, X_G, X_BE, X_epsilon": "1: load, motion and curvature are those of every slice",
             "X_J, X_Q, X_Ca": "1: loads where contact begins are solved, tip relief and all",
             "source": SCUFFING_SOURCE,

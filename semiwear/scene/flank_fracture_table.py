@@ -64,7 +64,7 @@ class FlankFracture(RatingTable):
 
     title: ClassVar[str] = "flank fracture"
     needs_if: ClassVar[Mapping[tuple[str, Value], tuple[str, ...]]] = MappingProxyType(
-        {("hardness", "case_depth"): _fields(_OF_CASE), ("hardness", "table"): _fields(_OF_TABLE)}
+        {("hardness_profile", "case_depth"): _fields(_OF_CASE), ("hardness_profile", "table"): _fields(_OF_TABLE)}
     )
     validity: ClassVar[str] = "case-hardened steel, from one half-width below the surface on"
     references: ClassVar[tuple[str, ...]] = (
@@ -72,7 +72,7 @@ class FlankFracture(RatingTable):
         "Lang 1979 (hardness over depth and residual stress of case-hardened teeth)",
     )
 
-    hardness: str = declared(
+    hardness_profile: str = declared(
         choice("case_depth", "table"),
         "How hardness falls with depth: a curve from surface, core and case depth, or measured.",
         default="case_depth",

@@ -123,7 +123,7 @@ class Scuffing(OilTable):
         default="flash_temperature",
     )
     oil_temperature_C: float = _temperature("Temperature of the oil in the sump or at the nozzle.", "40 to 90")
-    lubrication: str = declared(
+    oil_supply: str = declared(
         choice("dip", "spray", "submerged", otherwise="how the oil comes to the mesh"),
         "How the oil comes to the mesh, which cools the teeth.",
     )

@@ -13,19 +13,14 @@ from semiwear.closed_forms import effective_modulus, line_contact_half_width, li
 from semiwear.contact.conditions import ContactConditions
 from semiwear.ratings.flank_fracture import FlankMaterial, material_exposure
 from semiwear.ratings.hardness import hardness_of_case
-from semiwear.ratings.heated_contact import raised
 from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_of_test, mean_friction
 from semiwear.ratings.oil import Oil
+from semiwear.ratings.overload import raised
 from semiwear.scene import Scene
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
 
-SHEET = {"oil_family": "mineral", "viscosity_40_mm2_per_s": 220.0, "viscosity_100_mm2_per_s": 19.0}
-SHEET["density_15_kg_per_m3"] = 890.0
 OIL = Oil("mineral", 220.0, 19.0, 890.0)
 BODIES = ("pinion", "gear")
-CASE = {"surface_hardness_HV": 700.0, "core_hardness_HV": 400.0, "case_depth_mm": 0.8}
-MICROPITTING = SHEET | {"bulk_temperature_C": 90.0, "roughness_Ra_um": 0.5, "load_stage": 9.0}
-SCUFFING = SHEET | {"oil_temperature_C": 70.0, "lubrication": "dip", "load_stage": 12.0, "structural_factor": 1.0}
-FRACTURE = {f"{body}_{name}": value for body in BODIES for name, value in CASE.items()}
 MODES = ("micropitting", "scuffing", "flank_fracture")
 
 SPUR = sw.load_scene("spur_fzg_c").replace(
@@ -40,7 +35,7 @@ SPUR = sw.load_scene("spur_fzg_c").replace(
         "effects.flash_temperature.specific_heat_J_per_kgK": 440.0,
         "effects.micropitting": MICROPITTING,
         "effects.scuffing": SCUFFING,
-        "effects.flank_fracture": FRACTURE,
+        "effects.flank_fracture": FLANK_FRACTURE,
     }
 )
 
@@ -106,7 +101,7 @@ TRENDS = {
     "warmer oil": ({"effects.scuffing.oil_temperature_C": 100.0}, "=-="),
     "better oil against grey staining": ({"effects.micropitting.load_stage": 10.0}, "+=="),
     "better oil against scuffing": ({"effects.scuffing.load_stage": 13.0}, "=+="),
-    "sprayed": ({"effects.scuffing.lubrication": "spray"}, "=-="),
+    "sprayed": ({"effects.scuffing.oil_supply": "spray"}, "=-="),
     "deeper case": ({f"effects.flank_fracture.{body}_case_depth_mm": 1.2 for body in BODIES}, "==+"),
     "softer core": ({f"effects.flank_fracture.{body}_core_hardness_HV": 300.0 for body in BODIES}, "==-"),
     "overload": ({f"effects.{mode}.application_factor": 1.5 for mode in MODES}, "---"),
@@ -154,7 +149,7 @@ def test_measured_hardness_of_the_same_case(here):
     """A table that follows the curve gives the same safety."""
     depth = np.linspace(0.0, 4.0, 200)
     values = hardness_of_case(700.0, 400.0, 0.8)(depth)
-    measured: dict[str, Any] = {"hardness": "table"}
+    measured: dict[str, Any] = {"hardness_profile": "table"}
     for body in BODIES:
         measured |= {f"{body}_hardness_depths_mm": depth.tolist(), f"{body}_hardness_HV": values.tolist()}
         measured |= {f"{body}_core_hardness_HV": 400.0}

@@ -12,7 +12,7 @@ OIL = {"oil_family": "mineral", "viscosity_40_mm2_per_s": 220.0, "viscosity_100_
 OIL |= {"density_15_kg_per_m3": 890.0}
 REQUIRED = {
     "micropitting": {*OIL, "bulk_temperature_C", "roughness_Ra_um", "load_stage"},
-    "scuffing": {*OIL, "oil_temperature_C", "lubrication", "load_stage", "structural_factor"},
+    "scuffing": {*OIL, "oil_temperature_C", "oil_supply", "load_stage", "structural_factor"},
     "flank_fracture": {
         f"{body}_{name}"
         for body in ("pinion", "gear")
@@ -27,7 +27,7 @@ def test_missing_data_are_told_all_at_once_with_their_usual_range(mode):
     own = {field.rpartition(".")[2] for field in problems if field.startswith(f"effects.{mode}.")}
     assert own == REQUIRED[mode]
     for field, problem in problems.items():
-        if field.startswith(f"effects.{mode}.") and not field.endswith(("family", "lubrication")):
+        if field.startswith(f"effects.{mode}.") and not field.endswith(("family", "oil_supply")):
             assert "usual:" in problem.allowed, field
 
 
@@ -47,7 +47,7 @@ def test_oil_that_thickens_with_heat_is_refused(mode):
 
 
 def test_a_hardness_for_every_depth():
-    table = {"hardness": "table"}
+    table = {"hardness_profile": "table"}
     for body in ("pinion", "gear"):
         table |= {f"{body}_core_hardness_HV": 400.0, f"{body}_hardness_depths_mm": [0.1, 0.5, 1.0]}
     table |= {"pinion_hardness_HV": [700.0, 600.0, 420.0], "gear_hardness_HV": [700.0, 600.0]}
