@@ -103,7 +103,7 @@ def life_group(
 
 
 def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.ndarray]:
-    """What ends a life first, the depth of wear or a failure mode, and when."""
+    """The end of a life by the first of its depth of wear and the failure modes."""
     per_mesh = hours_per_mesh(physics.scene, stepper.teeth.pair)
     rated = physics.ratings(replace(stepper, implicit=True), life.states, per_mesh)
     assert rated is not None  # a rule of the scene

@@ -99,24 +99,31 @@ class RatedContact:
 
     @cached_property
     def places(self) -> FloatArray:
-        """Profile coordinate of the greatest pressure on each body's own flank [mm], (body, roll, face)."""
-        lines, driven = self.teeth.lines, self.pressures.place
-        driving = np.empty_like(driven)
-        for i in range(driven.shape[1]):
-            order = np.argsort(lines.profile[:, i])
-            driving[:, i] = np.interp(driven[:, i], lines.profile[order, i], lines.driving_profile[order, i])
+        """Where worn flanks touch: profile coordinate on each body's own flank [mm], (body, roll, face)."""
+        lines, path = self.teeth.lines, self.teeth.on_path
+        driven = np.where(self.rated, self.pressures.place, self.state.coarse.profile)
+        driving = lines.driving_profile.copy()
+        for i in np.flatnonzero(path.any(axis=0)):
+            met = np.flatnonzero(path[:, i])
+            met = met[np.argsort(lines.profile[met, i])]
+            driving[:, i] = np.interp(driven[:, i], lines.profile[met, i], lines.driving_profile[met, i])
         return np.stack([driving, driven])
 
-    def on_flanks(self, values: FloatArray, bearing: BoolArray | None = None) -> FloatArray:
+    def on_flanks(
+        self, values: FloatArray, bearing: BoolArray | None = None, worst: np.ufunc = np.fmax
+    ) -> FloatArray:
         """Values in the contact lines as the points of both flanks feel them when the contact passes.
 
-        Linear between roll positions; NaN where no contact passes.
+        Linear between roll positions, whose own values stand at the nodes next to them, so that no extreme is lost
+        between two; NaN where no contact passes.
 
         Parameters
         ----------
         values : array that broadcasts to (body, roll, face)
         bearing : (roll, face) bool array, optional
             Slices that count; those that are `rated` where left out.
+        worst : ufunc
+            Which of several values at one node stands: `numpy.fmax` of stresses, `numpy.fmin` of safeties.
 
         Returns
         -------
@@ -128,12 +135,12 @@ class RatedContact:
         for body in range(len(BODIES)):
             for i in np.flatnonzero(rated.any(axis=0)):
                 on, nodes = rated[:, i], profile[body, i]
-                place = self.places[body, on, i]
+                place, own = self.places[body, on, i], values[body, on, i]
                 order = np.argsort(place)
-                # a node more at either end, so that the first and the last roll position are not lost
-                margin = (nodes[-1] - nodes[0]) / (nodes.size - 1)
-                passed = (nodes >= place[order[0]] - margin) & (nodes <= place[order[-1]] + margin)
-                found[body, i, passed] = np.interp(nodes[passed], place[order], values[body, on, i][order])
+                passed = (nodes >= place[order[0]]) & (nodes <= place[order[-1]])
+                found[body, i, passed] = np.interp(nodes[passed], place[order], own[order])
+                middles = 0.5 * (nodes[1:] + nodes[:-1])
+                worst.at(found[body, i], np.searchsorted(middles, place), own)
         return found
 
 

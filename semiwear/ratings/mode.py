@@ -66,7 +66,7 @@ def rated_locally(steps: Sequence[WornStep], safety_of: Callable[[RatedContact],
     """
 
     def worst(step: WornStep) -> FloatArray:
-        return np.asarray(np.fmin.reduce([contact.on_flanks(safety_of(contact)) for contact in step.contacts]))
+        return np.asarray(np.fmin.reduce([c.on_flanks(safety_of(c), worst=np.fmin) for c in step.contacts]))
 
     return rated_by_flank(steps[-1].flanks, [worst(step) for step in steps])
 

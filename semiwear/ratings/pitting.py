@@ -187,8 +187,8 @@ class Pitting:
             table.gear_work_hardening_factor,
         )
         told |= {
-            "Z_W": f"{table.gear_work_hardening_factor:g} of the gear: given",
-            "Z_X": f"{table.size_factor:g}: given",
+            "Z_W": f"{table.gear_work_hardening_factor:g} of the gear: given or its default",
+            "Z_X": f"{table.size_factor:g}: given or its default",
         }
         return cls(
             (pinion, gear),

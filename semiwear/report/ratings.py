@@ -22,13 +22,14 @@ _HEAD = ("mode", "body", "required", "unworn", "last", "where it is least", "fal
 
 
 def ratings_section(tree: xr.DataTree) -> str:
-    """What ends the life first, a table and a picture of all modes, and a map of each; empty without any."""
+    """A sentence on the end of the life, a table and a picture of all modes, a map of each; empty without any."""
     ratings = group_of(tree, "ratings")
     if not ratings:
         return ""
     with styled():
         uri = figure_uri(_SIZE, 1, lambda axes: safety_history(tree, axes[0]))
-        maps = "".join(_map(tree, str(mode)) for mode in ratings["mode"].values)
+        modes = ratings["mode"].values if "wear_depth" in group_of(tree, "flank") else ()
+        maps = "".join(_map(tree, str(mode)) for mode in modes)
     caption = (
         "Safety of each failure mode over what it requires, pinion and gear; the stretch in which a mode has the "
         "least is shaded in its colour. Safeties that add up damage begin at static strength."

@@ -238,7 +238,7 @@ class TestNeeds:
 
     @pytest.mark.parametrize("table", [name for name, table in EFFECTS.items() if "wear" in table.needs])
     def test_wear(self, ready: Scene, table: str) -> None:
-        problems = problems_of(ready.replace, {"wear": None, f"effects.{table}": {}})
+        problems = problems_of(ready.replace, {"wear": None, f"effects.{table}": LEAST.get(table, {})})
         assert set(problems) == {"wear"}
         assert f"[effects.{table}]" in problems["wear"].fix
 
@@ -260,9 +260,10 @@ class TestNeeds:
         assert "did you mean operation.pinion_speed_rpm?" in caught.value.problems[0].fix
 
     @pytest.mark.parametrize("name", LEAST)
-    def test_required_fields(self, scene: Scene, name: str) -> None:
-        problems = problems_of(scene.replace, {f"effects.{name}": {}})
-        assert set(problems) == {f"effects.{name}.{field}" for field in LEAST[name]} <= REQUIRED
+    def test_required_fields(self, ready: Scene, name: str) -> None:
+        problems = problems_of(ready.replace, {f"effects.{name}": {}})
+        needed = {need for needs in EFFECTS[name].needs_if.values() for need in needs}
+        assert set(problems) == {f"effects.{name}.{field}" for field in LEAST[name]} <= REQUIRED | needed
         assert all(f"needed by [effects.{name}]: add it" in problem.fix for problem in problems.values())
 
 
