@@ -207,7 +207,9 @@ class FlankFracture:
         told = {
             "K_tau,per": f"{_STRENGTH_MPA_PER_HV:g} MPa/HV: shear strength of steel over hardness",
             "K_material": f"{table.material_factor:g}: given",
-            "HV(y)": "measured" if table.hardness_profile == "table" else "from surface, core and case depth (Lang 1979)",
+            "HV(y)": "measured"
+            if table.hardness_profile == "table"
+            else "from surface, core and case depth (Lang 1979)",
             "sigma_RS(y)": "from the hardness (Lang 1979), no tension in the core",
             "source": FLANK_FRACTURE_SOURCE,
         }

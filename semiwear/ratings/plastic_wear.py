@@ -1,7 +1,8 @@
 """Wear of plastic gears after VDI 2736 Part 2:2014: the mean depth along a flank, its limit and the temperature.
 
 A global estimate to set beside the wear that is computed locally: friction work times a coefficient, spread evenly
-over the active flank. It knows neither where sliding is fast nor how wear changes the load sharing.
+over the active flank. Its volume is that of the local wear of fresh flanks; it knows neither where sliding is fast
+nor how wear changes the load sharing.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "VDI_2736_SOURCE",
+    "active_profile_length",
     "loss_factor",
     "of_temperature",
     "permissible_wear",
@@ -96,6 +98,18 @@ def plastic_wear(
     """
     work = 2.0 * pi * np.asarray(torque, float) * np.asarray(cycles, float) * loss
     return np.asarray(work * np.asarray(wear_coefficient, float) / (face_width * teeth * flank_length))
+
+
+def active_profile_length(base_radius: float, root_curvature: float, tip_curvature: float) -> float:
+    """Length l_Fl = (rho_a^2 - rho_f^2)/(2 r_b) of an involute's active profile [mm] (VDI 2736-2:2014, eq. 20).
+
+    Parameters
+    ----------
+    base_radius : float [mm]
+    root_curvature, tip_curvature : float [mm]
+        Radii of curvature where contact begins and ends.
+    """
+    return (tip_curvature**2 - root_curvature**2) / (2.0 * base_radius)
 
 
 def permissible_wear(normal_module: float) -> float:
