@@ -67,7 +67,7 @@ def _cost(name: str, costs: Mapping[str, str]) -> str:
 
 
 def _needs(name: str, kind: type[EffectTable], own: EffectTable | None) -> list[str]:
-    """What an effect needs outside its own table."""
+    """Needs of an effect outside its own table."""
     needs = kind.needed_with(lambda name: None if own is None else getattr(own, name))
     return [key for key in needs if key != "wear" and not key.startswith(f"effects.{name}.")]
 

@@ -3,7 +3,7 @@
 The local method of Hertter (2003) and Witzig (2012), dissertations, TU Munich, from which ISO/TS 6336-4:2019 took its
 fits: at every depth the shear stress intensity of the Hertz contact on top of the residual stress, less that of the
 residual stress alone, over a strength that is 0.4 MPa for each HV. Where the standard fits the influence of the
-residual stress, the stresses are here added as tensors. The text of the standard was not at hand.
+residual stress, the stresses are here added as tensors. Neither text was at hand: constants are as commonly quoted.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 FLANK_FRACTURE_SOURCE = (
-    "Hertter 2003 and Witzig 2012 (shear stress intensity, 0.4 MPa/HV), which ISO/TS 6336-4:2019 fits"
+    "after Hertter 2003 and Witzig 2012 (shear stress intensity, 0.4 MPa/HV), constants as commonly quoted;"
+    " not a rating to ISO/TS 6336-4:2019, which fits the same"
 )
 
 _STRENGTH_MPA_PER_HV = 0.4  # K_tau,per

@@ -1,4 +1,7 @@
-"""Hardness of a case-hardened tooth over depth, and the residual stress that goes with it."""
+"""Hardness of a case-hardened tooth over depth, and the residual stress that goes with it.
+
+Lang's (1979) text was not at hand: his coefficients are as commonly quoted.
+"""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ __all__ = ["PLEWE_SOURCE", "slow_speed_wear"]
 
 FloatArray = NDArray[np.float64]
 
-PLEWE_SOURCE = "Plewe 1980, dissertation, TU Munich, as Niemann and Winter 1989 quote it"
+PLEWE_SOURCE = "Plewe 1980, dissertation, TU Munich, as commonly quoted (Niemann and Winter 1989)"
 
 _PRESSURE_EXPONENT = 1.4
 
