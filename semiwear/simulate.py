@@ -14,6 +14,7 @@ import xarray as xr
 from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Plan, plan
@@ -195,14 +196,16 @@ def _result(
 ) -> xr.DataTree:
     contacts = [state.contact for state in states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
-    parts = _parts(physics, stepper, states, fresh)
+    pressures = [teeth.pressures(contact) for contact in contacts]
+    parts = _parts(physics, stepper, states, pressures, fresh)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
     groups["flank"] |= collect.contact_patterns(teeth, contacts)
     groups["engagement"] |= collect.slices(teeth)
     if life:
         groups["life"] = life
-    rated = physics.ratings(stepper, states, hours_per_mesh(physics.scene, teeth.pair))
+    known = [(own, part["engagement"].get("root_stress")) for own, part in zip(pressures, parts, strict=True)]
+    rated = physics.ratings(stepper, states, hours_per_mesh(physics.scene, teeth.pair), known)
     if rated is not None:
         groups["ratings"] = rated.arrays
     clock.lap("stress and results")
@@ -229,16 +232,19 @@ def _result(
 
 
 def _parts(
-    physics: Plan, stepper: WearStepper, states: Sequence[WearState], fresh: Sweep
+    physics: Plan,
+    stepper: WearStepper,
+    states: Sequence[WearState],
+    pressures: Sequence[SlicePressures],
+    fresh: Sweep,
 ) -> list[dict[str, collect.Arrays]]:
     """Arrays of every wear state by itself, group by group."""
     teeth, point = stepper.teeth, physics.control_point(stepper.teeth)
     poissons_ratio = physics.scene.material.gear.poissons_ratio
     observers = physics.observers(teeth)
     parts: list[dict[str, collect.Arrays]] = []
-    for state in states:
+    for state, pressure in zip(states, pressures, strict=True):
         contact = state.contact
-        pressure = teeth.pressures(contact)
         part = {
             "engagement": collect.engagement(teeth, contact, pressure, fresh),
             "mesh_cycle": collect.mesh_cycle(teeth, contact),

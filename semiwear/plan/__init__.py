@@ -34,7 +34,7 @@ from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
-from semiwear.plan.ratings import Ratings, rated_states
+from semiwear.plan.ratings import Known, Ratings, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -244,10 +244,17 @@ class Plan:
         return tuple(found)
 
     def ratings(
-        self, stepper: WearStepper, states: Sequence[WearState], hours_per_mesh: float | None
+        self,
+        stepper: WearStepper,
+        states: Sequence[WearState],
+        hours_per_mesh: float | None,
+        known: Sequence[Known] = (),
     ) -> Ratings | None:
-        """Failure modes of worn states, the first of them unworn; None where the scene names none."""
-        return rated_states(self.scene, stepper, states, hours_per_mesh, self.clock)
+        """Failure modes of worn states, the first of them unworn; None where the scene names none.
+
+        Arguments are those of `semiwear.plan.ratings.rated_states`.
+        """
+        return rated_states(self.scene, stepper, states, hours_per_mesh, self.clock, known)
 
     # ---- parts
 

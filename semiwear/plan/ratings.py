@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loads import SlicePressures
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.point_flank_pair import PointFlankMesh
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from semiwear.ratings.mode import FailureMode
 
 __all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "rated_states"]
+
+
+Known = tuple[SlicePressures, np.ndarray | None]
 
 
 @dataclass(frozen=True)
@@ -146,7 +150,12 @@ def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
 
 
 def rated_states(
-    scene: Scene, stepper: WearStepper, states: Sequence[WearState], hours_per_mesh: float | None, clock: EffectClock
+    scene: Scene,
+    stepper: WearStepper,
+    states: Sequence[WearState],
+    hours_per_mesh: float | None,
+    clock: EffectClock,
+    known: Sequence[Known] = (),
 ) -> Ratings | None:
     """Ratings of worn states, the first of them unworn; None where the scene has no table of a failure mode.
 
@@ -160,6 +169,8 @@ def rated_states(
         None where the scene gives no speed.
     clock : EffectClock
         Counts the seconds of every mode.
+    known : sequence of (SlicePressures, root stress or None), optional
+        Of the contact of every state, where it is the one that is rated.
     """
     modes = failure_modes(scene, stepper.teeth)
     if not modes:
@@ -167,18 +178,19 @@ def rated_states(
     from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
     from semiwear.ratings.failure import rating_arrays
 
+    solved = known if known and not stepper.cases else [(None, None)] * len(states)
     flanks = RatedFlanks.of(stepper.teeth)
     steps = [
         WornStep(
             state.meshes,
             tuple(
                 RatedContact(
-                    case.teeth, contact, case.share, flanks, lambda t: effects.speeds_of(scene, t.pair, t.lines)
+                    case.teeth, contact, case.share, flanks, lambda t: effects.speeds_of(scene, t.pair, t.lines), *own
                 )
                 for case, contact in zip(stepper.load_cases, state.loaded, strict=True)
             ),
         )
-        for state in states
+        for state, own in zip(states, solved, strict=True)
     ]
     rated = {}
     for name, mode in modes.items():

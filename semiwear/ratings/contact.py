@@ -64,6 +64,9 @@ class RatedContact:
     flanks : RatedFlanks
     speeds_of : callable
         The motion of the surfaces, worked out when a mode asks for it.
+    known_pressures : SlicePressures or None
+    known_root_stress : (roll, body) array [MPa] or None
+        What is known of this contact already.
     """
 
     teeth: LoadedTeeth
@@ -71,11 +74,13 @@ class RatedContact:
     share: float
     flanks: RatedFlanks
     speeds_of: Callable[[LoadedTeeth], SurfaceSpeeds]
+    known_pressures: SlicePressures | None = None
+    known_root_stress: FloatArray | None = None
 
     @cached_property
     def pressures(self) -> SlicePressures:
         """Greatest pressures: `inner` is 0 where a slice bears nothing or lies at an edge, which is not rated."""
-        return self.teeth.pressures(self.state)
+        return self.teeth.pressures(self.state) if self.known_pressures is None else self.known_pressures
 
     @property
     def rated(self) -> BoolArray:
@@ -95,7 +100,8 @@ class RatedContact:
     @cached_property
     def root_stress(self) -> FloatArray:
         """Greatest root stress of each body's tooth at every roll position [MPa], (body, roll)."""
-        return self.teeth.root_stress(self.state).T
+        known = self.known_root_stress
+        return self.teeth.root_stress(self.state).T if known is None else known.T
 
     @cached_property
     def places(self) -> FloatArray:

@@ -106,7 +106,10 @@ class StressHistory:
         chosen = order[:_MANY]
         while True:
             safety = self._solved(logs[:, :, chosen], step, _HALVINGS, together=True)
-            worse = order[self._damage(logs[:, :, order], step, safety - _JUST) > 1.0 + _JUST]
+            # no other has more damage than with its greatest stress all the time
+            bearable = np.log(self.curve.permissible(self.cycles[step]))
+            near = order[greatest[order] + safety > bearable - _JUST]
+            worse = near[self._damage(logs[:, :, near], step, safety - _JUST) > 1.0 + _JUST]
             further = np.setdiff1d(worse, chosen)
             if further.size == 0:
                 damage = self._damage(logs[:, :, chosen], step, safety + 2.0 * _JUST)
