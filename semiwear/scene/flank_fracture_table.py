@@ -8,7 +8,13 @@ from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
-from semiwear.scene.rating_tables import RatingTable, _application_factor, _dynamic_factor, _required
+from semiwear.scene.rating_fields import (
+    RatingTable,
+    inner_load_factor,
+    limit_of_safety,
+    outer_load_factor,
+    usual_range,
+)
 from semiwear.scene.rule import Rule, between, choice
 from semiwear.scene.values import number, numbers
 from semiwear.untyped import Value
@@ -23,22 +29,17 @@ def _fields(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"effects.flank_fracture.{body}_{name}" for body in ("pinion", "gear") for name in names)
 
 
-def _range(low: float, high: float, unit: str, usual: str) -> Rule:
-    """A number above one limit and up to another; a message of its lack tells the usual range."""
-    return Rule(number, f"above {low:g}, up to {high:g} {unit}; usual: {usual}", lambda v: low < v <= high, usual)
-
-
 def _surface(body: str) -> Value:
-    rule = _range(551.0, 1000.0, "HV", "650 to 780 case-hardened")
+    rule = usual_range(551.0, 1000.0, "HV", "650 to 780 case-hardened")
     return declared(rule, f"Vickers hardness of the {body}'s surface.", default=None)
 
 
 def _core(body: str) -> Value:
-    return declared(_range(150.0, 549.0, "HV", "300 to 450 case-hardened"), f"Hardness of the {body}'s core.")
+    return declared(usual_range(150.0, 549.0, "HV", "300 to 450 case-hardened"), f"Hardness of the {body}'s core.")
 
 
 def _case_depth(body: str) -> Value:
-    rule = _range(0.0, 20.0, "mm", "0.15 to 0.3 modules, at 550 HV")
+    rule = usual_range(0.01, 20.0, "mm", "0.15 to 0.3 modules, at 550 HV")
     return declared(rule, f"Case-hardening depth CHD of the {body}'s unworn flank.", default=None)
 
 
@@ -92,6 +93,6 @@ class FlankFracture(RatingTable):
         "K_material: strength at a hardness against that of CrNiMo case-hardening steels.",
         default=1.0,
     )
-    application_factor: float = _application_factor()
-    dynamic_factor: float = _dynamic_factor()
-    required_safety: float = _required("S_FFmin", 1.0)
+    application_factor: float = outer_load_factor()
+    dynamic_factor: float = inner_load_factor()
+    required_safety: float = limit_of_safety("S_FFmin", 1.0)

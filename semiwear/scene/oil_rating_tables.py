@@ -10,8 +10,14 @@ from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
-from semiwear.scene.rating_tables import RatingTable, _application_factor, _dynamic_factor, _required
-from semiwear.scene.rule import Rule, above, between, choice
+from semiwear.scene.rating_fields import (
+    RatingTable,
+    inner_load_factor,
+    limit_of_safety,
+    outer_load_factor,
+    usual_range,
+)
+from semiwear.scene.rule import above, between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
@@ -20,14 +26,12 @@ __all__ = ["Micropitting", "OilTable", "Scuffing"]
 _NEEDS = ("wear", "operation.pinion_speed_rpm", "effects.flash_temperature")
 
 
-def _required_data(what: str, low: float, high: float, unit: str, usual: str) -> Value:
-    """A required number; a message of its lack tells the usual range."""
-    allowed = f"{low:g} to {high:g} {unit}".rstrip() + f"; usual: {usual}"
-    return declared(Rule(number, allowed, lambda value: low <= value <= high, usual), what)
+def _needed(what: str, low: float, high: float, unit: str, usual: str) -> Value:
+    return declared(usual_range(low, high, unit, usual), what)
 
 
 def _temperature(what: str, usual: str) -> Value:
-    return _required_data(what, -60.0, 250.0, "degrees Celsius", usual)
+    return _needed(what, -60.0, 250.0, "degrees Celsius", usual)
 
 
 @table
@@ -38,21 +42,21 @@ class OilTable(RatingTable):
         choice("mineral", "polyalphaolefin", "polyglycol", otherwise="the base oil of its data sheet"),
         "Family of the oil.",
     )
-    viscosity_40_mm2_per_s: float = _required_data(
+    viscosity_40_mm2_per_s: float = _needed(
         "Kinematic viscosity of the oil at 40 degrees Celsius.", 2.0, 10_000.0, "mm2/s", "its ISO VG, 100 to 460"
     )
-    viscosity_100_mm2_per_s: float = _required_data(
+    viscosity_100_mm2_per_s: float = _needed(
         "Kinematic viscosity of the oil at 100 degrees Celsius.",
         1.0,
         1000.0,
         "mm2/s",
         "11 to 35, of a mineral VG 220 about 19",
     )
-    density_15_kg_per_m3: float = _required_data(
+    density_15_kg_per_m3: float = _needed(
         "Density of the oil at 15 degrees Celsius.", 700.0, 1200.0, "kg/m3", "840 to 910, of polyglycols 1000 to 1100"
     )
-    application_factor: float = _application_factor()
-    dynamic_factor: float = _dynamic_factor()
+    application_factor: float = outer_load_factor()
+    dynamic_factor: float = inner_load_factor()
 
 
 @table
@@ -74,21 +78,14 @@ class Micropitting(OilTable):
     )
 
     bulk_temperature_C: float = _temperature("Temperature of the teeth before they meet.", "60 to 120")
-    roughness_Ra_um: float = _required_data(
-        "Mean Ra of both flanks.", 0.01, 10.0, "um", "0.2 to 0.8 ground, about Rz/6"
-    )
+    roughness_Ra_um: float = _needed("Mean Ra of both flanks.", 0.01, 10.0, "um", "0.2 to 0.8 ground, about Rz/6")
     limit: str = declared(
         choice("load_stage", "given"),
         "Where the permissible film comes from: the oil's `load_stage`, or `permissible_film`.",
         default="load_stage",
     )
     load_stage: float | None = declared(
-        Rule(
-            number,
-            "5 to 10; usual: 8 to 10, from the oil's data sheet",
-            lambda value: 5.0 <= value <= 10.0,
-            "the stage of the micropitting test C-GF/8,3/90, no other",
-        ),
+        usual_range(5.0, 10.0, "", "8 to 10, from the oil's data sheet (C-GF/8,3/90, no other test)"),
         "Failure load stage of the oil in the micropitting test C-GF/8,3/90.",
         default=None,
     )
@@ -102,7 +99,7 @@ class Micropitting(OilTable):
         "Material factor W_W of flanks of another steel than the case-hardened one of the test.",
         default=1.0,
     )
-    required_safety: float = _required("S_lambda_min", 1.0)
+    required_safety: float = limit_of_safety("S_lambda_min", 1.0)
 
 
 @table
@@ -127,14 +124,14 @@ class Scuffing(OilTable):
         choice("dip", "spray", "submerged", otherwise="how the oil comes to the mesh"),
         "How the oil comes to the mesh, which cools the teeth.",
     )
-    load_stage: float = _required_data(
+    load_stage: float = _needed(
         "Failure load stage of the oil in the FZG test A/8,3/90.", 1.0, 14.0, "", "8 to 13, from its data sheet"
     )
-    structural_factor: float = _required_data(
+    structural_factor: float = _needed(
         "Structural (welding) factor X_W of the flanks, the lower of both.",
         0.4,
         1.6,
         "",
         "X_W 1 case-hardened, 1.25 phosphated, 1.5 nitrided, 0.45 stainless",
     )
-    required_safety: float = _required("S_Smin", 2.0)
+    required_safety: float = limit_of_safety("S_Smin", 2.0)
