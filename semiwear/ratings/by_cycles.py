@@ -50,4 +50,5 @@ def rated_by_cycles(
         face=np.where(missing, np.nan, faces[at]),
         flank=np.stack([history.safeties() for history in histories]).reshape(flanks.profile.shape),
         damage=np.stack([history.damages(required_safety) for history in histories], axis=1),
+        meshes=np.array([history.life(required_safety) for history in histories]) / flanks.cycles,
     )

@@ -15,20 +15,16 @@ __all__ = ["first_failure", "meshes_to_failure", "rating_arrays"]
 FloatArray = NDArray[np.float64]
 
 
-def meshes_to_failure(
-    meshes: FloatArray, safety: FloatArray, required: float, damage: FloatArray | None
-) -> FloatArray:
-    """Engagements of one gear tooth at which each body first falls below its required safety.
+def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -> FloatArray:
+    """Engagements of one gear tooth at which the safety of each body first falls below what is required.
 
-    Linear between wear steps in Miner's sum where there is one, else in the safety.
+    Linear between wear steps.
 
     Parameters
     ----------
     meshes : (wear_step,) array
     safety : (wear_step, body) array
     required : float
-    damage : (wear_step, body) array or None
-        Miner's sum at the required safety.
 
     Returns
     -------
@@ -41,17 +37,10 @@ def meshes_to_failure(
         if below.size == 0:
             continue
         k = int(below[0])
-        share = 1.0 if k == 0 else _share_of_step(safety[k - 1 : k + 1, body], required)
-        if k and damage is not None and np.isfinite(damage[k, body]):
-            before, after = damage[k - 1 : k + 1, body]
-            share = (1.0 - before) / (after - before)
+        before, after = safety[max(k - 1, 0), body], safety[k, body]
+        share = (before - required) / (before - after) if np.isfinite(before) and k else 1.0
         found[body] = meshes[k] if k == 0 else meshes[k - 1] + share * (meshes[k] - meshes[k - 1])
     return found
-
-
-def _share_of_step(safety: FloatArray, required: float) -> float:
-    before, after = safety
-    return float((before - required) / (before - after)) if np.isfinite(before) else 1.0
 
 
 def first_failure(ends: FloatArray) -> tuple[int, int] | None:
@@ -84,7 +73,10 @@ def rating_arrays(
     told = list(rated.values())
     none = np.full_like(told[0].safety, np.nan)
     ends = np.stack(
-        [meshes_to_failure(meshes, r.safety, need, r.damage) for r, need in zip(told, required, strict=True)]
+        [
+            meshes_to_failure(meshes, own.safety, need) if own.meshes is None else own.meshes
+            for own, need in zip(told, required, strict=True)
+        ]
     )
     first = first_failure(ends)
     arrays = {

@@ -49,6 +49,31 @@ class StressHistory:
         logs, log_safety = self._logs, float(np.log(safety))
         return np.array([self._damage(logs, step, log_safety).max(initial=0.0) for step in range(self.cycles.size)])
 
+    def life(self, safety: float) -> float:
+        """Load cycles until Miner's sum of some point is 1 with stresses raised by a safety; NaN where none is.
+
+        Beyond static strength, until the stress, linear within the wear step, reaches it.
+        """
+        logs = self._logs + np.log(safety)
+        rates, length = self._rates(logs, 0.0), np.diff(self.cycles)
+        broken = np.isinf(rates)
+        if broken[0].any():
+            return 0.0
+        safe = np.where(broken, 0.0, rates)
+        sums = np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(_mean(safe) * length[:, None], axis=0)])
+        ends = [float("nan")]
+        for k in range(length.size):
+            # a rate that passes linearly from one end of the step to the other: a quadratic equation for the share
+            full = np.flatnonzero((sums[k] < 1.0) & (sums[k + 1] >= 1.0) & ~broken[: k + 2].any(axis=0))
+            begin, grown = safe[k, full], safe[k + 1, full] - safe[k, full]
+            left = (1.0 - sums[k, full]) / length[k]
+            share = 2.0 * left / (begin + np.sqrt(np.maximum(begin**2 + 2.0 * grown * left, 0.0)))
+            first = np.flatnonzero(broken[k + 1] & ~broken[: k + 1].any(axis=0))
+            stress = np.exp(logs[k : k + 2, :, first].max(axis=1))
+            static = (self.curve.static - stress[0]) / (stress[1] - stress[0])
+            ends += (self.cycles[k] + length[k] * np.concatenate([share, static])).tolist()
+        return float(np.fmin.reduce(ends))
+
     def least_safeties(self) -> tuple[FloatArray, NDArray[np.int64]]:
         """Least safety of all points after every wear step, and which has it; NaN and -1 of none."""
         found = [self._least(step) for step in range(self.cycles.size)]
@@ -115,3 +140,7 @@ class StressHistory:
                 damage = self._damage(logs[:, :, chosen], step, safety + 2.0 * _JUST)
                 return float(np.exp(safety[0])), int(chosen[damage.argmax()])
             chosen = np.concatenate([chosen, further])
+
+
+def _mean(rates: FloatArray) -> FloatArray:
+    return 0.5 * (rates[1:] + rates[:-1])

@@ -30,6 +30,8 @@ class Rated:
         Safety of every point of the last wear step's flanks; NaN where none is rated.
     damage : (wear_step, body) array or None
         Miner's sum at the required safety, greatest of the flank; None of a mode that remembers no load cycles.
+    meshes : (body,) array or None
+        Engagements of one gear tooth until that sum is 1, NaN where the run ends before; None likewise.
     """
 
     safety: FloatArray
@@ -37,6 +39,7 @@ class Rated:
     face: FloatArray
     flank: FloatArray
     damage: FloatArray | None = None
+    meshes: FloatArray | None = None
 
 
 class FailureMode(Protocol):

@@ -74,7 +74,7 @@ def _rows(ratings: xr.Dataset) -> Iterator[tuple[str, ...]]:
         for body in map(str, ratings["body"].values):
             first, last = (figure_text(_value(ratings, "safety", mode, body, step)) for step in (0, -1))
             height, face = (_value(ratings, f"safety_{name}", mode, body, -1) for name in ("height", "face"))
-            where = f"height {figure_text(height, 3)} mm, face {figure_text(face)} mm" if isfinite(height) else NONE
+            where = f"height {height:+.2f} mm, face {face:.1f} mm".replace("-", "−") if isfinite(height) else NONE
             told = _end(ratings, mode, body), _error(ratings, mode, body)
             yield mode_words(mode), body, required, first, last, where, *told
 

@@ -115,7 +115,7 @@ def test_effects_that_only_tell_solve_nothing(monkeypatch):
     # the unworn state, then of each of two steps a rehearsal, the loads and the contact at its end; edges twice more
     assert 1 + 2 * 3 <= alone["solve"] <= 3 + 2 * 5
     plain = contact_calls(monkeypatch, TINY)
-    for name in ("flash_temperature", "lubrication", "misalignment"):
+    for name in ("flash_temperature", "lubrication", "misalignment", "pitting"):
         assert contact_calls(monkeypatch, TINY.replace(table(name))) == plain
     assert contact_calls(monkeypatch, TINY.replace(table("friction")))["solve"] > plain["solve"]
 

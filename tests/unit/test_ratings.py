@@ -155,9 +155,9 @@ def test_growing_stress_converges_with_the_square_of_the_wear_steps():
 
 def test_a_mode_without_memory_fails_where_its_safety_crosses():
     safety = np.array([[1.6, 0.9], [1.2, 0.8], [0.8, 0.7], [0.7, 0.6]])
-    ends = meshes_to_failure(np.array([0.0, 10.0, 20.0, 30.0]), safety, 1.0, None)
+    ends = meshes_to_failure(np.array([0.0, 10.0, 20.0, 30.0]), safety, 1.0)
     assert ends == pytest.approx([15.0, 0.0])
-    assert np.isnan(meshes_to_failure(np.array([0.0, 10.0]), safety[:2, :1] + 1.0, 1.0, None)).all()
+    assert np.isnan(meshes_to_failure(np.array([0.0, 10.0]), safety[:2, :1] + 1.0, 1.0)).all()
 
 
 def test_a_mode_that_adds_up_damage_fails_where_the_sum_is_one():
@@ -167,9 +167,22 @@ def test_a_mode_that_adds_up_damage_fails_where_the_sum_is_one():
     for steps in (2, 7):
         cycles = np.linspace(0.0, 3.0 * life, steps)
         own = history(np.full(steps, stress), cycles)
-        safety, _ = own.least_safeties()
-        ends = meshes_to_failure(cycles, safety[:, None], required, own.damages(required)[:, None])
-        assert ends == pytest.approx([life], rel=1e-6)
+        assert own.life(required) == pytest.approx(life, rel=1e-6)
+        assert np.isnan(own.life(0.1))
+        assert own.life(2.0) == 0.0  # beyond static strength at once
+    # from 1500 MPa beyond static strength in one step: where the stress is 2400
+    assert history([1500.0, 3000.0], [0.0, 300.0]).life(1.0) == pytest.approx(180.0)
+
+
+@settings(max_examples=30)
+@given(st.floats(700.0, 1500.0), st.floats(1.0, 1.3), st.integers(1, 5))
+def test_the_life_is_where_the_safety_passes_what_is_required(stress, growth, steps):
+    cycles = np.linspace(0.0, 1e9, steps + 1)
+    own = history(np.linspace(stress, growth * stress, steps + 1), cycles)
+    least, _ = own.least_safeties()
+    # with a little more than the safety of the last step required the run does not last, with a little less it does
+    assert own.life(float(least[-1]) * 1.0001) <= 1e9
+    assert np.isnan(own.life(float(least[-1]) * 0.9999))
 
 
 def test_the_first_of_all_modes_and_bodies():
