@@ -44,6 +44,7 @@ def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
             "gear_limit_MPa": _between(300.0, 1650.0),
             "pinion_life_curve": curves,
             "gear_life_curve": curves,
+            "film_factors": st.just("from_oil"),
             "viscosity_40_mm2_per_s": _between(20.0, 500.0),
             "roughness_Rz_um": _between(0.5, 10.0),
         },

@@ -181,6 +181,8 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
             {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
         ),
     }
+    if scene.numerics.tooth_compliance == "rigid":
+        del tables["bending"]  # rigid teeth have no root stress
     return {name: table for name, table in tables.items() if worn or "wear" not in EFFECTS[name].needs}
 
 
@@ -200,6 +202,6 @@ def effects(draw: st.DrawFn, scene: Scene = SHIPPED) -> dict[str, Any]:
         for need in needs:
             if need == "operation.pinion_speed_rpm":
                 changes[need] = draw(_between(100.0, 6000.0))
-            elif need.startswith("effects.") and need not in changes:
+            elif need.removeprefix("effects.") in EFFECTS and need not in changes:
                 chosen.append(need.removeprefix("effects."))
     return changes
