@@ -16,8 +16,9 @@ from semiwear.ratings.hardness import hardness_of_case
 from semiwear.ratings.load_stages import TEST_TORQUE_NM, bulk_temperature, film_of_test, mean_friction
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.overload import raised
-from semiwear.scene import Scene
+from semiwear.scene import Scene, scene_from_dict
 from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.point_flanks import exported
 
 OIL = Oil("mineral", 220.0, 19.0, 890.0)
 BODIES = ("pinion", "gear")
@@ -164,6 +165,18 @@ def test_wear_takes_from_the_case():
     worn, _ = material_exposure(1500.0, 0.4, material, 0.1)
     assert worn == material_exposure(1500.0, 0.4, shallow)[0]
     assert worn > material_exposure(1500.0, 0.4, material)[0]
+
+
+def test_flanks_given_as_points_are_rated_alike(here, tmp_path):
+    """The same teeth as grids of points, which know no involute."""
+    points = exported(SPUR, tmp_path)
+    points["effects"] = SPUR.to_dict()["effects"]
+    assert safeties(scene_from_dict(points)) == pytest.approx(here, rel=1e-3)
+
+
+def test_one_worn_body_is_rated_as_two(here):
+    """Unworn, it does not matter which of the bodies is going to wear."""
+    assert safeties(SPUR, {"wear.worn_bodies": ["gear"]}) == pytest.approx(here, rel=1e-9)
 
 
 def test_result_names_the_sources():
