@@ -12,11 +12,8 @@ from semiwear.untyped import Table, Value
 
 __all__ = ["edited"]
 
-# Setting one of these removes the other: a run has one end.
-_RIVALS = {
-    "wear.until.meshes": "wear.until.control_depths_um",
-    "wear.until.control_depths_um": "wear.until.meshes",
-}
+# Setting one of these removes the others: a run has one end.
+_ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 
 
 def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
@@ -33,9 +30,9 @@ def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, lis
                 problems.append(_unknown(str(key), value, schema))
             continue
         _set(data, key, value)
-        rival = _RIVALS.get(key)
-        if rival is not None and value is not None and changes.get(rival) is None:
-            _set(data, rival, None)
+        for rival in _ENDS if key in _ENDS and value is not None else ():
+            if rival != key and changes.get(rival) is None:
+                _set(data, rival, None)
     if len(unknown) > MOST_UNKNOWN:
         problems.append(more_unknown(str(unknown[MOST_UNKNOWN]), len(unknown) - MOST_UNKNOWN))
     return data, problems

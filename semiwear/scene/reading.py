@@ -43,7 +43,7 @@ _OTHER_NAMES = {
     "rpm": ("pinion_speed_rpm",),
     "k": ("coefficient_mm2_per_N",),
     "mu": ("coefficient",),
-    "hours": ("meshes",),
+    "lifetime": ("hours",),
     "cycles": ("meshes",),
     "revolutions": ("meshes",),
 }

@@ -233,6 +233,8 @@ def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
         hidden |= {f"numerics.{name}" for name in scene.numerics.left_out}
     if without_derived and scene.wear is not None and scene.wear._derived:
         hidden.add("wear.worn_bodies")
+    if scene.wear is not None and scene.wear.until._derived:
+        hidden.add("wear.until.meshes")
     rules = schema_of_scene(scene).rules
     for key, value in _flat(scene, rules):
         if value is None or key in hidden:

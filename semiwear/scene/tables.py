@@ -81,16 +81,24 @@ class Operation:
 
 @table
 class WearUntil:
-    """Table ``[wear.until]``: where a wear run ends; exactly one of the two fields is set."""
+    """Table ``[wear.until]``: where a wear run ends; exactly one of the fields is given."""
 
     meshes: float | None = declared(
         positive("number of engagements of one gear tooth", ""), "Engagements of one gear tooth.", default=None
+    )
+    hours: float | None = declared(
+        positive("running time at operation.pinion_speed_rpm", "h"),
+        "Running time, of which operation.pinion_speed_rpm makes meshes: a gear tooth meets one at every turn of the "
+        "gear.",
+        default=None,
     )
     control_depths_um: tuple[float, ...] | None = declared(
         increasing_depths(),
         "Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.",
         default=None,
     )
+    # Whether the meshes were left to follow from the hours.
+    _derived: bool = field(repr=False, compare=False, default=False)
 
 
 @table

@@ -23,11 +23,12 @@ UNITS = {
     "mrad": "mrad",
     "C": "degC",
     "HV": "HV",
+    "hours": "h",
 }
 """Units as results write them, by the ends of fields' names; an end that holds another one comes first."""
 
 
 def unit_of(key: str) -> str:
     """Unit of a field by its dotted key, as results write it: ``"1"`` for a pure number."""
-    name = key.rpartition(".")[2]
+    name = f"_{key.rpartition('.')[2]}"
     return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "1")
