@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from semiwear import plot
     from semiwear.accuracy import simulate
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.citing import citations
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
     from semiwear.export import export_flank
     from semiwear.loading import load_scene
@@ -55,6 +56,7 @@ __all__ = [
     "Triangular",
     "Uniform",
     "calibrate",
+    "citations",
     "compare_wear",
     "export_flank",
     "load_scene",
@@ -82,6 +84,7 @@ __all__ = [
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "citing": ("citations",),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
     "export": ("export_flank",),
     "loading": ("load_scene",),

@@ -1,4 +1,4 @@
-"""Command line: new, fields, run, plan, screen, sweep, optimise, calibrate, report."""
+"""Command line: from a new scene to a report; `semiwear --help` lists the commands."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import semiwear as sw
 from semiwear.check import geometric_problems
 from semiwear.console import tolerant_streams
 from semiwear.errors import SceneError, SemiwearError
+from semiwear.references.listing import KINDS, named_text
+from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
 from semiwear.scene.guide import fields_text, json_schema
 from semiwear.scene.schema import SCHEMAS
+from semiwear.targets import RESULTS
 from semiwear.untyped import Value
 
 __all__ = ["main"]
@@ -63,7 +67,20 @@ def _fields(options: argparse.Namespace) -> None:
         print(fields_text(options.kind, options.table))
 
 
-_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields}
+def _materials(options: argparse.Namespace) -> None:
+    kinds = (options.kind,) if options.kind else KINDS
+    if options.json:
+        print(json.dumps({kind: named_sets(kind) for kind in kinds}, indent=1))
+    else:
+        print(named_text(kinds))
+
+
+def _cite(options: argparse.Namespace) -> None:
+    is_result = options.of not in sw.shipped_scenes() and Path(options.of).suffix.casefold() in RESULTS
+    print(sw.citations(sw.open_results(options.of) if is_result else sw.load_scene(options.of)))
+
+
+_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields, "materials": _materials, "cite": _cite}
 
 
 def _commands() -> ModuleType:
@@ -86,6 +103,11 @@ def _parser() -> argparse.ArgumentParser:
     fields.add_argument("table", nargs="?", help="of this table alone, such as operation or effects.friction")
     fields.add_argument("--kind", choices=tuple(SCHEMAS), default="cylindrical", help="kind of gear pair")
     fields.add_argument("--json-schema", action="store_true", help="print the JSON schema of scenes, for editors")
+
+    what = "list named materials, wear coefficients and oils, with their sources"
+    materials = commands.add_parser("materials", help=what)
+    materials.add_argument("kind", nargs="?", choices=KINDS, help="of this kind alone")
+    materials.add_argument("--json", action="store_true", help="print them for machines")
 
     run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
@@ -140,6 +162,9 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--against", metavar="FILE", help="another result of the same flank grid, e.g. of fidelity patch"
     )
+
+    cite = commands.add_parser("cite", help="print what to cite for a result or a scene, as BibTeX")
+    cite.add_argument("of", metavar="FILE", help="a result (netCDF), a scene file, or a shipped scene")
     return parser
 
 

@@ -35,6 +35,7 @@ from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
+from semiwear.plan.named_data import data_choices
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -338,7 +339,7 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     seconds = {} if last is None else seconds_of_effects(last)
     if last is not None and not seconds:
         raise SceneError.of("last", str(last.attrs.get("title", "")), "a result of `simulate`", "it tells no times")
-    return Plan(scene, physics_choices(scene), seconds)
+    return Plan(scene, (*physics_choices(scene), *data_choices(scene)), seconds)
 
 
 def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: float, modulus: float) -> float:

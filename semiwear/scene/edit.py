@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from semiwear.errors import Problem
 from semiwear.scene.model import SceneTables
+from semiwear.scene.named_data import NAMING, given_by
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
@@ -29,6 +30,11 @@ def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, lis
             if len(unknown) <= MOST_UNKNOWN:
                 problems.append(_unknown(str(key), value, schema))
             continue
+        if key in NAMING and isinstance(value, str):
+            key = f"{key}.data"
+        for follows in given_by(key):
+            if follows not in changes:
+                _set(data, follows, None)
         _set(data, key, value)
         for rival in _ENDS if key in _ENDS and value is not None else ():
             if rival != key and changes.get(rival) is None:

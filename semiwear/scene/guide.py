@@ -16,6 +16,7 @@ from semiwear.errors import SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.effects import EFFECTS
 from semiwear.scene.load import load_scene
+from semiwear.scene.named_data import NAMING
 from semiwear.scene.schema import INLINE_TABLES, OPTIONAL_TABLES, SCHEMAS, Schema
 from semiwear.scene.toml_io import read_toml, write_toml
 from semiwear.scene.units import unit_of
@@ -232,6 +233,9 @@ def json_schema() -> Table:
             entry = where.setdefault(name, _property(note))
             if kind not in entry.setdefault("x-kinds", []):
                 entry["x-kinds"].append(kind)
+    for table in NAMING:  # a name may stand for a table
+        material, body = table.split(".")
+        root["properties"][material]["properties"][body]["type"] = ["object", "string"]
     for effect in EFFECTS:
         where = root["properties"].setdefault("effects", {"type": "object", "properties": {}})["properties"]
         for table in effect.split("."):

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from semiwear.references.named_data import OILS
 from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable
 from semiwear.scene.rule import above, between, choice
+from semiwear.scene.rules import named_data
 from semiwear.scene.values import number
 
 __all__ = ["FlashTemperature", "Friction", "Lubrication"]
@@ -47,6 +49,14 @@ class Friction(EffectTable):
         between(number, 0.0, 1.0, "0.05 is usual with oil, 0.1 to 0.2 without; not in per cent"),
         "Coefficient of friction of the constant law.",
         default=0.05,
+    )
+    data: str | None = named_data(
+        OILS, "Named oil, which gives the fields of it that are left out; needs oil_temperature_C."
+    )
+    oil_temperature_C: float | None = declared(
+        between(number, -60.0, 200.0, _TEMPERATURE, "degrees Celsius"),
+        "Temperature of the oil where teeth meet, for its viscosity.",
+        default=None,
     )
     viscosity_mPas: float = declared(
         above(0.0, 10_000.0, _OIL, "mPa s"), "Dynamic viscosity of the oil at working temperature.", default=15.0
@@ -108,6 +118,14 @@ class Lubrication(EffectTable):
         choice("dowson_higginson", "hamrock_dowson"),
         "Formula of the least film thickness: of a line contact, or of an elliptical one.",
         default="dowson_higginson",
+    )
+    data: str | None = named_data(
+        OILS, "Named oil, which gives the fields of it that are left out; needs oil_temperature_C."
+    )
+    oil_temperature_C: float | None = declared(
+        between(number, -60.0, 200.0, _TEMPERATURE, "degrees Celsius"),
+        "Temperature of the oil where teeth meet, for its viscosity.",
+        default=None,
     )
     viscosity_mPas: float = declared(
         above(0.0, 10_000.0, _OIL, "mPa s"),

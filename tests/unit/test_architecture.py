@@ -31,7 +31,7 @@ LAYERS = (
     ("plan", "collect"),
     ("life",),
     ("simulate",),
-    ("analyses", "export", "screen", "loading", "measured_load"),
+    ("analyses", "citing", "export", "screen", "loading", "measured_load"),
     ("measured",),
     ("plot",),
     ("report", "sweep", "accuracy"),
