@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from semiwear import plot
     from semiwear.accuracy import simulate
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.check.margins import check_geometry
     from semiwear.citing import citations
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
     from semiwear.export import export_flank
@@ -56,6 +57,7 @@ __all__ = [
     "Triangular",
     "Uniform",
     "calibrate",
+    "check_geometry",
     "citations",
     "compare_wear",
     "export_flank",
@@ -84,6 +86,7 @@ __all__ = [
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "check.margins": ("check_geometry",),
     "citing": ("citations",),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
     "export": ("export_flank",),

@@ -32,7 +32,7 @@ _SET_HELP = "change a field of the scene, remove it (KEY=none), or add an effect
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status.
 
-    That is 0, or 2 for an error that the user can mend, or 130 after Ctrl-C.
+    That is 0, or 1 where `check` finds a limit broken, or 2 for an error that the user can mend, or 130 after Ctrl-C.
     """
     with tolerant_streams() as streams:
         status = _main(arguments)
@@ -43,16 +43,16 @@ def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
         # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
-        given = (options, _scene(options)) if "scene" in options else (options,)
+        checked = "scene" in options and options.command != "check"
+        given = (options, _scene(options)) if checked else (options,)
         command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
-        command(*given)
+        return command(*given) or 0
     except (SemiwearError, OSError) as error:
         print(f"semiwear: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"semiwear: stopped{_commands().kept(options)}", file=sys.stderr)
         return 130
-    return 0
 
 
 def _plan(options: argparse.Namespace, scene: sw.Scene) -> None:
@@ -80,7 +80,21 @@ def _cite(options: argparse.Namespace) -> None:
     print(sw.citations(sw.open_results(options.of) if is_result else sw.load_scene(options.of)))
 
 
-_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields, "materials": _materials, "cite": _cite}
+def _check(options: argparse.Namespace) -> int:
+    """Tell every limit of a scene's teeth, also of one that breaks them; 1 where it does."""
+    scene = load_scene(options.scene)
+    checked = sw.check_geometry(scene.replace(_changes(options)) if options.set else scene)
+    print(json.dumps(checked.to_dict(), indent=1) if options.json else checked)
+    return 0 if checked.holds else 1
+
+
+_LIGHT: dict[str, Callable[..., int | None]] = {
+    "plan": _plan,
+    "fields": _fields,
+    "materials": _materials,
+    "cite": _cite,
+    "check": _check,
+}
 
 
 def _commands() -> ModuleType:
@@ -108,6 +122,10 @@ def _parser() -> argparse.ArgumentParser:
     materials = commands.add_parser("materials", help=what)
     materials.add_argument("kind", nargs="?", choices=KINDS, help="of this kind alone")
     materials.add_argument("--json", action="store_true", help="print them for machines")
+
+    what = "tell every limit of a scene's teeth, what it has, and what would be legal"
+    check = commands.add_parser("check", help=what, parents=[of_scene], epilog="exit status 1: a limit is broken")
+    check.add_argument("--json", action="store_true", help="print them for machines")
 
     run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
@@ -168,8 +186,12 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _changes(options: argparse.Namespace) -> dict[str, Value]:
+    return dict(_assignment(text) for text in options.set)
+
+
 def _scene(options: argparse.Namespace) -> sw.Scene:
-    changes = dict(_assignment(text) for text in options.set)
+    changes = _changes(options)
     fidelity = getattr(options, "fidelity", None)
     if fidelity is not None and changes.setdefault("numerics.fidelity", fidelity) != fidelity:
         allowed = f"what --set numerics.fidelity={changes['numerics.fidelity']} says, or only one of the two"

@@ -12,11 +12,14 @@ from importlib import import_module
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
 
-__all__ = ["geometric_problems"]
+__all__ = ["KINDS", "geometric_problems"]
 
-# Kinds of gear pairs with a module of that name here, and in it `<kind>_problems`; another kind has no limits but
-# those of its fields. Loaded when a scene's fields are sound: they need the geometry of flanks in mesh.
-_KINDS = ("face_gear", "cylindrical", "flank_points")
+KINDS = ("face_gear", "cylindrical", "flank_points")
+"""Kinds of gear pairs with a module of that name here, in it `<kind>_problems`, and a module `<kind>_margins`.
+
+Another kind has no limits but those of its fields. Loaded when a scene's fields are sound: they need the geometry of
+flanks in mesh.
+"""
 
 
 def geometric_problems(scene: Scene) -> list[Problem]:
@@ -35,7 +38,7 @@ def geometric_problems(scene: Scene) -> list[Problem]:
     """
     kind = scene.gear_pair.type
     problems: list[Problem] = []
-    if kind in _KINDS:
+    if kind in KINDS:
         problems += getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
     return [*problems, *_deviation_problems(scene)]
 
