@@ -141,6 +141,7 @@ def test_no_circle_of_imports():
 LATE = {
     "semiwear",
     "semiwear.check",
+    "semiwear.check.margins",
     "semiwear.cli",
     "semiwear.contact",
     "semiwear.plan",
