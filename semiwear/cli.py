@@ -127,6 +127,11 @@ def _parser() -> argparse.ArgumentParser:
     check = commands.add_parser("check", help=what, parents=[of_scene], epilog="exit status 1: a limit is broken")
     check.add_argument("--json", action="store_true", help="print them for machines")
 
+    what = "draw a scene's teeth and the path of contact"
+    geometry = commands.add_parser("geometry", help=what, parents=[of_scene])
+    what = "the picture: *.png, *.svg or *.pdf; default: teeth.png"
+    geometry.add_argument("-o", "--output", metavar="FILE", default="teeth.png", help=what)
+
     run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
     run.add_argument("--resume", action="store_true", help="go on from the wear steps in FILE.partial (see -o)")

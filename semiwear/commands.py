@@ -18,6 +18,7 @@ import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.optimise.command import run_optimise
+from semiwear.plot.geometry import geometry as plot_geometry
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
@@ -27,12 +28,12 @@ from semiwear.scene import scene_files
 from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.sweep.command import run_study, store_of
 from semiwear.sweep.store import kept_scenes
-from semiwear.targets import PAGES, RESULTS, file_target, naming, require_apart
+from semiwear.targets import PAGES, RESULTS, file_target, naming, replacing, require_apart
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
+__all__ = ["calibrate", "geometry", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -233,6 +234,15 @@ def new(options: argparse.Namespace) -> None:
     print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
     for body, path in flanks.items():
         print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
+
+
+def geometry(options: argparse.Namespace, scene: sw.Scene) -> None:
+    """Draw a scene's teeth and the path of contact."""
+    target = file_target("-o", options.output, (".png", ".svg", ".pdf"))
+    figure = plot_geometry(scene)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix[1:], dpi=150)
+    print(f"teeth: {options.output}")
 
 
 def optimise(options: argparse.Namespace) -> None:
