@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.results.life_axis import life_in
     from semiwear.scatter import (
         LogNormal,
         Normal,
@@ -61,6 +62,7 @@ __all__ = [
     "citations",
     "compare_wear",
     "export_flank",
+    "life_in",
     "load_scene",
     "loaded_contact",
     "measured_load",
@@ -95,6 +97,7 @@ _MODULES = {
     "measured_load": ("measured_load",),
     "optimise": ("optimise",),
     "plan": ("plan",),
+    "results.life_axis": ("life_in",),
     "results": ("open_results", "save"),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),

@@ -21,6 +21,7 @@ from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
 from semiwear.scene.guide import fields_text, json_schema
 from semiwear.scene.schema import SCHEMAS
+from semiwear.scene.units import LIFE_UNITS
 from semiwear.targets import RESULTS
 from semiwear.untyped import Value
 
@@ -109,6 +110,10 @@ def _parser() -> argparse.ArgumentParser:
     of_scene.add_argument("scene", help="a shipped scene's name, or a TOML file")
     of_scene.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
 
+    of_page = argparse.ArgumentParser(add_help=False)
+    what = "count the life in pictures of the report in: meshes (default), hours, or km of sliding"
+    of_page.add_argument("--over", choices=LIFE_UNITS, default="meshes", help=what)
+
     new = commands.add_parser("new", help="write a commented scene to start from")
     new.add_argument("kind", choices=tuple(SCHEMAS), help="kind of gear pair")
     new.add_argument("-o", "--output", metavar="FILE", help="the scene, *.toml; default: my_KIND.toml")
@@ -132,7 +137,7 @@ def _parser() -> argparse.ArgumentParser:
     what = "the picture: *.png, *.svg or *.pdf; default: teeth.png"
     geometry.add_argument("-o", "--output", metavar="FILE", default="teeth.png", help=what)
 
-    run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
+    run = commands.add_parser("run", help="simulate a scene", parents=[of_scene, of_page])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
     run.add_argument("--resume", action="store_true", help="go on from the wear steps in FILE.partial (see -o)")
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
@@ -179,7 +184,7 @@ def _parser() -> argparse.ArgumentParser:
         help="coefficient of variation of k from part to part, for the life; default 0.5",
     )  # fmt: skip
 
-    report = commands.add_parser("report", help="make the HTML page of a result")
+    report = commands.add_parser("report", help="make the HTML page of a result", parents=[of_page])
     report.add_argument("file", help="a netCDF file that semiwear wrote")
     report.add_argument("-o", "--output", metavar="FILE", help="default: the file's name with .html")
     report.add_argument(

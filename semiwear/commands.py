@@ -20,6 +20,7 @@ from semiwear.errors import ConvergenceError, SceneError
 from semiwear.optimise.command import run_optimise
 from semiwear.plot.geometry import geometry as plot_geometry
 from semiwear.results.checkpoint import peek, remove_checkpoint
+from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
@@ -130,7 +131,7 @@ def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against:
     if options.output:
         print(f"result: {options.output}")
     if options.report:
-        print(f"report: {sw.report(tree, options.report, against)}")
+        print(f"report: {sw.report(tree, options.report, against, over=options.over)}")
 
 
 def _clear_away(checkpoint: Path, written: str) -> None:
@@ -277,7 +278,7 @@ def report(options: argparse.Namespace) -> None:
         {"-o": target}, {"FILE": options.file} | ({"--against": options.against} if options.against else {})
     )
     against = sw.open_results(options.against) if options.against else None
-    print(f"report: {sw.report(sw.open_results(options.file), target, against)}")
+    print(f"report: {sw.report(sw.open_results(options.file), target, against, over=options.over)}")
 
 
 def _table(tree: xr.DataTree) -> str:
@@ -285,6 +286,8 @@ def _table(tree: xr.DataTree) -> str:
     history = tree["history"].to_dataset()
     columns = [(heading, form, history[name].values) for heading, name, form in _COLUMNS if name in history.variables]
     columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
+    if (hours := hours_of(tree)) is not None:
+        columns.insert(1, ("hours", "{:.4g}", hours))
     point = control_place(tree)
     rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
     for step in range(history.sizes["wear_step"]):

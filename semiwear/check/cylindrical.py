@@ -16,6 +16,7 @@ import numpy as np
 
 from semiwear.check.cylindrical_limits import (
     deepest_rolls,
+    edge_limits,
     least_profile_shift,
     pointed_diameter,
     root_limits,
@@ -202,17 +203,12 @@ def _rims_are_there(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 
 def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
-    middle = np.zeros(1)
-    sharp, rounded = mesh.borders(middle, sharp=True), mesh.borders(middle)
-    radii = sharp.driving_tip_edge_radius, sharp.tip_edge_radius
-    insets = sharp.driving_tip - rounded.driving_tip, float((sharp.tip - rounded.tip)[0])
-    flanks = sharp.driving_tip - sharp.driving_root, float((sharp.tip - sharp.root)[0])
-    for (body, tooth), radius, inset, flank in zip(teeth_of(mesh), radii, insets, flanks, strict=True):
-        room = min(tooth.half_thickness(tooth.tip_radius), flank)
+    radii = mesh.table.pinion_tip_edge_radius_mm, mesh.table.gear_tip_edge_radius_mm
+    for (body, tooth), radius, limit in zip(teeth_of(mesh), radii, edge_limits(mesh), strict=True):
         # a tooth without a land is pointed, which is another limit
-        if inset > 0.0 and 0.0 < room < inset:
+        if 0.0 < limit < radius and tooth.half_thickness(tooth.tip_radius) > 0.0:
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
-            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(radius * room / inset)} mm", fix)
+            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:

@@ -7,7 +7,9 @@ ISO 21771:2007 (form and active diameters, tip interference of internal pairs).
 
 from __future__ import annotations
 
-from math import acos, atan, hypot, pi, sin
+from math import acos, atan, hypot, pi, sin, tan
+
+import numpy as np
 
 from semiwear.check.limits import crossing
 from semiwear.geometry.cylindrical import CylindricalTooth
@@ -18,6 +20,7 @@ from semiwear.scene.cylindrical import zero_backlash_distance
 
 __all__ = [
     "deepest_rolls",
+    "edge_limits",
     "least_profile_shift",
     "pointed_diameter",
     "root_limits",
@@ -89,6 +92,20 @@ def tip_limits(mesh: CylindricalMesh) -> tuple[float, float]:
         for tooth, roll in ((pinion, pinion_roll), (gear, gear_roll))
     )
     return pinion_limit, gear_limit
+
+
+def edge_limits(mesh: CylindricalMesh) -> tuple[float, float]:
+    """Tip edge radii of pinion and gear at which no top land, or no flank, would be left [mm]."""
+    middle = np.zeros(1)
+    sharp = mesh.borders(middle, sharp=True)
+    flanks = sharp.driving_tip - sharp.driving_root, float((sharp.tip - sharp.root)[0])
+    pinion, gear = (
+        min(tooth.half_thickness(tooth.tip_radius), flank) / tan(0.5 * turn)
+        for (_, tooth), flank, turn in zip(
+            teeth_of(mesh), flanks, (sharp.driving_tip_turn, float(sharp.tip_turn[0])), strict=True
+        )
+    )
+    return pinion, gear
 
 
 def tip_passage(mesh: CylindricalMesh) -> float:

@@ -8,6 +8,7 @@ from math import degrees, isfinite
 from typing import cast
 
 from semiwear.check.cylindrical_limits import (
+    edge_limits,
     least_profile_shift,
     pointed_diameter,
     root_limits,
@@ -19,6 +20,7 @@ from semiwear.check.cylindrical_limits import (
 from semiwear.check.margins import Margin, margin
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import CylindricalPair, Placement, Scene
 
 __all__ = ["cylindrical_margins"]
@@ -74,6 +76,10 @@ _RIMS = {"pinion": "pinion_bore_radius_mm", "gear": "gear_rim_thickness_mm"}
 
 def _pair(table: CylindricalPair, mesh: CylindricalMesh) -> Iterator[Margin]:
     """Limits of both bodies together."""
+    for k, body in enumerate(BODIES):
+        edge = f"{body}_tip_edge_radius_mm"
+        radius = partial(getattr, table, edge)
+        yield margin(f"tip edge radius of the {body}", radius, edge, high=partial(_edge, mesh, k))
     pinion, gear = mesh.pinion, mesh.gear
     usual = f"{0.25 * table.normal_module_mm:.3g} mm (0.25 m_n)"
     yield margin(
@@ -105,6 +111,11 @@ def _pair(table: CylindricalPair, mesh: CylindricalMesh) -> Iterator[Margin]:
             "passage of the tips, angle of the gear", lambda: degrees(tip_passage(mesh)),
             "pinion_tip_diameter_mm", low=0.0, unit="deg",
         )  # fmt: skip
+
+
+def _edge(mesh: CylindricalMesh, body: int) -> float:
+    """Tip edge radius that leaves no top land on a body's tooth [mm]."""
+    return edge_limits(mesh)[body]
 
 
 def _interference(mesh: CylindricalMesh, body: int) -> float:

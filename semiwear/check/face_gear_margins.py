@@ -9,10 +9,12 @@ from typing import cast
 
 import numpy as np
 
+from semiwear.check.face_gear import edge_limits
 from semiwear.check.margins import Margin, margin
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
 from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.scene import FaceGearPair, Placement, Scene
 
@@ -42,6 +44,11 @@ def face_gear_margins(scene: Scene) -> Iterator[Margin]:
         "addendum of the gear (interference)", lambda: table.gear_addendum_mm, "gear_addendum_mm",
         high=lambda: min(_straight_depth(mesh.pinion), _deepest(mesh.pinion)),
     )  # fmt: skip
+    for k, body in enumerate(BODIES):
+        edge = f"{body}_tip_edge_radius_mm"
+        radius = partial(getattr, table, edge)
+        if radius() > 0.0:
+            yield margin(f"tip edge radius of the {body}", radius, edge, high=partial(_edge, mesh, k))
     yield margin(
         "contact ratio", lambda: unloaded_contact(mesh).contact_ratio, "gear_addendum_mm", low=1.0, unit="1",
         usual="1.4 or more",
@@ -89,6 +96,11 @@ def _pinion(table: FaceGearPair, pinion: InvoluteTooth) -> Iterator[Margin]:
     )  # fmt: skip
     full = (0.25 * pi * table.module_mm - table.rack_addendum_mm * tan(pinion.pressure_angle)) * 2.0
     yield margin("land on the rack's crest, unrounded", lambda: full, "rack_addendum_mm", low=0.0)
+
+
+def _edge(mesh: FaceGearMesh, body: int) -> float:
+    """Tip edge radius that leaves no top land on a body's tooth [mm]."""
+    return edge_limits(mesh)[body]
 
 
 def _tip_thickness(tooth: FaceGearTooth, radius: float) -> float:

@@ -71,7 +71,7 @@ def _wear(table: Table) -> Table:
     names = table.get("data")
     if isinstance(names, Mapping):
         found = {body: named_set(WEAR, name).get(_COEFFICIENT) for body, name in names.items() if name is not None}
-        if found and None not in found.values():
+        if found and None not in found.values() and set(found) <= set(BODIES):
             table[_COEFFICIENT] = found
     elif coefficient := named_set(WEAR, names).get(_COEFFICIENT):
         table[_COEFFICIENT] = coefficient

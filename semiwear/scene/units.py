@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["UNITS", "unit_of"]
+__all__ = ["LIFE_UNITS", "UNITS", "unit_of"]
 
 UNITS = {
     "mm2_per_N": "mm^2/N",
@@ -26,6 +26,9 @@ UNITS = {
     "hours": "h",
 }
 """Units as results write them, by the ends of fields' names; an end that holds another one comes first."""
+
+LIFE_UNITS = ("meshes", "hours", "km")
+"""In what a life may be told: engagements of a gear tooth, running time, sliding of a flank."""
 
 
 def unit_of(key: str) -> str:
