@@ -232,7 +232,7 @@ def new(options: argparse.Namespace) -> None:
         sw.export_flank(example, body, path)
     with naming(target):
         target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
-    print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
+    print(f"{target}: a scene to change; `semiwear check {target.name}` tells the limits of its teeth")
     for body, path in flanks.items():
         print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from semiwear.errors import Problem
 from semiwear.scene.model import SceneTables
-from semiwear.scene.named_data import NAMING, given_by
+from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
@@ -32,9 +32,9 @@ def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, lis
             continue
         if key in NAMING and isinstance(value, str):
             key = f"{key}.data"
-        for follows in given_by(key):
-            if follows not in changes:
-                _set(data, follows, None)
+        for other in dropped_with(key):
+            if other not in changes:
+                _set(data, other, None)
         _set(data, key, value)
         for rival in _ENDS if key in _ENDS and value is not None else ():
             if rival != key and changes.get(rival) is None:

@@ -57,20 +57,6 @@ def _allowed(need: str, rules: Mapping[str, Rule]) -> str:
     return "a table, empty for its defaults" if need.startswith("effects.") else "a table"
 
 
-for _effect in ("effects.friction", "effects.lubrication"):
-
-    @_across(_effect, "data", "oil_temperature_C")
-    def _oil_has_a_temperature(
-        oil: str | None, temperature: float | None, effect: str = _effect
-    ) -> Iterator[Problem]:
-        if (oil is None) != (temperature is None):
-            missing, given = ("oil_temperature_C", "data") if temperature is None else ("data", "oil_temperature_C")
-            allowed = "degrees Celsius" if temperature is None else "the name of an oil (semiwear materials)"
-            yield Problem(
-                f"{effect}.{missing}", None, allowed, f"needed by {effect}.{given}: add it, or leave both out"
-            )
-
-
 @_across("effects.wear_law.hardness", "case_depth_um", "transition_um")
 def _transition_ends_below_the_surface(depth: float, transition: float) -> Iterator[Problem]:
     if transition > 2.0 * depth:

@@ -1,42 +1,45 @@
 """Named data in a scene: tables that name a set take from it the fields that they leave out.
 
-A scene then holds both, the name and the numbers, so that it means the same when the sets change. Where they differ
-the scene's own number holds.
+A scene then holds both, the name and the numbers, and is refused where they differ: a name is where numbers come from.
+To change one of the numbers drops the name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 
+from semiwear.errors import Problem
 from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_set, oil_at
-from semiwear.scene.rules import BODIES
+from semiwear.scene.across import RuleBook, across
+from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
 from semiwear.untyped import Table, Value
 
-__all__ = ["NAMING", "given_by", "with_named_data"]
+__all__ = ["NAMED_DATA_RULES", "NAMING", "dropped_with", "with_named_data"]
 
 NAMING = tuple(f"material.{body}" for body in BODIES)
 """Tables for which a name may stand alone, `material.gear = "POM"`."""
 
-_ELASTIC = ("name", "youngs_modulus_MPa", "poissons_ratio")
+_ELASTIC = ("youngs_modulus_MPa", "poissons_ratio")
 _COEFFICIENT = "coefficient_mm2_per_N"
 _OILED = {
     "effects.friction": ("viscosity_mPas",),
     "effects.lubrication": ("viscosity_mPas", "pressure_viscosity_per_GPa"),
 }
-_GIVEN = {
-    **{f"{table}.data": tuple(f"{table}.{name}" for name in _ELASTIC) for table in NAMING},
-    "wear.data": (f"wear.{_COEFFICIENT}",),
-    **{
-        f"{table}.{decides}": tuple(f"{table}.{name}" for name in names)
-        for table, names in _OILED.items()
-        for decides in ("data", "oil_temperature_C")
-    },
+# by table: fields that name data, and those that follow from them
+_NAMED: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    **{table: (("data",), ("name", *_ELASTIC)) for table in NAMING},
+    "wear": (("data",), (_COEFFICIENT,)),
+    **{table: (("data", "oil_temperature_C"), names) for table, names in _OILED.items()},
 }
 
 
-def given_by(key: str) -> tuple[str, ...]:
-    """Fields that follow from a field which names data, by dotted key: its change leaves nothing of them."""
-    return _GIVEN.get(key, ())
+def dropped_with(key: str) -> tuple[str, ...]:
+    """Fields that a change of this one leaves nothing of: what a name gives, or the name of data that are changed."""
+    table, _, field = key.rpartition(".")
+    naming, given = _NAMED.get(table, ((), ()))
+    dropped = given if field in naming else naming if field in given and field != "name" else ()
+    return tuple(f"{table}.{name}" for name in dropped)
 
 
 def with_named_data(data: Mapping[str, Value]) -> Mapping[str, Value]:
@@ -59,21 +62,19 @@ def _materials(tables: Table) -> Table:
         if isinstance(own, str):
             own = {"data": own}
         if isinstance(own, Mapping) and (found := named_set(MATERIALS, own.get("data"))):
-            own = {"name": found["title"]} | {name: found[name] for name in _ELASTIC[1:]} | _said(own)
+            own = {"name": found["title"]} | {name: found[name] for name in _ELASTIC} | _said(own)
         if own is not None:
             tables[body] = own
     return tables
 
 
 def _wear(table: Table) -> Table:
-    if table.get(_COEFFICIENT) is not None:
-        return table
-    names = table.get("data")
-    if isinstance(names, Mapping):
+    names, given = table.get("data"), table.get(_COEFFICIENT)
+    if isinstance(names, Mapping) and (given is None or isinstance(given, Mapping)):
         found = {body: named_set(WEAR, name).get(_COEFFICIENT) for body, name in names.items() if name is not None}
         if found and None not in found.values() and set(found) <= set(BODIES):
-            table[_COEFFICIENT] = found
-    elif coefficient := named_set(WEAR, names).get(_COEFFICIENT):
+            table[_COEFFICIENT] = found | _said(given or {})
+    elif given is None and (coefficient := named_set(WEAR, names).get(_COEFFICIENT)):
         table[_COEFFICIENT] = coefficient
     return table
 
@@ -93,3 +94,62 @@ def _oils(tables: Table) -> Table:
 
 def _said(table: Mapping[str, Value]) -> Table:
     return {name: value for name, value in table.items() if value is not None}
+
+
+# ---- rules: numbers are those of the data that are named
+
+
+def _differs(key: str, found: object, published: object, name: str) -> Iterator[Problem]:
+    if found != published:
+        allowed = f"{published} of {name}, or left out"
+        fix = f"leave it out to take that of {name}, or leave {key.rpartition('.')[0]}.data out for a number of your own"
+        yield Problem(key, found, allowed, fix)
+
+
+NAMED_DATA_RULES: RuleBook = []
+_across = partial(across, NAMED_DATA_RULES)
+
+for _table in NAMING:
+
+    @_across(_table, "data", *_ELASTIC)
+    def _material_is_the_named_one(name: str | None, *elastic: float, table: str = _table) -> Iterator[Problem]:
+        if name is not None:
+            for field, value in zip(_ELASTIC, elastic, strict=True):
+                yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), name)
+
+
+@_across("wear", "data", _COEFFICIENT)
+def _coefficient_is_the_named_one(
+    data: str | BodyData | None, coefficient: float | BodyCoefficients
+) -> Iterator[Problem]:
+    if data is None:
+        return
+    for body, name in (data.given if isinstance(data, BodyData) else dict.fromkeys(BODIES, data)).items():
+        own = getattr(coefficient, body) if isinstance(coefficient, BodyCoefficients) else coefficient
+        if own is not None:
+            key = f"wear.{_COEFFICIENT}" + (f".{body}" if isinstance(coefficient, BodyCoefficients) else "")
+            found = list(_differs(key, own, named_set(WEAR, name)[_COEFFICIENT], name))
+            yield from found
+            if found:
+                return
+
+
+for _table, _names in _OILED.items():
+
+    @_across(_table, "data", "oil_temperature_C", *_names)
+    def _oil_is_the_named_one(
+        name: str | None,
+        temperature: float | None,
+        *own: float,
+        table: str = _table,
+        fields: tuple[str, ...] = _names,
+    ) -> Iterator[Problem]:
+        if (name is None) != (temperature is None):
+            missing, there = ("oil_temperature_C", "data") if temperature is None else ("data", "oil_temperature_C")
+            allowed = "degrees Celsius" if temperature is None else "the name of an oil (semiwear materials)"
+            fix = f"needed by {table}.{there}: add it, or leave both out"
+            yield Problem(f"{table}.{missing}", None, allowed, fix)
+        elif name is not None and temperature is not None:
+            given = oil_at(named_set(OILS, name), temperature)
+            for field, value in zip(fields, own, strict=True):
+                yield from _differs(f"{table}.{field}", value, given[field], name)

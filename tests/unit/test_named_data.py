@@ -106,9 +106,36 @@ def test_a_name_gives_the_numbers_and_stays_with_them(spur):
     other = named.replace({"material.gear.data": "PA66", "effects.lubrication.oil_temperature_C": 90.0})
     assert other.material.gear.youngs_modulus_MPa == 1850.0 and other.material.gear.name == "PA66"
     assert other.effects.lubrication.viscosity_mPas < oil["viscosity_mPas"]
-    own = named.replace({"material.gear.youngs_modulus_MPa": 2900.0})
-    assert own.material.gear.data == "POM" and own.material.gear.youngs_modulus_MPa == 2900.0
-    assert "numbers of its own: youngs_modulus_MPa = 2900" in " ".join(str(sw.plan(own)).split())
+    own = named.replace({"material.gear.youngs_modulus_MPa": 2900.0, "wear.coefficient_mm2_per_N": 1e-9})
+    assert own.material.gear.data is None and own.material.gear.youngs_modulus_MPa == 2900.0
+    assert own.wear.data is None and own.material.gear.name == "POM"
+    assert named.replace({"effects.lubrication.viscosity_mPas": 20.0}).effects.lubrication.oil_temperature_C is None
+
+
+def test_one_body_may_be_named_and_the_other_given(spur):
+    both = spur.replace(
+        {"wear.data": {"gear": "POM_homopolymer_on_steel"}, "wear.coefficient_mm2_per_N": {"pinion": 1e-13}}
+    )
+    assert both.wear.coefficient("pinion") == 1e-13 and both.wear.coefficient("gear") == 1.21e-9
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "field"),
+    [
+        ("[material.gear]", '[material.gear]\ndata = "POM"', "material.gear.youngs_modulus_MPa"),
+        ("[wear]", '[wear]\ndata = "steel_hard_dry"', "wear.coefficient_mm2_per_N"),
+        (
+            "[numerics]",
+            '[effects.friction]\ndata = "FVA3"\noil_temperature_C = 60\nviscosity_mPas = 7\n[numerics]',
+            "effects.friction.viscosity_mPas",
+        ),
+    ],
+)
+def test_numbers_beside_a_name_are_its_own(spur, before, after, field):
+    with pytest.raises(sw.SceneError) as error:
+        parse_scene(spur.to_toml().replace(before, after))
+    assert field in {problem.field for problem in error.value.problems}
+    assert "leave it out to take that of" in str(error.value)
 
 
 def test_a_name_alone_stands_for_a_table(spur):
