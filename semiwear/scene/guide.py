@@ -152,8 +152,8 @@ def new_scene(kind: str, folder: str = "") -> str:
     given, filled = _example(kind, folder)
     lines = [
         f"# A scene of kind {kind}. Units are in the names. What is commented out may be left out, and stands there",
-        "# with its default. `semiwear check FILE` tells every limit of the teeth, `semiwear geometry FILE` draws them,",
-        "# `semiwear plan FILE` says what will run, `semiwear run FILE -o worn.nc` runs it.",
+        "# with its default. `semiwear check FILE` tells every limit of the teeth, `semiwear geometry FILE` draws",
+        "# them, `semiwear plan FILE` says what will run, `semiwear run FILE -o worn.nc` runs it.",
     ]
     for table, own in notes.items():
         optional = table in OPTIONAL_TABLES and not any(note.key in given for note in own)

@@ -1,7 +1,7 @@
 """Named data in a scene: tables that name a set take from it the fields that they leave out.
 
-A scene then holds both, the name and the numbers, and is refused where they differ: a name is where numbers come from.
-To change one of the numbers drops the name.
+A scene then holds both, the name and the numbers, and is refused where they differ: a name says where numbers come
+from. To change one of the numbers drops the name.
 """
 
 from __future__ import annotations
@@ -99,10 +99,10 @@ def _said(table: Mapping[str, Value]) -> Table:
 # ---- rules: numbers are those of the data that are named
 
 
-def _differs(key: str, found: object, published: object, name: str) -> Iterator[Problem]:
+def _differs(key: str, found: object, published: object, table: str, name: str) -> Iterator[Problem]:
     if found != published:
         allowed = f"{published} of {name}, or left out"
-        fix = f"leave it out to take that of {name}, or leave {key.rpartition('.')[0]}.data out for a number of your own"
+        fix = f"leave it out to take that of {name}, or leave {table}.data out for a number of your own"
         yield Problem(key, found, allowed, fix)
 
 
@@ -115,7 +115,7 @@ for _table in NAMING:
     def _material_is_the_named_one(name: str | None, *elastic: float, table: str = _table) -> Iterator[Problem]:
         if name is not None:
             for field, value in zip(_ELASTIC, elastic, strict=True):
-                yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), name)
+                yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), table, name)
 
 
 @_across("wear", "data", _COEFFICIENT)
@@ -128,7 +128,7 @@ def _coefficient_is_the_named_one(
         own = getattr(coefficient, body) if isinstance(coefficient, BodyCoefficients) else coefficient
         if own is not None:
             key = f"wear.{_COEFFICIENT}" + (f".{body}" if isinstance(coefficient, BodyCoefficients) else "")
-            found = list(_differs(key, own, named_set(WEAR, name)[_COEFFICIENT], name))
+            found = list(_differs(key, own, named_set(WEAR, name)[_COEFFICIENT], "wear", name))
             yield from found
             if found:
                 return
@@ -151,5 +151,5 @@ for _table, _names in _OILED.items():
             yield Problem(f"{table}.{missing}", None, allowed, fix)
         elif name is not None and temperature is not None:
             given = oil_at(named_set(OILS, name), temperature)
-            for field, value in zip(fields, own, strict=True):
-                yield from _differs(f"{table}.{field}", value, given[field], name)
+            for field, value in zip(its, own, strict=True):
+                yield from _differs(f"{table}.{field}", value, given[field], table, name)
