@@ -151,5 +151,5 @@ for _table, _names in _OILED.items():
             yield Problem(f"{table}.{missing}", None, allowed, fix)
         elif name is not None and temperature is not None:
             given = oil_at(named_set(OILS, name), temperature)
-            for field, value in zip(its, own, strict=True):
+            for field, value in zip(fields, own, strict=True):
                 yield from _differs(f"{table}.{field}", value, given[field], table, name)
