@@ -18,7 +18,7 @@ import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.optimise.command import run_optimise
-from semiwear.plot.geometry import geometry as plot_geometry
+from semiwear.plot.geometry import geometry_figure
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
@@ -240,7 +240,7 @@ def new(options: argparse.Namespace) -> None:
 def geometry(options: argparse.Namespace, scene: sw.Scene) -> None:
     """Draw a scene's teeth and the path of contact."""
     target = file_target("-o", options.output, (".png", ".svg", ".pdf"))
-    figure = plot_geometry(scene)
+    figure = geometry_figure(scene)
     with replacing(target) as temporary:
         figure.savefig(temporary, format=target.suffix[1:], dpi=150)
     print(f"teeth: {options.output}")

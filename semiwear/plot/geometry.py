@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["geometry", "path_on_flank", "teeth_in_mesh", "tooth_sections"]
+__all__ = ["geometry_figure", "path_on_flank", "teeth_in_mesh", "tooth_sections"]
 
 FloatArray = NDArray[np.float64]
 
@@ -158,7 +158,7 @@ _OTHERS: tuple[Callable[[Scene, Axes], Axes], ...] = (
 )
 
 
-def geometry(scene: Scene) -> Figure:
+def geometry_figure(scene: Scene) -> Figure:
     """A figure of all that can be drawn of a scene's teeth: what `semiwear geometry` saves."""
     with styled():
         from matplotlib.figure import Figure

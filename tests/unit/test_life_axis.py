@@ -13,6 +13,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import semiwear as sw
+from semiwear import commands
 from semiwear.results.life_axis import hours_of
 from semiwear.scene import parse_scene
 from tests.strategies.results import SCENE, synthetic_tree
@@ -97,3 +98,10 @@ def test_units_that_cannot_be_told_are_refused(tree):
         sw.life_in(tree, "days")
     with pytest.raises(sw.SceneError, match="pinion_speed_rpm"):
         sw.life_in(synthetic_tree(), "hours")
+
+
+def test_the_table_of_a_run_has_hours_where_there_is_a_speed(tree):
+    head, *rows = commands._table(tree).splitlines()
+    assert head.split()[:2] == ["meshes", "hours"]
+    assert rows[-1].split()[1] == f"{hours_of(tree)[-1]:.4g}"
+    assert "hours" not in commands._table(synthetic_tree())
