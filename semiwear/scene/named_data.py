@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 from semiwear.errors import Problem
-from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_set, oil_at
+from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_set, named_sets, oil_at
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
 from semiwear.untyped import Table, Value
@@ -20,6 +20,8 @@ __all__ = ["NAMED_DATA_RULES", "NAMING", "dropped_with", "with_named_data"]
 NAMING = tuple(f"material.{body}" for body in BODIES)
 """Tables for which a name may stand alone, `material.gear = "POM"`."""
 
+_BY_SMALL_NAME = {name.casefold(): name for name in named_sets(MATERIALS)}
+_FAR_OFF = 10.0  # times another modulus: softened by heat, a plastic still has a tenth of its own
 _ELASTIC = ("youngs_modulus_MPa", "poissons_ratio")
 _COEFFICIENT = "coefficient_mm2_per_N"
 _OILED = {
@@ -116,6 +118,16 @@ for _table in NAMING:
         if name is not None:
             for field, value in zip(_ELASTIC, elastic, strict=True):
                 yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), table, name)
+
+    @_across(_table, "name", "data", "youngs_modulus_MPa")
+    def _a_plastic_is_not_as_stiff_as_steel(
+        name: str, data: str | None, modulus: float, table: str = _table
+    ) -> Iterator[Problem]:
+        meant = _BY_SMALL_NAME.get(name.casefold())
+        published = float(named_set(MATERIALS, meant).get("youngs_modulus_MPa", modulus))
+        if data is None and not published / _FAR_OFF <= modulus <= _FAR_OFF * published:
+            fix = f'the name alone gives no stiffness: give data = "{meant}", or the modulus'
+            yield Problem(f"{table}.youngs_modulus_MPa", modulus, f"about {published:g} MPa of {meant}", fix)
 
 
 @_across("wear", "data", _COEFFICIENT)

@@ -146,6 +146,12 @@ def test_a_name_alone_stands_for_a_table(spur):
     assert parse_scene(short).material.gear.youngs_modulus_MPa == 3650.0
 
 
+def test_a_label_alone_makes_no_plastic(spur):
+    with pytest.raises(sw.SceneError, match=r'material.gear.youngs_modulus_MPa.*give data = "POM"'):
+        spur.replace({"material.gear.name": "pom"})
+    assert spur.replace({"material.gear": {"name": "POM", "youngs_modulus_MPa": 1400.0}}).material.gear.data is None
+
+
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
