@@ -1,4 +1,4 @@
-"""A worn gear mesh: flank nodes moved along their normals, the inside of the teeth smoothed after them.
+"""A worn mesh: flank nodes moved along their normals, the inside of the teeth smoothed after them.
 
 What Abaqus does with UMESHMOTION and an arbitrary Lagrangian-Eulerian step: the surface takes the wear, the nodes
 below follow so that elements keep their shape. Here the inside moves by the mean of its neighbours (Laplace on the
@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
-from skfem import MeshHex
+from skfem import ElementHex1, ElementHex2, MeshHex
+from skfem.assembly import Dofs
 
 from fem_reference.hexahedra import check_jacobians
 from fem_reference.solvers import factorise
@@ -28,13 +29,14 @@ IntArray = NDArray[np.int64]
 
 
 def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> ToothMesh:
-    """The gear's mesh with some loaded flanks worn.
+    """A body's mesh with some loaded flanks worn.
 
     Parameters
     ----------
     mesh : ToothMesh
-        Of trilinear elements.
+        Of trilinear or 20-node elements.
     wear : WearDepth
+        Of the body's flank.
     teeth : iterable of int
         Whose loaded flanks are worn.
 
@@ -43,25 +45,40 @@ def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> Toot
     MeshError
         Where the wear folds an element.
     """
-    if mesh.element != "hex8i":
-        raise ValueError(f"only meshes of trilinear elements move, not {mesh.element}")
-    count = mesh.mesh.nvertices
-    given, known = np.zeros((count, 3)), np.zeros(count, dtype=bool)
-    for (tooth, side), flank in mesh.flanks.items():
-        known[mesh.fillets[tooth, side].nodes] = True
-        known[flank.nodes] = True
+    if mesh.element == "hex27":
+        raise ValueError("meshes of 27-node elements are not moved; take hex8i or hex20")
+    corners = mesh.mesh.nvertices
+    count = mesh.mesh.doflocs.shape[1]
+    given, known, worn = np.zeros((count, 3)), np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for grid in (*mesh.flanks.values(), *mesh.fillets.values()):
+        known[grid.nodes[grid.nodes >= 0]] = True
     known[mesh.held] = True
     flanks = dict(mesh.flanks)
     for tooth in teeth:
         flank = mesh.flanks[tooth, LOADED]
         depth = wear.depth(np.broadcast_to(flank.face, flank.profile.shape), flank.profile)
         moved = -depth[..., None] * flank.normals
-        given[flank.nodes] = moved
+        there = flank.nodes >= 0
+        given[flank.nodes[there]], worn[flank.nodes[there]] = moved[there], True
         flanks[tooth, LOADED] = replace(flank, points=flank.points + moved)
-    points = mesh.mesh.p.T + _smoothed(mesh.mesh, given, known)
-    worn = MeshHex(np.ascontiguousarray(points.T), mesh.mesh.t)
-    check_jacobians(worn, name=f"worn {mesh.name}")
-    return replace(mesh, mesh=worn, flanks=flanks)
+    motion = _smoothed(mesh.mesh, given[:corners], known[:corners])
+    if count > corners:
+        motion = np.where(worn[:, None], given, _between(mesh.mesh, motion))
+    kind = type(mesh.mesh)
+    moved_mesh = kind(np.ascontiguousarray((mesh.mesh.doflocs.T + motion).T), mesh.mesh.t)
+    check_jacobians(moved_mesh, name=f"worn {mesh.name}")
+    return replace(mesh, mesh=moved_mesh, flanks=flanks)
+
+
+def _between(mesh: MeshHex, motion: FloatArray) -> FloatArray:
+    """Motion of all nodes of a curved mesh, trilinear between the corners' (n, 3)."""
+    element = ElementHex2()
+    nodes = Dofs(mesh, element).element_dofs.T
+    places = np.asarray(element.doflocs, dtype=float).T
+    weights = np.array([ElementHex1().lbasis(places, a)[0] for a in range(8)])
+    result = np.empty((mesh.doflocs.shape[1], 3))
+    result[nodes] = np.einsum("ap,mai->mpi", weights, motion[mesh.t.T])
+    return result
 
 
 def _smoothed(mesh: MeshHex, given: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
