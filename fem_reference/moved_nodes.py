@@ -50,8 +50,9 @@ def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> Toot
     corners = mesh.mesh.nvertices
     count = mesh.mesh.doflocs.shape[1]
     given, known, worn = np.zeros((count, 3)), np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    for grid in (*mesh.flanks.values(), *mesh.fillets.values()):
-        known[grid.nodes[grid.nodes >= 0]] = True
+    grids = [grid.nodes for grid in mesh.flanks.values()] + [grid.nodes for grid in mesh.fillets.values()]
+    for nodes in grids:
+        known[nodes[nodes >= 0]] = True
     known[mesh.held] = True
     flanks = dict(mesh.flanks)
     for tooth in teeth:

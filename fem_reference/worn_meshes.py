@@ -80,7 +80,9 @@ class WornBody:
         first = places[:, 0] - middle
         second = np.cross(out, first)
         arms = places - middle[:, None]
-        angle = np.arctan2(np.einsum("fai,fi->fa", arms, second), np.einsum("fai,fi->fa", arms, first) * _norm(out)[:, None])
+        angle = np.arctan2(
+            np.einsum("fai,fi->fa", arms, second), np.einsum("fai,fi->fa", arms, first) * _norm(out)[:, None]
+        )
         return np.take_along_axis(corners, np.argsort(angle, axis=1), axis=1)
 
     def forces(self, loads: Sequence[FlankLoad]) -> FloatArray:

@@ -8,10 +8,10 @@
 """
 
 from semiwear.export.flank_points import export_flank
+from semiwear.export.flank_surface import in_zone, worn_flank
 from semiwear.export.frames import to_frame
-from semiwear.export.mesh_stiffness import mesh_stiffness, stiffness_over_angle
-from semiwear.export.worn_flank import in_zone, worn_flank
-from semiwear.export.worn_tooth import worn_tooth
+from semiwear.export.stiffness import mesh_stiffness, stiffness_over_angle
+from semiwear.export.whole_teeth import worn_tooth
 from semiwear.export.write import export
 
 __all__ = [

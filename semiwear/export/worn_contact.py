@@ -54,7 +54,9 @@ class WornContact:
         depth = _UM * data["wear_depth"].transpose("wear_step", "body", "face", "profile").values
         teeth = plan(scene).loaded_teeth(None, mesh_positions, data["face"].values)
         if teeth.grid.profile.shape != depth.shape[2:]:
-            raise SceneError.of("tree", "maps of wear on another grid", "those of its scene's numerics", "run it anew")
+            raise SceneError.of(
+                "tree", "maps of wear on another grid", "those of its scene's numerics", "run it anew"
+            )
         return cls(scene, teeth, depth)
 
     def load(self, step: int, torque_factor: float = 1.0) -> LoadedState:

@@ -7,17 +7,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.export.flank_surface import worn_flank
 from semiwear.export.frames import TABLES, tables_of, to_frame
-from semiwear.export.mesh_stiffness import mesh_stiffness
 from semiwear.export.nodes import flank_nodes
+from semiwear.export.stiffness import mesh_stiffness
 from semiwear.export.surface import Surface, write_series, write_surface
-from semiwear.export.worn_flank import worn_flank
-from semiwear.export.worn_tooth import worn_tooth, write_input_deck
+from semiwear.export.whole_teeth import worn_tooth, write_input_deck
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import one_of
+from semiwear.results.missing import group_of
 from semiwear.targets import file_target, replacing
 
 if TYPE_CHECKING:
@@ -113,8 +115,8 @@ def export(
 
 def _series(tree: xr.DataTree, body: str, part: str, exaggeration: float) -> dict[float, Surface]:
     steps = range(len(flank_nodes(tree, body).depth))
-    flank = tree["flank"]
-    meshes = flank["meshes"].values if "meshes" in flank.coords else list(steps)
+    flank = group_of(tree, "flank")
+    meshes = flank["meshes"].values if "meshes" in flank.coords else np.arange(len(steps))
     return {float(meshes[k]): _PARTS[part](tree, body, k, exaggeration=exaggeration) for k in steps}
 
 

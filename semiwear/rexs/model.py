@@ -119,7 +119,9 @@ def read_model(path: str | os.PathLike[str]) -> RexsModel:
         what = f"{file}: {type(error).__name__}: {error}"
         raise SceneError.of("path", what, _ALLOWED, "it is damaged or no REXS file: export it again") from error
     if not model.version.startswith(_VERSIONS):
-        raise SceneError.of("path", f"{file}: REXS {model.version or 'without a version'}", "REXS 1 or 2", "export it so")
+        raise SceneError.of(
+            "path", f"{file}: REXS {model.version or 'without a version'}", "REXS 1 or 2", "export it so"
+        )
     lost = {one for relation in model.relations for one in relation.ends.values()} - model.components.keys()
     if lost:
         what = f"{file}: relations to components {', '.join(sorted(lost))}, which are not there"

@@ -129,13 +129,14 @@ class _Reading:
         pair: Table = {"type": "cylindrical"}
         materials: Table = {}
         for body, gear in zip(_BODIES, gears, strict=True):
-            flanks, sign = self._flanks(gear), (-1.0 if gear.type == "ring_gear" else 1.0)
+            flanks = self._flanks(gear)
             self.parts += [gear, *flanks, *self._modifications(flanks)]
             for name, (unit, to) in _OF_GEAR.items():
-                scale = sign if name == "number_of_teeth" else 1.0
-                self._take(pair, to.format(body), (gear,), name, unit, lambda value, by=scale: by * value)
+                self._take(pair, to.format(body), (gear,), name, unit)
             for name, (unit, to) in _OF_FLANK.items():
                 self._take(pair, to.format(body), (gear, *flanks), name, unit)
+            if gear.type == "ring_gear" and f"{body}_teeth" in pair:
+                pair[f"{body}_teeth"] *= -1.0  # ISO 21771
             self._tool_and_rim(pair, body, gear)
             materials[body] = self._material(body, gear)
         both = [one for gear in gears for one in (gear, *self._flanks(gear))]
@@ -153,8 +154,7 @@ class _Reading:
         """Attributes that nothing was taken of, of the stage, its gears, flanks and materials."""
         return [
             f"{part}: {name}" + (f" = {one.value} {one.unit}".rstrip() if one.value is not None else "")
-            for part in dict.fromkeys(map(id, self.parts))
-            for part in [next(one for one in self.parts if id(one) == part)]
+            for part in {part.id: part for part in self.parts}.values()
             for name, one in part.attributes.items()
             if (part.id, name) not in self.used and name not in _PLACE
         ]
@@ -266,14 +266,13 @@ class _Reading:
             return
         least, most = min(values.values()), max(values.values())
         if most - least > _SAME * max(abs(least), abs(most)):
-            self._problem(f"{self.stage}.{name}", " and ".join(f"{v:g}" for v in values.values()), "one value of both",
-                          "flanks of two kinds and gears of two modules are not modelled")  # fmt: skip
+            told = " and ".join(f"{value:g}" for value in values.values())
+            fix = "flanks of two kinds and gears of two modules are not modelled"
+            self._problem(f"{self.stage}.{name}", told, "one value of both", fix)
         self._put(into, to, most if most == least else next(iter(values.values())), found[0][0], name, shown)
         self.used |= {(part.id, name) for part, _ in found}
 
-    def _put(
-        self, into: Table, to: str, value: float, part: Component, name: str, shown: str | None = None
-    ) -> None:
+    def _put(self, into: Table, to: str, value: float, part: Component, name: str, shown: str | None = None) -> None:
         into[to] = value
         self.used.add((part.id, name))
         self.taken.append((shown or f"gear_pair.{to}", f"{value:.6g}", f"{part}: {name}"))

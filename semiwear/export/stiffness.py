@@ -8,8 +8,8 @@ Two stiffnesses, both along the line of action, of all tooth pairs together:
             1 % of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
             stiffness is the greater of the two.
 
-Sources: ISO 6336-1:2019, 9 (mesh stiffness); Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75 (k and e as parametric
-and displacement excitation); Umezawa, Suzuki and Sato, Bull. JSME 29 (1986) 1605-1611 (k over a mesh cycle).
+Sources: ISO 6336-1:2019, 9 (mesh stiffness); Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75 (k and e as
+parametric and displacement excitation); Umezawa, Suzuki and Sato, Bull. JSME 29 (1986) 1605-1611 (k over a cycle).
 """
 
 from __future__ import annotations

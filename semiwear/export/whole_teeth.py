@@ -1,4 +1,4 @@
-"""Whole worn teeth, and worn bodies under the load of their contact as input decks, from the meshes of `fem_reference`.
+"""Whole worn teeth, and worn bodies under the load of their contact as input decks: from meshes of `fem_reference`.
 
 The one place of semiwear that knows `fem_reference`: it takes meshes from there, never a physical answer.
 """
@@ -13,17 +13,18 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from semiwear.errors import SceneError
+from semiwear.export.flank_surface import step_fields
 from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of
 from semiwear.export.surface import Surface
 from semiwear.export.worn_contact import WornContact
-from semiwear.export.worn_flank import step_fields
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.results.missing import group_of
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.targets import replacing
 
 if TYPE_CHECKING:
-    from fem_reference.worn_meshes import FlankLoad, FlankWear, WornBody
+    from fem_reference.wear import FlankWear
+    from fem_reference.worn_meshes import FlankLoad, WornBody
 
 __all__ = ["contact_loads", "worn_tooth", "write_input_deck"]
 
@@ -34,9 +35,7 @@ _PER_MODULE = 0.5  # length of an element along the face
 _TEETH = 5  # of a face gear pair's bodies
 
 
-def worn_tooth(
-    tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0
-) -> Surface:
+def worn_tooth(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0) -> Surface:
     """A whole worn tooth with the rim below it as a closed surface, with the wear of every step as fields.
 
     Parameters
@@ -97,7 +96,9 @@ def write_input_deck(
     roll = _roll_of(tree, body, step, roll_position)
     cylindrical = isinstance(scene.gear_pair, CylindricalPair)
     face_size = _PER_MODULE * _module(scene)
-    divisions = Divisions(8, 8, land=1, across=6, depth=5, face_size=face_size, towards_fillet=1.8, deeper=cylindrical)
+    divisions = Divisions(
+        8, 8, land=1, across=6, depth=5, face_size=face_size, towards_fillet=1.8, deeper=cylindrical
+    )
     count = (None if cylindrical else _TEETH) if teeth is None else teeth
     found = worn_body(scene, body, _wear_of(nodes, nodes.depth[step]), teeth=count, divisions=divisions)
     loads = contact_loads(tree, body, step, roll)
@@ -136,7 +137,10 @@ def _meshed(tree: xr.DataTree) -> Scene:
 
 def _module(scene: Scene) -> float:
     pair = scene.gear_pair
-    return pair.module_mm if isinstance(pair, FaceGearPair) else getattr(pair, "normal_module_mm")
+    if isinstance(pair, CylindricalPair):
+        return pair.normal_module_mm
+    assert isinstance(pair, FaceGearPair)
+    return pair.module_mm
 
 
 def _wear_of(nodes: FlankNodes, depth: FloatArray) -> FlankWear:

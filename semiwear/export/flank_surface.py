@@ -18,9 +18,7 @@ __all__ = ["in_zone", "step_fields", "worn_flank"]
 _PLACES = ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
 
 
-def worn_flank(
-    tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0
-) -> Surface:
+def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0) -> Surface:
     """The worn flank of one tooth as a surface, with the wear of every step as fields.
 
     Parameters
@@ -38,7 +36,7 @@ def worn_flank(
     -------
     Surface
         The nodes of the result, from the root to the tip and from the middle of the first slice to that of the last,
-        in the body's own frame (z is its axis). Fields: `wear_depth` of this step and `wear_depth_step_k` of all [um],
+        in the body's own frame (z is its axis). Fields: `wear_depth` of this step, `wear_depth_step_k` of all [um],
         `flank_height` and `flank_radius` [mm], `zone`, `active`, `specific_sliding`; `contact_pattern` [MPa] of the
         gear where the result has it.
 
