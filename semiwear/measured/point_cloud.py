@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -116,9 +118,11 @@ def _cloud(points: str | os.PathLike[str] | ArrayLike) -> FloatArray:
     except ImportError as error:
         raise MissingExtraError("meshio", "view", f"a cloud in {file.suffix}") from error
     try:
-        return _finite(np.asarray(meshio.read(file).points, dtype=float))
-    except (meshio.ReadError, ValueError, KeyError, IndexError, OSError) as error:
-        raise SceneError.of("points", f"{file}: {error}", allowed, "it is damaged: export it again") from error
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            found = meshio.read(file)
+    except (SystemExit, meshio.ReadError, ValueError, KeyError, IndexError, OSError) as error:  # meshio exits
+        raise SceneError.of("points", str(file), allowed, "it is damaged: export it again") from error
+    return _finite(np.asarray(found.points, dtype=float))
 
 
 def _of_text(file: Path) -> FloatArray:
