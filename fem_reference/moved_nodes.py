@@ -19,7 +19,7 @@ from skfem.assembly import Dofs
 
 from fem_reference.hexahedra import check_jacobians
 from fem_reference.solvers import factorise
-from fem_reference.tooth_mesh import LOADED, ToothMesh
+from fem_reference.tooth_mesh import LOADED, OPPOSITE, ToothMesh
 from fem_reference.wear import WearDepth
 
 __all__ = ["moved_flanks"]
@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> ToothMesh:
+def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int], *, borders_stay: bool = False) -> ToothMesh:
     """A body's mesh with some loaded flanks worn.
 
     Parameters
@@ -39,6 +39,9 @@ def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> Toot
         Of the body's flank.
     teeth : iterable of int
         Whose loaded flanks are worn.
+    borders_stay : bool
+        Whether nodes on the border of a flank slide along the tip land and the end faces, which then stay where they
+        are; else they move along the normal, and draw the tip land with them.
 
     Raises
     ------
@@ -59,6 +62,8 @@ def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> Toot
         flank = mesh.flanks[tooth, LOADED]
         depth = wear.depth(np.broadcast_to(flank.face, flank.profile.shape), flank.profile)
         moved = -depth[..., None] * flank.normals
+        if borders_stay:
+            moved = _along_borders(flank.points, mesh.flanks[tooth, OPPOSITE].points, flank.normals, depth)
         there = flank.nodes >= 0
         given[flank.nodes[there]], worn[flank.nodes[there]] = moved[there], True
         flanks[tooth, LOADED] = replace(flank, points=flank.points + moved)
@@ -69,6 +74,29 @@ def moved_flanks(mesh: ToothMesh, wear: WearDepth, teeth: Iterable[int]) -> Toot
     moved_mesh = kind(np.ascontiguousarray((mesh.mesh.doflocs.T + motion).T), mesh.mesh.t)
     check_jacobians(moved_mesh, name=f"worn {mesh.name}")
     return replace(mesh, mesh=moved_mesh, flanks=flanks)
+
+
+def _along_borders(points: FloatArray, opposite: FloatArray, normals: FloatArray, depth: FloatArray) -> FloatArray:
+    """Least motions (profile, face, 3) with the depth along the normals that stay in tip land and end faces."""
+    along, up = np.gradient(points, axis=1), np.gradient(points, axis=0)
+    through = opposite - points
+    held = np.zeros((*depth.shape, 2, 3))  # normals of the surfaces that a node stays in
+    held[-1, :, 0] = np.cross(through[-1], along[-1])
+    for column in (0, -1):
+        held[:, column, 1] = np.cross(through[:, column], up[:, column])
+    # the second perpendicular to the first, then the flank's normal to both
+    free = normals
+    first, second = (_unit(held[..., k, :]) for k in range(2))
+    second = _unit(second - np.sum(second * first, axis=-1, keepdims=True) * first)
+    for one in (first, second):
+        free = free - np.sum(free * one, axis=-1, keepdims=True) * one
+    return np.asarray(-depth[..., None] * free / np.sum(free * normals, axis=-1, keepdims=True))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """Vectors of unit length; zero ones stay."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
 
 
 def _between(mesh: MeshHex, motion: FloatArray) -> FloatArray:

@@ -159,7 +159,7 @@ def worn_body(
         Where a tooth cannot be meshed, or the wear folds an element.
     """
     mesh = body_mesh(scene, body, element=element, teeth=teeth, divisions=divisions)
-    mesh = moved_flanks(mesh, wear, mesh.teeth)
+    mesh = moved_flanks(mesh, wear, mesh.teeth, borders_stay=True)
     material = getattr(scene.material, body)
     elastic = ElasticBody(
         mesh.mesh,

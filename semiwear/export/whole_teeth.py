@@ -23,10 +23,11 @@ from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.targets import replacing
 
 if TYPE_CHECKING:
+    from fem_reference.tooth_mesh import Divisions
     from fem_reference.wear import FlankWear
     from fem_reference.worn_meshes import FlankLoad, WornBody
 
-__all__ = ["contact_loads", "worn_tooth", "write_input_deck"]
+__all__ = ["contact_loads", "deck_divisions", "worn_tooth", "write_input_deck"]
 
 FloatArray = NDArray[np.float64]
 
@@ -88,23 +89,28 @@ def write_input_deck(
     tree: xr.DataTree, target: Path, body: str, wear_step: int, roll_position: float | None, teeth: int | None
 ) -> None:
     """Write a worn body under the load of its contact, as `export` says."""
-    from fem_reference.tooth_mesh import Divisions
     from fem_reference.worn_meshes import worn_body
 
     scene, nodes = _meshed(tree), flank_nodes(tree, body)
     step = chosen_step(len(nodes.depth), wear_step)
     roll = _roll_of(tree, body, step, roll_position)
     cylindrical = isinstance(scene.gear_pair, CylindricalPair)
-    face_size = _PER_MODULE * _module(scene)
-    divisions = Divisions(
-        8, 8, land=1, across=6, depth=5, face_size=face_size, towards_fillet=1.8, deeper=cylindrical
-    )
     count = (None if cylindrical else _TEETH) if teeth is None else teeth
-    found = worn_body(scene, body, _wear_of(nodes, nodes.depth[step]), teeth=count, divisions=divisions)
+    wear = _wear_of(nodes, nodes.depth[step])
+    found = worn_body(scene, body, wear, teeth=count, divisions=deck_divisions(scene))
     loads = contact_loads(tree, body, step, roll)
     title = f"semiwear: {body} of {scene.title or 'a pair'}, wear step {step}, roll position {roll:.4g}"
     with replacing(target) as part:
         found.write(part, loads, title=title.encode("ascii", "replace").decode())
+
+
+def deck_divisions(scene: Scene) -> Divisions:
+    """Elements of the loaded tooth of an input deck: root stress to some 2 %."""
+    from fem_reference.tooth_mesh import Divisions
+
+    cylindrical = isinstance(scene.gear_pair, CylindricalPair)
+    face_size = _PER_MODULE * _module(scene)
+    return Divisions(8, 8, land=1, across=6, depth=5, face_size=face_size, towards_fillet=1.8, deeper=cylindrical)
 
 
 def contact_loads(tree: xr.DataTree, body: str, wear_step: int, roll_position: float) -> list[FlankLoad]:

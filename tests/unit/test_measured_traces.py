@@ -91,7 +91,7 @@ def test_curve_files_of_measuring_machines():
     ] + [("lead", "right")]
     assert len(traces[0].deviation) == 46 and len(traces[1].deviation) == 48  # two points were not measured
     assert traces[1].diameter[[0, -1]] == pytest.approx([102.5, 117.0])
-    assert np.ptp(np.diff(np.sqrt(traces[1].diameter**2 - BASE**2))) < 1e-9  # even in the length of roll
+    assert np.ptp(np.diff(np.sqrt(traces[1].diameter ** 2 - BASE**2))) < 1e-9  # even in the length of roll
     assert traces[2].z[[0, -1]] == pytest.approx([0.5, 13.5]) and set(traces[2].diameter) == {109.0}
     with pytest.raises(sw.SceneError, match="which bears the load"):
         sw.flank_from_traces(SPUR, traces)
