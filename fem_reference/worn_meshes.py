@@ -19,7 +19,7 @@ from fem_reference.tooth_mesh import LOADED, Divisions, ToothMesh
 from fem_reference.wear import FlankWear, WearDepth
 from semiwear.scene import Scene
 
-__all__ = ["FlankLoad", "WornBody", "flank_wear", "worn_body"]
+__all__ = ["FlankLoad", "FlankWear", "WornBody", "flank_wear", "worn_body"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -62,7 +62,7 @@ def _main(arguments: Sequence[str] | None) -> int:
             print(f"semiwear: stopped{_commands().kept(options)}", file=sys.stderr)
             return 130
     if options.json:
-        print(as_json({"command": options.command} | end))
+        print(as_json({"command": options.command} | (end or {})))
     return 0
 
 

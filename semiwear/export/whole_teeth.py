@@ -24,8 +24,7 @@ from semiwear.targets import replacing
 
 if TYPE_CHECKING:
     from fem_reference.tooth_mesh import Divisions
-    from fem_reference.wear import FlankWear
-    from fem_reference.worn_meshes import FlankLoad, WornBody
+    from fem_reference.worn_meshes import FlankLoad, FlankWear, WornBody
 
 __all__ = ["contact_loads", "deck_divisions", "worn_tooth", "write_input_deck"]
 

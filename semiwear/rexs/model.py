@@ -75,7 +75,7 @@ class Relation:
 
 @dataclass(frozen=True)
 class RexsModel:
-    """What a file holds.
+    """Components and relations of a file.
 
     Attributes
     ----------

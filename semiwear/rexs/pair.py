@@ -113,7 +113,7 @@ def _stage(model: RexsModel, wanted: str | None) -> Component:
 
 @dataclass
 class _Reading:
-    """What is read of a stage, attribute by attribute."""
+    """A stage as it is read, attribute by attribute."""
 
     model: RexsModel
     stage: Component
