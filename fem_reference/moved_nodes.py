@@ -1,9 +1,9 @@
 """A worn mesh: flank nodes moved along their normals, the inside of the teeth smoothed after them.
 
 What Abaqus does with UMESHMOTION and an arbitrary Lagrangian-Eulerian step: the surface takes the wear, the nodes
-below follow so that elements keep their shape. Here the inside moves by the mean of its neighbours (Laplace on the
-mesh's edges), which leaves the first element below the surface its share of the depth. All other flanks, fillets and
-the held face stay; tip lands and end faces follow.
+below follow so that elements keep their shape. Here the inside moves by the mean of its neighbours, near ones
+counting more (Laplace on the mesh's edges), which leaves the first element below the surface its share of the depth.
+All other flanks, fillets and the held face stay; tip lands and end faces follow.
 """
 
 from __future__ import annotations
@@ -115,7 +115,9 @@ def _smoothed(mesh: MeshHex, given: FloatArray, known: NDArray[np.bool_]) -> Flo
     start, end = mesh.edges
     both = np.concatenate([start, end]), np.concatenate([end, start])
     count = len(given)
-    beside = csr_matrix((np.ones(len(both[0])), both), shape=(count, count))
+    # a node close below the surface follows it: elements there are thin
+    weight = 1.0 / np.linalg.norm(mesh.p[:, start] - mesh.p[:, end], axis=0)
+    beside = csr_matrix((np.tile(weight, 2), both), shape=(count, count))
     laplace = csr_matrix(diags_array(np.asarray(beside.sum(axis=1)).ravel()) - beside)
     free = np.flatnonzero(~known)
     result = given.copy()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fem_reference.abaqus import write_inp
 from fem_reference.elasticity import ElasticBody
+from fem_reference.hexahedra import MeshError
 from fem_reference.moved_nodes import moved_flanks
 from fem_reference.pairs import body_mesh
 from fem_reference.root_load import carried
@@ -19,7 +20,7 @@ from fem_reference.tooth_mesh import LOADED, Divisions, ToothMesh
 from fem_reference.wear import FlankWear, WearDepth
 from semiwear.scene import Scene
 
-__all__ = ["FlankLoad", "FlankWear", "WornBody", "flank_wear", "worn_body"]
+__all__ = ["FlankLoad", "FlankWear", "MeshError", "WornBody", "flank_wear", "worn_body"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

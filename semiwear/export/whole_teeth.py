@@ -57,21 +57,23 @@ def worn_tooth(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, ex
     Raises
     ------
     SceneError
-        For an unknown body or wear step, a result without maps of wear, or flanks given as points.
-    MeshError
-        Where so much exaggeration folds the mesh.
+        For an unknown body or wear step, a result without maps of wear, flanks given as points, or so much
+        exaggeration that the tooth is folded.
     """
     from fem_reference.tooth_mesh import Divisions
-    from fem_reference.worn_meshes import worn_body
+    from fem_reference.worn_meshes import MeshError, worn_body
 
     scene, nodes = _meshed(tree), flank_nodes(tree, body)
     step = chosen_step(len(nodes.depth), wear_step)
     # facets so fine that what they cut off is less than the wear
-    fine = Divisions(32, 12, land=1, across=6, depth=5, face_size=_PER_MODULE * _module(scene))
-    found, unworn = (
-        worn_body(scene, body, _wear_of(nodes, factor * nodes.depth[step]), element="hex8i", teeth=1, divisions=fine)
-        for factor in (exaggeration, 0.0)
-    )
+    fine = Divisions(64, 16, land=1, across=3, depth=3, face_size=0.5 * _PER_MODULE * _module(scene))
+    shapes = [_wear_of(nodes, factor * nodes.depth[step]) for factor in (exaggeration, 0.0)]
+    try:
+        found, unworn = (worn_body(scene, body, shape, element="hex8i", teeth=1, divisions=fine) for shape in shapes)
+    except MeshError as error:
+        if exaggeration == 1.0:
+            raise
+        raise SceneError.of("exaggeration", exaggeration, "less: so much wear folds the tooth", str(error)) from error
     skin = found.skin()
     used, quads = np.unique(skin, return_inverse=True)
     rotation, shift = _into_own_frame(unworn, nodes)
