@@ -95,9 +95,12 @@ def export(
         problems.append(Problem("table", table, one_of((*tables_of(tree), STIFFNESS)), "take one of these"))
     if not exaggeration > 0.0:
         problems.append(Problem("exaggeration", exaggeration, "> 0", "1 is to scale"))
+    try:
+        target = file_target("path", path, ENDINGS)
+    except SceneError as error:
+        raise SceneError([*error.problems, *problems], "export") from None
     if problems:
         raise SceneError(problems, "export")
-    target = file_target("path", path, ENDINGS)
     ending = target.suffix.casefold()
     if ending == ".csv":
         frame = _headed(_frame(tree, table or "history"))

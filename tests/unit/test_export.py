@@ -231,6 +231,7 @@ def test_nodes_are_on_the_flank(face_tree):
     [
         ("a.docx", {}, "a.vtu"),
         ("a.vtu", {"body": "wheel", "part": "rim"}, "2 problems"),
+        ("a.docx", {"body": "wheel", "exaggeration": -1.0}, "3 problems"),
         ("a.vtu", {"wear_step": 7}, "below 3"),
         ("a.vtu", {"exaggeration": 0.0}, "> 0"),
         ("a.csv", {"table": "wear"}, '"history"'),
