@@ -50,6 +50,8 @@ _HEAD = re.compile(
     r"\s*/?\s*(?P<axis>[xzd])\s*=\s*(?P<place>[-+]?[\d.]+)"
 )
 _RANGE = re.compile(r"\b(?P<name>da|de|ba|be)\s*\[mm\][.\s]*:\s*(?P<values>[-+\d.\s]+)$")
+_PREAMBLE = re.compile(r"^(?P<key>PROFILE|UNITS)\s*:?\s+(?P<value>\w+)")
+_EXPECTED = {"PROFILE": ("diam", "durch"), "UNITS": ("mm", "metri")}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _COLUMNS = ("kind", "tooth", "flank", "z_mm", "deviation_um")
 
@@ -145,6 +147,10 @@ def _from_mka(text: str, file: Path, base_diameter: float | None) -> tuple[Trace
     lines = text.splitlines()
     ranges: dict[str, FloatArray] = {}
     for line in lines:
+        said = _PREAMBLE.match(line)
+        if said is not None and not said["value"].casefold().startswith(_EXPECTED[said["key"]]):
+            allowed = "ranges as diameters, in millimetres"
+            raise _refused(file, f"{said['key']} {said['value']}", allowed, "export it with these, or as CSV")
         told = _RANGE.search(line.strip())
         if told is not None:
             ranges[told["name"]] = np.array([float(value) for value in _NUMBER.findall(told["values"])])

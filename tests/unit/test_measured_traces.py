@@ -117,6 +117,8 @@ MKA = (DATA / "spur_fzg_c_gear.mka").read_text(encoding="utf-8")
         ("a.mka", MKA[: MKA.rindex(" ") - 300], "its head says 48"),
         ("a.mka", MKA.replace("/ 48 Werte  / z= 2.0", "/ 60 Werte  / z= 2.0", 1), "48 values, its head says 60"),
         ("a.mka", MKA.replace("da  [mm]", "dx  [mm]"), "no range da"),
+        ("a.mka", MKA.replace("PROFILE      diameter", "PROFILE      length"), "PROFILE length"),
+        ("a.mka", MKA.replace("UNITS        mm", "UNITS        inch"), "UNITS inch"),
         ("a.mka", "HEADER KS.MK.FILE\n", "no curves"),
         ("a.csv", "kind,tooth,flank,z_mm,deviation_um\n", "no column diameter_mm"),
         ("a.csv", "kind,tooth,flank,diameter_mm,z_mm,deviation_um\n", "no points"),
