@@ -106,7 +106,7 @@ class _Notes(logging.Handler):
 def notes_on_standard_error(quiet: bool) -> Iterator[None]:
     """Show what the loggers under ``semiwear`` note; of a quiet command warnings alone."""
     logger, handler = logging.getLogger("semiwear"), _Notes()
-    before = logger.level, logger.propagate
+    level, propagate = logger.level, logger.propagate
     logger.addHandler(handler)
     logger.setLevel(logging.WARNING if quiet else logging.INFO)
     logger.propagate = False
@@ -114,7 +114,8 @@ def notes_on_standard_error(quiet: bool) -> Iterator[None]:
         yield
     finally:
         logger.removeHandler(handler)
-        logger.level, logger.propagate = before
+        logger.setLevel(level)
+        logger.propagate = propagate
 
 
 def hidden_output(hidden: bool) -> redirect_stdout[io.StringIO] | nullcontext[None]:

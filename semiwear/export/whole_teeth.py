@@ -97,9 +97,13 @@ def write_input_deck(
     roll = _roll_of(tree, body, step, roll_position)
     cylindrical = isinstance(scene.gear_pair, CylindricalPair)
     count = (None if cylindrical else _TEETH) if teeth is None else teeth
+    loads = contact_loads(tree, body, step, roll)
+    farthest = max((abs(load.tooth) for load in loads), default=0)
+    if teeth is not None and (teeth - 1) // 2 < farthest:
+        allowed = f"{2 * farthest + 1} or more: teeth beside the middle one bear load"
+        raise SceneError.of("teeth", teeth, allowed, "leave it out for the usual number")
     wear = _wear_of(nodes, nodes.depth[step])
     found = worn_body(scene, body, wear, teeth=count, divisions=deck_divisions(scene))
-    loads = contact_loads(tree, body, step, roll)
     title = f"semiwear: {body} of {scene.title or 'a pair'}, wear step {step}, roll position {roll:.4g}"
     with replacing(target) as part:
         found.write(part, loads, title=title.encode("ascii", "replace").decode())

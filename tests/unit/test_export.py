@@ -237,6 +237,8 @@ def test_nodes_are_on_the_flank(face_tree):
         ("a.csv", {"table": "wear"}, '"history"'),
         ("a.csv", {"table": "life"}, "take one that this result has"),
         ("a.inp", {"roll_position": 9.0}, "roll_position"),
+        ("a.inp", {"roll_position": 0.5, "teeth": 1}, "3 or more"),
+        ("a.inp", {"teeth": 0}, "or more"),
         ("none/a.csv", {}, "none"),
     ],
 )
