@@ -12,7 +12,7 @@ profile everywhere along the face, and no twist. With two profiles or leads the 
 flank does between its traces, such as wear that is deepest off both, is not seen: two or three profiles across the
 face are the least where wear is uneven along it.
 
-The zeros of the charts are chosen so that traces agree at their crossings, in least squares; what they still
+The zeros of charts are chosen so that traces agree at their crossings, in least squares; what they still
 differ by there is told.
 
 Source: Gordon, SIAM J. Numer. Anal. 8 (1971) 158-177 (blending of curves); VDI/VDE 2612-1:2018, ISO 1328-1:2013
@@ -43,6 +43,7 @@ FLANKS = ("left", "right")
 _UM = 1e-3
 _LEAST = 4  # points of a trace
 _ROWS, _COLUMNS = 61, 61  # of the surface
+_ZEROS = ("free", "common")
 _SAME = 0.02  # mm: traces at the same place are of several teeth, and averaged
 _SAMPLES = 401  # along the flank, to find a diameter
 _GREATEST = 5000.0  # um: more is a mistake of units
@@ -104,7 +105,13 @@ class TracedFlank:
 
 
 def flank_from_traces(
-    scene: Scene, traces: Sequence[Trace], body: str = "gear", *, flank: str | None = None, tooth: int | None = None
+    scene: Scene,
+    traces: Sequence[Trace],
+    body: str = "gear",
+    *,
+    flank: str | None = None,
+    tooth: int | None = None,
+    zeros: str = "free",
 ) -> TracedFlank:
     """The surface of a flank from its profile and lead traces.
 
@@ -113,13 +120,15 @@ def flank_from_traces(
     scene : Scene
         With a cylindrical pair, or a face gear pair whose pinion was measured.
     traces : sequence of Trace
-        As `read_traces` gives them: one profile or more; leads may be missing, and then the lead counts as without
-        deviation.
+        As `read_traces` gives them: one profile or more; leads may be missing.
     body : str
     flank : str, optional
         ``"left"`` or ``"right"``: the one that bears the load. Needed where the traces are of both.
     tooth : int, optional
         Of this tooth alone. Default: the mean of all teeth measured at one place.
+    zeros : str
+        ``"free"`` (default): every trace is a chart with a zero of its own; without leads all profiles get the same
+        mean. ``"common"``: all traces have the same zero, as of a topography, a grid of many profiles.
 
     Returns
     -------
@@ -131,6 +140,8 @@ def flank_from_traces(
         For traces that are too short, off the flank, not finite, or of both flanks, all at once.
     """
     nominal = nominal_flank(scene, body)
+    if zeros not in _ZEROS:
+        raise SceneError.of("zeros", zeros, one_of(_ZEROS))
     if scene.gear_pair.type == "face_gear" and body == "gear":
         raise SceneError.of(
             "body", body, '"pinion" of a face gear pair', "a face gear is measured as a grid of points"
@@ -156,22 +167,30 @@ def flank_from_traces(
         )
         for kind in KINDS
     }
-    deviation, mismatch = _surface(u, v, *lines["profile"], *lines["lead"])
+    common = zeros == "common"
+    deviation, mismatch = _surface((u, v), lines["profile"], lines["lead"], common)
     profiles, leads = len(lines["profile"][0]), len(lines["lead"][0])
     return TracedFlank(
-        DeviationGrid(u, v, _UM * deviation, "mm", "mm"), profiles, leads, mismatch, _assumed(profiles, leads, chosen)
+        DeviationGrid(u, v, _UM * deviation, "mm", "mm"),
+        profiles,
+        leads,
+        mismatch,
+        _assumed(profiles, leads, chosen, common),
     )
 
 
-def _assumed(profiles: int, leads: int, chosen: Sequence[Trace]) -> tuple[str, ...]:
+def _assumed(profiles: int, leads: int, chosen: Sequence[Trace], common: bool) -> tuple[str, ...]:
     told = []
     if profiles == 1:
         told.append("the profile is the same everywhere along the face, but for a shift along the lead")
     else:
         told.append("between profiles, and beyond the outermost, deviations are blended linearly or held")
-    if not leads:
+    if common:
+        told.append("all traces have the same zero")
+    elif leads:
+        told.append("each chart's zero is free: traces are shifted to agree at their crossings")
+    else:
         told.append("no lead was measured: the profiles' mean is the same along the face")
-    told.append("each chart's zero is free: traces are shifted to agree at their crossings")
     teeth = len({one.tooth for one in chosen})
     if teeth > 1:
         told.append(f"{teeth} teeth were measured and are averaged")
@@ -233,21 +252,16 @@ def _profile_of_diameter(nominal: NominalFlank) -> Callable[[FloatArray], FloatA
 
 
 def _read(place: FloatArray, deviation: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Means of the deviations about wanted places: within half a step where there are points, else linear."""
+    """Deviations at wanted, even places: linear between the means of what lies about each, and the trace's ends."""
     order = np.argsort(place)
     place, deviation = place[order], deviation[order]
-    sums = np.concatenate([[0.0], np.cumsum(deviation)])
-    half = 0.5 * (wanted[1] - wanted[0])
-    first, end = np.searchsorted(place, wanted - half), np.searchsorted(place, wanted + half)
-    mean = (sums[end] - sums[first]) / np.maximum(end - first, 1)
-    # a mean over a lopsided window would be that of another place
-    centred = np.abs(_mean_place(place, first, end) - wanted) < 0.25 * half
-    return np.where((end - first > 1) & centred, mean, np.interp(wanted, place, deviation))
-
-
-def _mean_place(place: FloatArray, first: NDArray[np.int64], end: NDArray[np.int64]) -> FloatArray:
-    sums = np.concatenate([[0.0], np.cumsum(place)])
-    return np.asarray((sums[end] - sums[first]) / np.maximum(end - first, 1))
+    step = wanted[1] - wanted[0]
+    _, cell, count = np.unique(np.round((place - wanted[0]) / step), return_inverse=True, return_counts=True)
+    means = [np.bincount(cell, values) / count for values in (place, deviation)]
+    at, values = (
+        np.concatenate([own[:1], mean[1:-1], own[-1:]]) for own, mean in zip((place, deviation), means, strict=True)
+    )
+    return np.asarray(np.interp(wanted, at, values))
 
 
 def _merged(lines: list[tuple[float, FloatArray]]) -> tuple[FloatArray, FloatArray]:
@@ -264,29 +278,46 @@ def _merged(lines: list[tuple[float, FloatArray]]) -> tuple[FloatArray, FloatArr
 
 
 def _surface(
-    u: FloatArray, v: FloatArray, at_v: FloatArray, profiles: FloatArray, at_u: FloatArray, leads: FloatArray
+    at: tuple[FloatArray, FloatArray],
+    profile_lines: tuple[FloatArray, FloatArray],
+    lead_lines: tuple[FloatArray, FloatArray],
+    common: bool,
 ) -> tuple[FloatArray, float]:
     """Deviations (u, v) by blending, and the greatest mismatch at the crossings."""
+    (u, v), (at_v, profiles), (at_u, leads) = at, profile_lines, lead_lines
     along = _blending(at_v, v)  # (v, profiles)
     if not len(at_u):
         level = profiles.mean(axis=1, keepdims=True)
-        return (profiles - level + level[0]).T @ along.T, 0.0  # the first one's zero is kept
+        if not common:
+            profiles = profiles - level + level[0]  # the first one's zero is kept
+        return profiles.T @ along.T, 0.0
     across = _blending(at_u, u)  # (u, leads)
     of_profiles = np.array([np.interp(at_u, u, one) for one in profiles])  # (profiles, leads)
     of_leads = np.array([np.interp(at_v, v, one) for one in leads]).T
-    rows, columns = of_profiles.shape
-    # zeros a of profiles and b of leads: P + a = L + b at every crossing, the first profile's kept
+    if not common:
+        shift, back = _zeros(of_leads - of_profiles)
+        profiles, leads = profiles + shift[:, None], leads + back[:, None]
+        of_profiles, of_leads = of_profiles + shift[:, None], of_leads + back
+    crossings = 0.5 * (of_profiles + of_leads)
+    surface = profiles.T @ along.T + across @ leads - across @ crossings.T @ along.T
+    return np.asarray(surface), float(np.abs(of_profiles - of_leads).max())
+
+
+def _zeros(apart: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Zeros a of profiles and b of leads for which P + a = L + b at every crossing, the first profile's kept.
+
+    Parameters
+    ----------
+    apart : (profiles, leads) array
+        L - P.
+    """
+    rows, columns = apart.shape
     matrix = np.zeros((rows * columns + 1, rows + columns))
     place = np.arange(rows * columns)
     matrix[place, place // columns], matrix[place, rows + place % columns] = 1.0, -1.0
     matrix[-1, 0] = 1.0
-    right = np.append((of_leads - of_profiles).ravel(), 0.0)
-    zeros = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    profiles, leads = profiles + zeros[:rows, None], leads + zeros[rows:, None]
-    of_profiles, of_leads = of_profiles + zeros[:rows, None], of_leads + zeros[None, rows:]
-    common = 0.5 * (of_profiles + of_leads)
-    surface = profiles.T @ along.T + across @ leads - across @ common.T @ along.T
-    return np.asarray(surface), float(np.abs(of_profiles - of_leads).max())
+    found = np.linalg.lstsq(matrix, np.append(apart.ravel(), 0.0), rcond=None)[0]
+    return found[:rows], found[rows:]
 
 
 def _blending(places: FloatArray, wanted: FloatArray) -> FloatArray:

@@ -63,6 +63,15 @@ def test_a_single_profile_keeps_its_zero():
     assert np.abs(1e3 * found.grid.deviation - expected[:, None]).max() < 0.05
 
 
+def test_a_topography_is_many_profiles_with_one_zero():
+    traces = [trace("profile", v, count=200) for v in np.linspace(0.0, 1.0, 21)]
+    assert error(sw.flank_from_traces(SPUR, traces, zeros="common")) < 0.05
+    # with zeros of their own, profiles have lost the lead
+    assert error(sw.flank_from_traces(SPUR, traces)) > 1.0
+    with pytest.raises(sw.SceneError, match='"common"'):
+        sw.flank_from_traces(SPUR, traces, zeros="mine")
+
+
 def as_csv(traces, column):
     rows = [f"kind;tooth;flank;{column};z_mm;deviation_um"]
     for one in traces:
