@@ -119,10 +119,7 @@ def tapered(
         What error messages call the sections.
     """
     heights, harmonics = prisms[0].load_profile.size, prisms[0].deflection.shape[0]
-    meshes = [
-        section_mesh(section, heights=heights, land_elements=1, name=name)
-        for section in sections
-    ]
+    meshes = [section_mesh(section, heights=heights, land_elements=1, name=name) for section in sections]
     elastic = youngs_modulus, poissons_ratio
     pitches = _Pitches.of(meshes[0])
     few = np.unique(np.linspace(0, len(meshes) - 1, 3).round().astype(int))
@@ -142,7 +139,7 @@ def tapered(
 
 
 def _knots(start: float, width: float, spans: int) -> FloatArray:
-    """Knots about as short as the prisms' shortest half wave, and half as long beside the ends, where stress drops."""
+    """Knots about as far apart as the prisms' shortest half wave is long, and half as far beside the ends."""
     even = np.arange(spans + 1.0)
     beside = np.array([0.5, 1.5])
     places = start + width * np.sort(np.concatenate([even, beside, spans - beside])) / spans

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
 from semiwear.errors import SceneError
+from semiwear.html_text import folded_html, html_table
 from semiwear.meshing.contact_lines import ContactLines, face_stations
 from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
@@ -84,6 +86,13 @@ class Plan:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
         physics = table(("physics", "runs", "chosen", "why"), rows)
         return f"{physics}\n\n{effects_table(self.scene, self.last, self._costs())}"
+
+    def _repr_html_(self) -> str:
+        rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
+        physics = html_table(("physics", "runs", "chosen", "why"), rows, "what runs, and why")
+        return physics + folded_html(
+            "effects", f"<pre>{escape(effects_table(self.scene, self.last, self._costs()))}</pre>"
+        )
 
     def _costs(self) -> dict[str, str]:
         """Cost of effects that take wear steps of their own."""
