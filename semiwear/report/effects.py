@@ -26,7 +26,7 @@ _SIZE = (4.4, 2.8)
 
 
 def effects_section(tree: xr.DataTree) -> str:
-    """Tiles of the life and of what effects tell, and their course over the wear steps; empty without any."""
+    """Tiles of what the life depends on and of what effects tell, and their course over the wear steps; empty without any."""
     told = list(_told(tree))
     numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in told)])
     charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)
@@ -43,8 +43,6 @@ def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
     life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
     if not life:
         return
-    hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"
-    yield f"Life until {life['depth_limit']:g} µm of wear", f"{figure_text(life['meshes_to_limit'])} meshes", hours
     for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
         change = figure_text(life[f"sensitivity_to_{name}"], 3)
         yield f"Life against {what}", f"{change} %", f"for 1 % more {what}"
