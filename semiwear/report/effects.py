@@ -26,7 +26,7 @@ _SIZE = (4.4, 2.8)
 
 
 def effects_section(tree: xr.DataTree) -> str:
-    """Tiles of what the life depends on and of what effects tell, and their course over the wear steps; empty without any."""
+    """Tiles of what the life depends on and of what effects tell, and their course over the steps; empty without."""
     told = list(_told(tree))
     numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in told)])
     charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)

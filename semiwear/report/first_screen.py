@@ -17,7 +17,8 @@ def result_section(told: Told) -> str:
     turning = turning_flanks(told.tree)
     note = ""
     if still and not can_turn():
-        note = f"<p class=\"hint\">With <code>pip install 'semiwear[{TURNING_EXTRA}]'</code> the flank can be turned.</p>"
+        install = element("code", f"pip install 'semiwear[{TURNING_EXTRA}]'")
+        note = element("p", f"With {install} the worn flank can be turned in three dimensions.", class_="hint")
     flank = turning + (element("div", still, class_="still") if still else "") + note
     flank = element("div", flank, class_="worn") if flank else ""
     return f'<div class="first">{flank}{main_numbers(told.tree)}</div>{advice(told.tree)}{other_numbers(told.tree)}'

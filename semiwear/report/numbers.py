@@ -80,7 +80,7 @@ def _run(tree: xr.DataTree) -> Iterator[Number]:
     meshes = np.asarray(history["meshes"].values, float)
     hours = _hours(tree, float(meshes[-1]))
     note = f"{hours}in {meshes.size - 1} wear steps"
-    depth = tree["flank"]["wear_depth"].max(("body", "profile", "face")).values
+    depth = group_of(tree, "flank")["wear_depth"].max(("body", "profile", "face")).values
     if meshes.size > 2 and depth[1] > 0.0:
         first, last = depth[1] / meshes[1], (depth[-1] - depth[-2]) / (meshes[-1] - meshes[-2])
         change = 100.0 * (last / first - 1.0)
@@ -103,13 +103,14 @@ def _pressure(tree: xr.DataTree) -> Iterator[Number]:
     engagement = group_of(tree, "engagement")
     if "contact_pressure_max" not in engagement:
         return
-    inside = away_from_edges(engagement)
-    if np.isnan(inside.values).all():
+    greatest = np.fmax.reduce(away_from_edges(engagement).values, axis=1)
+    if np.isnan(greatest[[0, -1]]).any():  # edges alone bear
         return
-    greatest = np.nanmax(inside.values, axis=1) if inside.notnull().any("roll_position").all() else None
-    if greatest is None:
-        return
-    yield "Greatest contact pressure", with_unit(float(greatest[-1]), "MPa"), _change(greatest, "MPa", "off the edges")
+    yield (
+        "Greatest contact pressure",
+        with_unit(float(greatest[-1]), "MPa"),
+        _change(greatest, "MPa", "off the edges"),
+    )
 
 
 def _change(values: np.ndarray, units: str, where: str = "") -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from semiwear.report.markup import element, picture
-from semiwear.report.pictures import Drawn
+from semiwear.report.pictures import OF_COLOURS, Drawn
 from semiwear.report.told import Told
 
 __all__ = ["card", "cards_of", "left_out"]
@@ -21,7 +21,9 @@ def cards_of(told: Told, part: str) -> str:
 def card(drawn: Drawn) -> str:
     """One picture with its heading, words for those who do not see it, and caption."""
     shown = drawn.picture
-    figure = picture(shown.title, drawn.uri, drawn.alt, shown.caption, shown.size)
+    figure = picture(
+        shown.title, drawn.uri, drawn.alt, shown.caption, shown.size, of_colours=shown.name in OF_COLOURS
+    )
     return element("article", figure, class_="card full" if shown.both_ends else "card")
 
 

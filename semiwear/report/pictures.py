@@ -22,7 +22,10 @@ from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
+__all__ = ["OF_COLOURS", "PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
+
+OF_COLOURS = ("wear_map", "contact_pattern", "wear_surface")
+"""Pictures whose colours mean values."""
 
 _PIXELS_PER_INCH = 170
 

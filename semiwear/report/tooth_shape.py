@@ -166,9 +166,7 @@ def _frame(points: FloatArray, normals: FloatArray, up: FloatArray) -> FloatArra
     return np.stack([side * along, side * out, height])
 
 
-def _lines(
-    tree: xr.DataTree, scene: Scene, index: int, stations: FloatArray, nodes: FloatArray
-) -> FloatArray | None:
+def _lines(tree: xr.DataTree, scene: Scene, index: int, stations: FloatArray, nodes: FloatArray) -> FloatArray | None:
     """Where the contact lines of the scene's placement cross the stations, in rows of the grid, (roll, face)."""
     if "engagement" not in tree.children:
         return None

@@ -99,7 +99,7 @@
     const [tip, root, first, last] = [at(rows - 1, middle), at(0, middle), at(half, 0), at(half, faces - 1)];
     tip[2] += 0.12 * high;
     root[2] -= 0.12 * high;
-    const away = Math.sign(last[0] - first[0]) * 0.25 * high;
+    const away = Math.sign(last[0] - first[0]) * 0.7 * high;
     first[0] -= away;
     last[0] += away;
     const [x, y, z] = [0, 1, 2].map(c => [tip, root, first, last].map(point => point[c]));
@@ -151,13 +151,13 @@
       points => Array.from(points).filter((_, k) => k % 3 === c));
     return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
   }).map(([low, high], c, all) => {
-    const room = 0.3 * (all[2][1] - all[2][0]);  // for the words beside the tooth
+    const room = 0.6 * (all[2][1] - all[2][0]);  // for the words beside the tooth
     return [low - room, high + room];
   });
   let camera = null;
   const layout = body => {
     body.bounds ??= bounds(body);
-    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.6 / Math.hypot(...sizes);
+    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.9 / Math.hypot(...sizes);
     const axis = c => ({visible: false, showspikes: false, range: body.bounds[c]});
     return {margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink()},
       uirevision: "kept", scene: {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual", camera,

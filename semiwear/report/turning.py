@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from semiwear.plot.flank import WEAR_COLOURS, along_tooth
-from semiwear.plot.style import step_name
+from semiwear.plot.style import need, step_name
 from semiwear.report.markup import element, figure_text
 from semiwear.report.packing import Packer
 from semiwear.report.tooth_shape import ToothShape, tooth_shape
@@ -101,7 +101,7 @@ def turning_flanks(tree: xr.DataTree) -> str:
 
 def _told(tree: xr.DataTree, pack: Packer) -> dict[str, Any]:
     """What the script is told: words and numbers as they are, arrays as places in the packed data."""
-    wear = tree["flank"]["wear_depth"]
+    wear = need(tree, "flank", "wear_depth")
     steps = np.unique(np.linspace(0, wear.sizes["wear_step"] - 1, _MOST_STEPS).round().astype(int))
     bodies = worn_bodies(tree) or (main_body(tree),)
     return {
@@ -207,7 +207,7 @@ def _loaded_rolls(tree: xr.DataTree) -> NDArray[np.int64]:
 
 def _loaded_lines(tree: xr.DataTree, line: FloatArray, rows: NDArray[np.int64]) -> FloatArray:
     """Rows, counted among those that are drawn, of the contact lines of loaded roll positions, (roll, face)."""
-    return np.interp(line[_loaded_rolls(tree)], rows.astype(float), np.arange(rows.size, dtype=float))
+    return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
 def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> dict[str, Any] | None:
@@ -261,7 +261,8 @@ def _controls(told: dict[str, Any]) -> str:
         f'<div class="controls">{"".join(parts)}</div>'
         '<figcaption><p id="turning-told-aloud" role="status"></p>'
         '<p id="turning-help">Drag to turn, or use the arrow keys, + and − while the picture has the focus. Dashed: '
-        "edges of the unworn flank.</p></figcaption></figure>"
+        "edges of the unworn flank. Bright: where the contact line bears at the roll position, in base pitches from "
+        "the pitch point.</p></figcaption></figure>"
     )
 
 

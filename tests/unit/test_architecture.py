@@ -45,7 +45,7 @@ LAYERS = (
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
 
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow")
+EXTRAS = ("matplotlib", "mpl_toolkits", "plotly", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow")
 
 
 def module_name(path: Path) -> str:
