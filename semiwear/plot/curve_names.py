@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+    from matplotlib.typing import ColorType
 
 __all__ = ["name_curves", "name_place"]
 
@@ -97,7 +98,7 @@ def _apart(wanted: np.ndarray, room: np.ndarray) -> np.ndarray:
     return at
 
 
-def _darker(colour: Any) -> tuple[float, ...]:
+def _darker(colour: ColorType) -> tuple[float, ...]:
     from matplotlib.colors import to_rgb
 
     return tuple(_DARKER * part for part in to_rgb(colour))

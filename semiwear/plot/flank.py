@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -159,11 +159,11 @@ def wear_profiles(
     return along_height, along_width
 
 
-def _looks(others: np.ndarray, deepest: float) -> list[tuple[Any, Options]]:
+def _looks(others: np.ndarray, deepest: float) -> list[tuple[float, Options]]:
     """Places of sections with the look of their curves: the deepest one thick, the others without what repeats it."""
     spacing = float(np.ptp(others)) / max(others.size - 1, 1)
     apart = [other for other in dict.fromkeys(others.tolist()) if abs(other - deepest) > 0.25 * spacing]
-    looks: list[tuple[Any, Options]] = [
+    looks: list[tuple[float, Options]] = [
         (other, {"color": colour, "lw": 1.2}) for other, colour in zip(apart, _line_colours(len(apart)), strict=True)
     ]
     return [*looks, (deepest, {"color": "#C1272D", "lw": 2.6, "zorder": 3})]

@@ -9,6 +9,7 @@ import xarray as xr
 from semiwear.plot.history import history_of
 from semiwear.plot.style import label, styled
 from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
+from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
 
@@ -26,7 +27,7 @@ _SIZE = (4.4, 2.8)
 
 
 def effects_section(tree: xr.DataTree) -> str:
-    """Tiles of what the life depends on and of what effects tell, and their course over the steps; empty without."""
+    """Tiles of the life and of what effects tell, and their course over the wear steps; empty without any."""
     told = list(_told(tree))
     numbers = tiles([*_life(tree), *(_tile(title, series) for title, series in told)])
     charts = "".join(_chart(tree, title, series) for title, series in told if series.size > 1)
@@ -43,6 +44,7 @@ def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
     life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
     if not life:
         return
+    yield from life_numbers(tree)
     for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
         change = figure_text(life[f"sensitivity_to_{name}"], 3)
         yield f"Life against {what}", f"{change} %", f"for 1 % more {what}"

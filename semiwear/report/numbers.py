@@ -51,7 +51,7 @@ def _wear(tree: xr.DataTree) -> Iterator[Number]:
 
 
 def _of_module(tree: xr.DataTree, depth: float) -> str:
-    """What share of the module a depth [mm] is, where the scene tells it."""
+    """The share of the module that a depth [mm] is, where the scene tells it."""
     pair = scene_tables(tree).get("gear_pair", {})
     module = pair.get("module_mm", pair.get("normal_module_mm"))
     if not isinstance(module, int | float) or isinstance(module, bool) or module <= 0:
@@ -114,7 +114,7 @@ def _pressure(tree: xr.DataTree) -> Iterator[Number]:
 
 
 def _change(values: np.ndarray, units: str, where: str = "") -> str:
-    """What a value was unworn and by how much it has changed, in words."""
+    """The unworn value and by how much it has changed, in words."""
     first, last = float(values[0]), float(values[-1])
     told = f"{where}; " if where else ""
     if values.size < 2:

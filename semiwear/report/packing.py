@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import base64
 import gzip
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from semiwear.untyped import Table
 
 __all__ = ["Packer"]
 
@@ -25,7 +26,7 @@ class Packer:
         self._parts: list[bytes] = []
         self._at = 0
 
-    def add(self, values: NDArray[np.float64]) -> dict[str, Any]:
+    def add(self, values: NDArray[np.float64]) -> Table:
         """Store an array; returns what finds it again."""
         array = np.asarray(values, float)
         low = float(array.min(initial=np.inf)) if array.size else 0.0

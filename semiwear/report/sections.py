@@ -37,7 +37,7 @@ def inputs(scene: Mapping[str, Value], scene_toml: str) -> str:
         for name, rows in _scene_tables(scene)
         if rows
     )
-    raw = f"<details><summary>Scene as TOML</summary><pre>{escape(scene_toml)}</pre></details>"
+    raw = f"<details><summary>Scene as TOML</summary>{_text('Scene as TOML', scene_toml)}</details>"
     return element("div", tables, class_="scene") + raw
 
 
@@ -60,7 +60,12 @@ def physics(attrs: Mapping[str, str]) -> str:
     """Section on the physics that ran and why, at which fidelity and accuracy."""
     facts = f"<p>Fidelity: <b>{escape(attrs.get('fidelity', 'not stated'))}</b>; "
     facts += f"accuracy: {escape(attrs.get('accuracy', 'not asked for'))}.</p>"
-    return f"{facts}<pre>{escape(attrs.get('physics', 'not stated'))}</pre>"
+    return facts + _text("Physics", attrs.get("physics", "not stated"))
+
+
+def _text(name: str, text: str) -> str:
+    """Text as it stands, which scrolls sideways on its own."""
+    return element("pre", escape(text), tabindex="0", role="region", aria_label=name)
 
 
 def wear_steps(tree: xr.DataTree) -> str:

@@ -1,4 +1,4 @@
-"""What the sections of a report are told, and what a section is."""
+"""The material of a report, its sections, and how they become a page with a list of contents."""
 
 from __future__ import annotations
 

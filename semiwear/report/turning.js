@@ -102,8 +102,9 @@
     const away = Math.sign(last[0] - first[0]) * 0.7 * high;
     first[0] -= away;
     last[0] += away;
-    const [x, y, z] = [0, 1, 2].map(c => [tip, root, first, last].map(point => point[c]));
-    return {type: "scatter3d", mode: "text", x, y, z, text: ["tip", "root", ...body.ends], hoverinfo: "skip",
+    const wide = view.clientWidth > 600, places = wide ? [tip, root, first, last] : [tip, root];
+    const [x, y, z] = [0, 1, 2].map(c => places.map(point => point[c]));
+    return {type: "scatter3d", mode: "text", x, y, z, text: ["tip", "root", ...(wide ? body.ends : [])], hoverinfo: "skip",
       showlegend: false, textfont: {color: ink(), size: 13}, textposition: ["top center", "bottom center",
         "middle center", "middle center"]};
   };
@@ -142,7 +143,7 @@
   const ink = () => dark() ? "#e4eaf0" : "#1d2733";
   // Teeth are of one size to the eye; in a narrow view the eye stands farther off.
   const home = () => {
-    const away = Math.max(1, 1.7 * view.clientHeight / Math.max(view.clientWidth, 1));
+    const away = Math.max(1, 1.9 * view.clientHeight / Math.max(view.clientWidth, 1));
     return {eye: {x: 0.45 * away, y: 1.5 * away, z: 0.75 * away}, center: {x: 0, y: 0, z: 0},
       up: {x: 0, y: 0, z: 1}, projection: {type: "perspective"}};
   };
@@ -151,18 +152,18 @@
       points => Array.from(points).filter((_, k) => k % 3 === c));
     return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
   }).map(([low, high], c, all) => {
-    const room = 0.6 * (all[2][1] - all[2][0]);  // for the words beside the tooth
+    const room = (c === 0 ? 0.8 : 0.25) * (all[2][1] - all[2][0]);  // for the words beside the tooth
     return [low - room, high + room];
   });
   let camera = null;
   const layout = body => {
     body.bounds ??= bounds(body);
-    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.9 / Math.hypot(...sizes);
+    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.8 / Math.hypot(...sizes);
     const axis = c => ({visible: false, showspikes: false, range: body.bounds[c]});
     return {margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink()},
       uirevision: "kept", scene: {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual", camera,
         aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]},
-        dragmode: "turntable"}};
+        domain: {x: [0, 0.94], y: [0, 1]}, dragmode: "turntable"}};
   };
 
   const say = now => {

@@ -12,7 +12,6 @@ import json
 from functools import cache
 from hashlib import sha256
 from importlib import resources
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,6 +24,7 @@ from semiwear.report.packing import Packer
 from semiwear.report.tooth_shape import ToothShape, tooth_shape
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.wearing import main_body, worn_bodies
+from semiwear.untyped import Table
 
 __all__ = ["TURNING_EXTRA", "can_turn", "script_hashes", "turning_flanks"]
 
@@ -99,8 +99,8 @@ def turning_flanks(tree: xr.DataTree) -> str:
     )
 
 
-def _told(tree: xr.DataTree, pack: Packer) -> dict[str, Any]:
-    """What the script is told: words and numbers as they are, arrays as places in the packed data."""
+def _told(tree: xr.DataTree, pack: Packer) -> Table:
+    """Words and numbers for the script as they are, arrays as places in the packed data."""
     wear = need(tree, "flank", "wear_depth")
     steps = np.unique(np.linspace(0, wear.sizes["wear_step"] - 1, _MOST_STEPS).round().astype(int))
     bodies = worn_bodies(tree) or (main_body(tree),)
@@ -111,12 +111,12 @@ def _told(tree: xr.DataTree, pack: Packer) -> dict[str, Any]:
     }
 
 
-def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) -> dict[str, Any]:
+def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) -> Table:
     flank, shape = tree["flank"].to_dataset().sel(body=body), tooth_shape(tree, body)
     rows, columns = _thinned(*shape.flank.shape[:2])
     wear = flank["wear_depth"].values[steps]
     pressure, meaning = _pressure(tree, body, shape)
-    colours: list[dict[str, Any]] = [
+    colours: list[Table] = [
         _quantity("wear", "Wear depth", "µm", WEAR_COLOURS, wear[:, rows][:, :, columns], pack)
     ]
     if pressure is not None:
@@ -153,7 +153,7 @@ def _thinned(profiles: int, faces: int) -> tuple[NDArray[np.int64], NDArray[np.i
     return rows, columns
 
 
-def _quantity(name: str, title: str, units: str, colours: str, values: FloatArray, pack: Packer) -> dict[str, Any]:
+def _quantity(name: str, title: str, units: str, colours: str, values: FloatArray, pack: Packer) -> Table:
     import matplotlib
 
     scale = matplotlib.colormaps[colours](np.linspace(0.0, 1.0, _COLOURS))
@@ -210,7 +210,7 @@ def _loaded_lines(tree: xr.DataTree, line: FloatArray, rows: NDArray[np.int64]) 
     return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
-def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> dict[str, Any] | None:
+def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> Table | None:
     """Load share and line loads of the roll positions that bear; None where the result has none."""
     engagement = group_of(tree, "engagement")
     if "load_share" not in engagement or "line_load" not in engagement:
@@ -225,7 +225,7 @@ def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> di
     }
 
 
-def _controls(told: dict[str, Any]) -> str:
+def _controls(told: Table) -> str:
     """The view with its controls; hidden until the script has drawn it."""
     last = len(told["steps"]) - 1
     bodies = "".join(_option(k, body["name"]) for k, body in enumerate(told["bodies"]))
