@@ -116,9 +116,7 @@ def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) 
     rows, columns = _thinned(*shape.flank.shape[:2])
     wear = flank["wear_depth"].values[steps]
     pressure, meaning = _pressure(tree, body, shape)
-    colours: list[Table] = [
-        _quantity("wear", "Wear depth", "µm", WEAR_COLOURS, wear[:, rows][:, :, columns], pack)
-    ]
+    colours: list[Table] = [_quantity("wear", "Wear depth", "µm", WEAR_COLOURS, wear[:, rows][:, :, columns], pack)]
     if pressure is not None:
         chosen = pressure[steps][:, rows][:, :, columns]
         colours.append(_quantity("pressure", "Contact pressure", "MPa", "viridis", chosen, pack) | {"note": meaning})

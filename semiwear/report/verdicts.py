@@ -50,7 +50,7 @@ def _statements(told: Told, found: Comparison) -> str:
     parts = []
     for name, entries in by_picture:
         title = titles[name].format(body="gear", pitch=pitch_name(told.tree))
-        parts.append(f"<h3>{escape(title)}</h3>" + "".join(map(_comparison, entries)))
+        parts.append(f"<h3>To the picture “{escape(title)}”</h3>" + "".join(map(_comparison, entries)))
     return element("div", "".join(parts), class_="paper")
 
 

@@ -1,3 +1,7 @@
+import base64
+import gzip
+import hashlib
+import json
 import re
 import sys
 
@@ -152,6 +156,17 @@ def test_the_page_needs_nothing_but_itself(page):
     assert "default-src 'none'" in policy and "script-src &#x27;unsafe" not in policy
     links = re.findall('href="([^"]*)"', page)
     assert links and all(re.search(f'<section id="{link[1:]}">', page) for link in links)
+
+
+def test_the_page_runs_no_script_but_its_own(page):
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)', page)[1]
+    (script,) = re.findall("<script>(.*?)</script>", page, flags=re.S)
+    library = gzip.decompress(base64.b64decode(re.search('id="turning-library">([^<]*)', page)[1]))
+    for text in (script.encode(), library):
+        assert base64.b64encode(hashlib.sha256(text).digest()).decode() in policy
+    assert "unsafe-eval" not in policy and len(page.encode()) < 6e6
+    told = json.loads(re.search('id="turning-told">(.*?)</script>', page)[1])
+    assert [body["name"] for body in told["bodies"]] == ["pinion", "gear"]
 
 
 def test_what_came_out_stands_before_what_went_in(page):
