@@ -136,7 +136,8 @@ def wear_profiles(
         deepest = np.unravel_index(int(wear.argmax()), wear.shape)
         faces = wear.shape[1]
         stations = np.linspace(0.08 * faces, 0.92 * faces - 1, max(count - 1, 0)).round().astype(int)
-        for station, look in _looks(stations, int(deepest[1])):
+        for place, look in _looks(stations, int(deepest[1])):
+            station = int(place)
             order = np.argsort(height[:, station])
             name = f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−")
             along_height.plot(height[order, station], wear[order, station], label=name, **look)

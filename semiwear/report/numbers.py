@@ -119,9 +119,14 @@ def _change(values: np.ndarray, units: str, where: str = "") -> str:
     told = f"{where}; " if where else ""
     if values.size < 2:
         return f"{told}unworn"
-    change = 100.0 * (last / first - 1.0) if first else np.nan
-    words = f", {abs(change):.0f} % {'more' if change > 0 else 'less'} now" if np.isfinite(change) else ""
-    return f"{told}{with_unit(first, units)} unworn{words}"
+    return f"{told}{with_unit(first, units)} unworn{_against(last / first) if first > 0.0 else ''}"
+
+
+def _against(ratio: float) -> str:
+    """By how much a value has changed, in words."""
+    if ratio > 2.0:
+        return f", {figure_text(ratio, 2)} times as much now"
+    return f", {100.0 * abs(ratio - 1.0):.0f} % {'more' if ratio > 1.0 else 'less'} now"
 
 
 def _excitation(tree: xr.DataTree) -> Iterator[Number]:
