@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 import xarray as xr
@@ -43,6 +44,9 @@ class ToothShape:
         From the ends of both flanks down to the root; empty where they are not known.
     line : (roll, face) array or None
         Row of the grid, with a fraction, in which the unworn contact line crosses each station.
+    hertz : (roll, face) array or None
+        Pressure of the unworn line contact over the square root of its line load [MPa/(N/mm)^0.5]:
+        sqrt(E*/(pi R)) (Johnson 1985, eq. 4.45).
     """
 
     flank: FloatArray
@@ -51,6 +55,7 @@ class ToothShape:
     fillet: FloatArray
     back_fillet: FloatArray
     line: FloatArray | None
+    hertz: FloatArray | None = None
 
 
 def tooth_shape(tree: xr.DataTree, body: str) -> ToothShape:
@@ -87,21 +92,20 @@ def _in_space(tree: xr.DataTree, scene: Scene, index: int) -> ToothShape:
     tangent = np.stack([-points[..., 1], points[..., 0], np.zeros_like(radius)], axis=-1) / radius[..., None]
     outwards = tangent * np.sign(np.mean(np.sum(normals * tangent, axis=-1)))
     across = prism.tooth_length / prism.width  # a section is normal to the tooth, `outwards` is around the axis
-    half = across * _half_thickness(prism, stations, nodes).T
-    back = _turned(points, -2.0 * half / radius * np.sign(np.sum(outwards * tangent, axis=-1)))
+    half = np.arcsin(across * _half_thickness(prism, stations, nodes).T / radius)  # angle about the axis
+    half *= -np.sign(np.sum(outwards * tangent, axis=-1))  # to the tooth's middle
+    back = _turned(points, 2.0 * half)
     up = points[-1] - points[0]
     up = up - np.sum(up * outwards[0], axis=-1, keepdims=True) * outwards[0]
-    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    up = _turned(up / np.linalg.norm(up, axis=-1, keepdims=True), half[0])
     aside, down = _fillets(prism, stations)
-    fillets = [
-        start[None] + sign * across * aside[..., None] * outwards[0] + down[..., None] * up
-        for start, sign in ((points[0], 1.0), (back[0], -1.0))
-    ]
+    sideways = across * aside[..., None] * _turned(outwards[0], half[0])
+    fillets = [points[0] + sideways + down[..., None] * up, back[0] - sideways + down[..., None] * up]
     frame, middle = _frame(points, normals, up), points.mean(axis=(0, 1))
     moved = ((values - middle) @ frame.T for values in (points, back, *fillets))
     flank, other, fillet, back_fillet = moved
-    line = _lines(tree, scene, index, stations, nodes)
-    return ToothShape(flank, normals @ frame.T, other, fillet, back_fillet, line)
+    lines = _lines(tree, scene, index, stations, nodes)
+    return ToothShape(flank, normals @ frame.T, other, fillet, back_fillet, *lines)
 
 
 def _nodes(pair: FlankPair, index: int, stations: FloatArray, points: int, worn: bool) -> FloatArray:
@@ -166,12 +170,17 @@ def _frame(points: FloatArray, normals: FloatArray, up: FloatArray) -> FloatArra
     return np.stack([side * along, side * out, height])
 
 
-def _lines(tree: xr.DataTree, scene: Scene, index: int, stations: FloatArray, nodes: FloatArray) -> FloatArray | None:
-    """Where the contact lines of the scene's placement cross the stations, in rows of the grid, (roll, face)."""
+def _lines(
+    tree: xr.DataTree, scene: Scene, index: int, stations: FloatArray, nodes: FloatArray
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """`ToothShape.line` and `ToothShape.hertz` of the scene's placement."""
     if "engagement" not in tree.children:
-        return None
+        return None, None
     roll = np.asarray(tree["engagement"]["roll_position"].values, float)
-    traced = trace_contact_lines(plan(scene).flank_pair(), roll, stations)
+    physics = plan(scene)
+    traced = trace_contact_lines(physics.flank_pair(), roll, stations)
     places = traced.profile if index == DRIVEN else traced.driving_profile
     rows = np.arange(nodes.shape[1], dtype=float)
-    return np.stack([np.interp(places[:, i], nodes[i], rows) for i in range(stations.size)], axis=1)
+    line = np.stack([np.interp(places[:, i], nodes[i], rows) for i in range(stations.size)], axis=1)
+    curvature = np.maximum(traced.separation[2], 0.0) / traced.spacing**2
+    return line, np.sqrt(physics.modulus * curvature / pi)

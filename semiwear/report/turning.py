@@ -36,12 +36,13 @@ FloatArray = NDArray[np.float64]
 _MOST_NODES, _MOST_STEPS = 9000, 16  # of a body that is drawn, with the first and the last of each
 _COLOURS = 24  # of a scale
 _DRAWN_DEPTH = 0.15  # of the tooth's height: about how deep the greatest wear is drawn
+_ABOVE = 1.03  # of the run's pressure: by so much Hertz's law may be off away from edges
 _LOADED = 1e-6  # of the load: rounding below
 
 _BY_PATTERN = "greatest pressure that each point feels in a mesh"
 _BY_LINES = (
-    "the greatest pressure of each roll position away from edges, spread along its contact line as the square root "
-    "of the load, which is exact where the curvature is even"
+    "the greatest pressure of each roll position away from edges, spread along its contact line as Hertz's law does "
+    "with the load there and the curvature of the unworn flanks"
 )
 
 
@@ -180,12 +181,10 @@ def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArr
     flank, engagement = group_of(tree, "flank"), group_of(tree, "engagement")
     if body == "gear" and "contact_pattern" in flank:
         return np.asarray(flank["contact_pattern"].values, float), _BY_PATTERN
-    if shape.line is None or "line_load" not in engagement:
+    if shape.line is None or shape.hertz is None or "line_load" not in engagement:
         return None, ""
     load = np.asarray(engagement["line_load"].values, float)
-    greatest = np.nan_to_num(away_from_edges(engagement).values)
-    heaviest = np.maximum(load.max(axis=-1, keepdims=True), np.finfo(float).tiny)
-    along_line = greatest[..., None] * np.sqrt(load / heaviest)
+    along_line = _along_lines(np.nan_to_num(away_from_edges(engagement).values), shape.hertz * np.sqrt(load))
     on_flank = np.zeros((load.shape[0], *shape.flank.shape[:2]))
     rows = np.arange(shape.flank.shape[0], dtype=float)
     for i in range(load.shape[-1]):
@@ -196,6 +195,28 @@ def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArr
         for step, values in enumerate(along_line[:, order, i]):
             on_flank[step, :, i] = np.interp(rows, shape.line[order, i], values, left=0.0, right=0.0)
     return on_flank, _BY_LINES
+
+
+def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
+    """Pressure along contact lines, (wear_step, roll, face) [MPa].
+
+    Parameters
+    ----------
+    greatest : (wear_step, roll) array [MPa]
+        What the run found away from edges; 0 where edges alone bear.
+    hertz : (wear_step, roll, face) array [MPa]
+        By the line loads of the run and the curvature of unworn flanks.
+
+    Returns
+    -------
+    array
+        `hertz` in the ratio in which the run's pressure stands to it where it is greatest, and no more than that:
+        slices that Hertz's law has above the run's pressure when unworn are those at the ends, which are edges.
+    """
+    inside = (hertz[0] <= _ABOVE * greatest[0][:, None]) | (greatest[0] == 0.0)[:, None]
+    highest = np.max(hertz, axis=-1, where=inside, initial=0.0)
+    ratio = np.divide(greatest, highest, out=np.zeros_like(greatest), where=highest > 0.0)
+    return np.asarray(np.minimum(ratio[..., None] * hertz, greatest[..., None]))
 
 
 def _loaded_rolls(tree: xr.DataTree) -> NDArray[np.int64]:

@@ -99,6 +99,17 @@ def test_teeth_stand_upright_with_their_flank_to_the_viewer(scene, body):
 
 
 @pytest.mark.parametrize("body", BODIES)
+def test_both_sides_of_a_spur_tooth_mirror_each_other(body):
+    shape = tooth_shape(bare(SPUR), body)
+    for one, other in ((shape.flank, shape.back), (shape.fillet, shape.back_fillet)):
+        np.testing.assert_allclose(
+            one[..., 2], other[..., 2], atol=1e-4
+        )  # of a section as a chain of straight pieces
+        middle = 0.5 * (one + other)[..., 1]
+        np.testing.assert_allclose(middle, middle[0, 0], atol=5e-4)
+
+
+@pytest.mark.parametrize("body", BODIES)
 def test_contact_of_a_spur_pair_is_on_the_pitch_cylinder_at_roll_position_0(body):
     tree = bare(SPUR)
     height = tree["flank"]["flank_height"].sel(body=body).values
@@ -123,13 +134,14 @@ def test_pressure_is_spread_along_lines_and_keeps_its_peaks():
     profiles, faces, rolls = 41, 33, engagement.sizes["roll_position"]
     row = (np.arange(rolls) - 4.0)[:, None] * np.ones(faces)  # a roll position at every node
     nothing = np.zeros((profiles, faces, 3))
-    shape = ToothShape(nothing, nothing, nothing, nothing[:0], nothing[:0], np.clip(row, 0.0, 40.0))
+    load, wanted = engagement["line_load"].values, engagement["contact_pressure_max"].values
+    hertz = wanted[0][:, None] / np.sqrt(load[0].max(axis=-1, keepdims=True)) * np.ones(faces)
+    shape = ToothShape(nothing, nothing, nothing, nothing[:0], nothing[:0], np.clip(row, 0.0, 40.0), hertz)
     pressure, meaning = turning._pressure(tree, "pinion", shape)
-    assert pressure.shape == (3, profiles, faces) and "square root" in meaning
+    assert pressure.shape == (3, profiles, faces) and "Hertz" in meaning
     # where a line is loaded most the run's pressure comes back
-    wanted = engagement["contact_pressure_max"].values
     on_flank = (row[:, 0] > 0.0) & (row[:, 0] < 40.0)
-    heaviest = engagement["line_load"].values.argmax(axis=-1)
+    heaviest = load.argmax(axis=-1)
     for step in range(3):
         for roll in np.flatnonzero(on_flank & (engagement["load_share"].values[step] > 1e-3)):
             found = np.interp(row[roll, 0], np.arange(profiles), pressure[step, :, heaviest[step, roll]])
@@ -138,6 +150,16 @@ def test_pressure_is_spread_along_lines_and_keeps_its_peaks():
     pattern, meaning = turning._pressure(tree, "gear", shape)
     np.testing.assert_array_equal(pattern, tree["flank"]["contact_pattern"].values)
     assert "each point" in meaning
+
+
+def test_pressure_is_hertzs_where_the_run_had_it_and_ends_of_lines_stay_below():
+    hertz = np.array([[[900.0, 800.0, 1500.0]], [[900.0, 400.0, 1200.0]]])  # (wear_step, roll, face)
+    greatest = np.array([[900.0], [1350.0]])
+    found = turning._along_lines(greatest, hertz)
+    np.testing.assert_allclose(found[0, 0], [900.0, 800.0, 900.0])  # the last slice is an end: more than the run has
+    np.testing.assert_allclose(found[1, 0], [1350.0, 600.0, 1350.0])
+    alone = turning._along_lines(np.array([[0.0]]), hertz[:1])
+    np.testing.assert_array_equal(alone, 0.0)
 
 
 @given(arrays.arrays(float, arrays.array_shapes(max_dims=3, max_side=6), elements=st.floats(-1e4, 1e4)))
