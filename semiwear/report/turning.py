@@ -126,7 +126,7 @@ def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) 
     colours.append(_quantity("sliding", "Specific sliding", "", "cividis", sliding, pack) | {"note": note})
     along, name = along_tooth(tree, body)
     ends = [f"{name} {figure_text(float(along.values[:, k].mean()), 3)} mm" for k in (0, -1)]
-    height = float(np.ptp(shape.flank[..., 2]))
+    height, lines = float(np.ptp(shape.flank[..., 2])), _loaded_lines(tree, shape.line, rows)
     return {
         "name": body,
         "ends": ends,
@@ -138,7 +138,7 @@ def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) 
         "backFillet": pack.add(shape.back_fillet[:, columns]),
         "wear": colours[0]["values"],
         "quantities": colours,
-        "line": None if shape.line is None else pack.add(_loaded_lines(tree, shape.line, rows)[:, columns]),
+        "line": None if lines is None else pack.add(lines[:, columns]),
         "columns": columns.tolist(),
     }
 
@@ -167,7 +167,7 @@ def _quantity(name: str, title: str, units: str, colours: str, values: FloatArra
 
 
 def _factors(height: float, deepest: float) -> list[int]:
-    """How many times deeper wear may be drawn than it is; the third is what is drawn at first."""
+    """How many times deeper wear may be drawn than it is; the last but one is drawn at first."""
     if deepest <= 0.0:
         return [1]
     wanted = max(_DRAWN_DEPTH * height / deepest, 1.0)
@@ -224,19 +224,23 @@ def _loaded_rolls(tree: xr.DataTree) -> NDArray[np.int64]:
     return np.flatnonzero((share > _LOADED).any(axis=0))
 
 
-def _loaded_lines(tree: xr.DataTree, line: FloatArray, rows: NDArray[np.int64]) -> FloatArray:
+def _tells_loads(tree: xr.DataTree) -> bool:
+    engagement = group_of(tree, "engagement")
+    return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
+
+
+def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: NDArray[np.int64]) -> FloatArray | None:
     """Rows, counted among those that are drawn, of the contact lines of loaded roll positions, (roll, face)."""
+    if line is None or not _tells_loads(tree):
+        return None
     return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
 def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> Table | None:
     """Load share and line loads of the roll positions that bear; None where the result has none."""
-    engagement = group_of(tree, "engagement")
-    if "load_share" not in engagement or "line_load" not in engagement:
+    if not _tells_loads(tree):
         return None
-    rolls = _loaded_rolls(tree)
-    if not rolls.size:
-        return None
+    engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
     return {
         "roll": [f"{roll:+.2f}".replace("-", "−") for roll in engagement["roll_position"].values[rolls]],
         "share": pack.add(engagement["load_share"].values[steps][:, rolls]),

@@ -41,6 +41,7 @@ def bare(scene, stations=9, points=61):
         {
             "flank_height": (dims, height),
             "flank_radius": (dims, radius),
+            "specific_sliding": (dims, np.zeros(height.shape)),
             "wear_depth": (("wear_step", *dims), np.ones((2, *height.shape))),
         },
         {"face": face, "body": list(BODIES), "meshes": ("wear_step", [0.0, 1e6])},
@@ -116,6 +117,13 @@ def test_contact_of_a_spur_pair_is_on_the_pitch_cylinder_at_roll_position_0(body
     line = tooth_shape(tree, body).line[2]
     at = [np.interp(row, np.arange(height.shape[0]), height[:, k]) for k, row in enumerate(line)]
     np.testing.assert_allclose(at, 0.0, atol=2e-3)
+
+
+def test_without_loads_there_is_a_tooth_and_no_contact_line():
+    told = turning._told(bare(SPUR), Packer())
+    assert told["engagement"] is None and all(body["line"] is None for body in told["bodies"])
+    assert "turning-roll" not in turning._controls(told) and "turning-body" in turning._controls(told)
+    assert [one["name"] for one in told["bodies"][0]["quantities"]] == ["wear", "sliding"]
 
 
 @pytest.mark.parametrize("scene_toml", ["", "this is = no toml = at all", SPUR.to_toml()])
