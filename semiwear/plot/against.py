@@ -106,7 +106,7 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
                     highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
         pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
         pressure = need(tree, "engagement", "contact_pressure_max")
-        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure))
+        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
         name_curves(ax)
     return ax
 

@@ -276,4 +276,4 @@ def mark_pitch_band(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2", *, bod
 def _line_colours(count: int) -> list[tuple[float, ...]]:
     import matplotlib
 
-    return [tuple(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0.0, 0.88, count))]
+    return [tuple(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0.0, 0.7, count))]

@@ -263,7 +263,8 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_profiles",
         "Sections through the wear of the {body}",
-        "Wear depth along the tooth height at a few places, and along the face width at a few heights.",
+        "Wear depth along the tooth height at a few places, and along the face width at a few heights; thick, "
+        "through the deepest place.",
         _flank_text,
         "flank",
         panels=2,
