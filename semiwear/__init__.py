@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from semiwear import plot
     from semiwear.accuracy import simulate
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.check.margins import check_geometry
+    from semiwear.citing import citations
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
     from semiwear.export import export_flank
     from semiwear.loading import load_scene
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.results.life_axis import life_in
     from semiwear.scatter import (
         LogNormal,
         Normal,
@@ -55,8 +58,11 @@ __all__ = [
     "Triangular",
     "Uniform",
     "calibrate",
+    "check_geometry",
+    "citations",
     "compare_wear",
     "export_flank",
+    "life_in",
     "load_scene",
     "loaded_contact",
     "measured_load",
@@ -82,6 +88,8 @@ __all__ = [
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "check.margins": ("check_geometry",),
+    "citing": ("citations",),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
     "export": ("export_flank",),
     "loading": ("load_scene",),
@@ -89,6 +97,7 @@ _MODULES = {
     "measured_load": ("measured_load",),
     "optimise": ("optimise",),
     "plan": ("plan",),
+    "results.life_axis": ("life_in",),
     "results": ("open_results", "save"),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),

@@ -1,4 +1,4 @@
-"""Command line: new, fields, run, plan, screen, sweep, optimise, calibrate, report."""
+"""Command line: from a new scene to a report; `semiwear --help` lists the commands."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import semiwear as sw
 from semiwear.check import geometric_problems
 from semiwear.console import tolerant_streams
 from semiwear.errors import SceneError, SemiwearError
+from semiwear.references.listing import KINDS, named_text
+from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
 from semiwear.scene.guide import fields_text, json_schema
 from semiwear.scene.schema import SCHEMAS
+from semiwear.scene.units import LIFE_UNITS
+from semiwear.targets import RESULTS
 from semiwear.untyped import Value
 
 __all__ = ["main"]
@@ -28,7 +33,7 @@ _SET_HELP = "change a field of the scene, remove it (KEY=none), or add an effect
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status.
 
-    That is 0, or 2 for an error that the user can mend, or 130 after Ctrl-C.
+    That is 0, or 1 where `check` finds a limit broken, or 2 for an error that the user can mend, or 130 after Ctrl-C.
     """
     with tolerant_streams() as streams:
         status = _main(arguments)
@@ -39,16 +44,16 @@ def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
         # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
-        given = (options, _scene(options)) if "scene" in options else (options,)
+        checked = "scene" in options and options.command != "check"
+        given = (options, _scene(options)) if checked else (options,)
         command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
-        command(*given)
+        return command(*given) or 0
     except (SemiwearError, OSError) as error:
         print(f"semiwear: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"semiwear: stopped{_commands().kept(options)}", file=sys.stderr)
         return 130
-    return 0
 
 
 def _plan(options: argparse.Namespace, scene: sw.Scene) -> None:
@@ -63,7 +68,34 @@ def _fields(options: argparse.Namespace) -> None:
         print(fields_text(options.kind, options.table))
 
 
-_LIGHT: dict[str, Callable[..., None]] = {"plan": _plan, "fields": _fields}
+def _materials(options: argparse.Namespace) -> None:
+    kinds = (options.kind,) if options.kind else KINDS
+    if options.json:
+        print(json.dumps({kind: named_sets(kind) for kind in kinds}, indent=1))
+    else:
+        print(named_text(kinds))
+
+
+def _cite(options: argparse.Namespace) -> None:
+    is_result = options.of not in sw.shipped_scenes() and Path(options.of).suffix.casefold() in RESULTS
+    print(sw.citations(sw.open_results(options.of) if is_result else sw.load_scene(options.of)))
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Tell every limit of a scene's teeth, also of one that breaks them; 1 where it does."""
+    scene = load_scene(options.scene)
+    checked = sw.check_geometry(scene.replace(_changes(options)) if options.set else scene)
+    print(json.dumps(checked.to_dict(), indent=1) if options.json else checked)
+    return 0 if checked.holds else 1
+
+
+_LIGHT: dict[str, Callable[..., int | None]] = {
+    "plan": _plan,
+    "fields": _fields,
+    "materials": _materials,
+    "cite": _cite,
+    "check": _check,
+}
 
 
 def _commands() -> ModuleType:
@@ -78,6 +110,10 @@ def _parser() -> argparse.ArgumentParser:
     of_scene.add_argument("scene", help="a shipped scene's name, or a TOML file")
     of_scene.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help=_SET_HELP)
 
+    of_page = argparse.ArgumentParser(add_help=False)
+    what = "count the life in pictures of the report in: meshes (default), hours, or km of sliding"
+    of_page.add_argument("--over", choices=LIFE_UNITS, default="meshes", help=what)
+
     new = commands.add_parser("new", help="write a commented scene to start from")
     new.add_argument("kind", choices=tuple(SCHEMAS), help="kind of gear pair")
     new.add_argument("-o", "--output", metavar="FILE", help="the scene, *.toml; default: my_KIND.toml")
@@ -87,7 +123,21 @@ def _parser() -> argparse.ArgumentParser:
     fields.add_argument("--kind", choices=tuple(SCHEMAS), default="cylindrical", help="kind of gear pair")
     fields.add_argument("--json-schema", action="store_true", help="print the JSON schema of scenes, for editors")
 
-    run = commands.add_parser("run", help="simulate a scene", parents=[of_scene])
+    what = "list named materials, wear coefficients and oils, with their sources"
+    materials = commands.add_parser("materials", help=what)
+    materials.add_argument("kind", nargs="?", choices=KINDS, help="of this kind alone")
+    materials.add_argument("--json", action="store_true", help="print them for machines")
+
+    what = "tell every limit of a scene's teeth, what it has, and what would be legal"
+    check = commands.add_parser("check", help=what, parents=[of_scene], epilog="exit status 1: a limit is broken")
+    check.add_argument("--json", action="store_true", help="print them for machines")
+
+    what = "draw a scene's teeth and the path of contact"
+    geometry = commands.add_parser("geometry", help=what, parents=[of_scene])
+    what = "the picture: *.png, *.svg or *.pdf; default: teeth.png"
+    geometry.add_argument("-o", "--output", metavar="FILE", default="teeth.png", help=what)
+
+    run = commands.add_parser("run", help="simulate a scene", parents=[of_scene, of_page])
     run.add_argument("-o", "--output", metavar="FILE", help="write the result as netCDF")
     run.add_argument("--resume", action="store_true", help="go on from the wear steps in FILE.partial (see -o)")
     run.add_argument("--report", metavar="FILE", help="write the result as a self-contained HTML page")
@@ -134,17 +184,24 @@ def _parser() -> argparse.ArgumentParser:
         help="coefficient of variation of k from part to part, for the life; default 0.5",
     )  # fmt: skip
 
-    report = commands.add_parser("report", help="make the HTML page of a result")
+    report = commands.add_parser("report", help="make the HTML page of a result", parents=[of_page])
     report.add_argument("file", help="a netCDF file that semiwear wrote")
     report.add_argument("-o", "--output", metavar="FILE", help="default: the file's name with .html")
     report.add_argument(
         "--against", metavar="FILE", help="another result of the same flank grid, e.g. of fidelity patch"
     )
+
+    cite = commands.add_parser("cite", help="print what to cite for a result or a scene, as BibTeX")
+    cite.add_argument("of", metavar="FILE", help="a result (netCDF), a scene file, or a shipped scene")
     return parser
 
 
+def _changes(options: argparse.Namespace) -> dict[str, Value]:
+    return dict(_assignment(text) for text in options.set)
+
+
 def _scene(options: argparse.Namespace) -> sw.Scene:
-    changes = dict(_assignment(text) for text in options.set)
+    changes = _changes(options)
     fidelity = getattr(options, "fidelity", None)
     if fidelity is not None and changes.setdefault("numerics.fidelity", fidelity) != fidelity:
         allowed = f"what --set numerics.fidelity={changes['numerics.fidelity']} says, or only one of the two"

@@ -14,7 +14,7 @@ __all__ = ["result_section"]
 def result_section(told: Told) -> str:
     """The worn flank beside the numbers that matter, then advice and the other numbers."""
     still = "".join(card(drawn) for drawn in told.drawn if drawn.picture.part == "first" and drawn.uri)
-    turning = turning_flanks(told.tree)
+    turning = turning_flanks(told.counted)
     note = ""
     if still and not can_turn():
         install = element("code", f"pip install 'semiwear[{TURNING_EXTRA}]'")

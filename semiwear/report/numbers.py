@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.report.markup import element, figure_text, tiles, with_unit
+from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, pitch_surface, scene_tables, worn_bodies
@@ -78,25 +79,16 @@ def _run(tree: xr.DataTree) -> Iterator[Number]:
     if "meshes" not in history.coords or "flank" not in tree.children:
         return
     meshes = np.asarray(history["meshes"].values, float)
-    hours = _hours(tree, float(meshes[-1]))
-    note = f"{hours}in {meshes.size - 1} wear steps"
+    hours = hours_of(tree)
+    note = f"in {meshes.size - 1} wear steps"
+    if hours is not None:
+        note = f"{figure_text(float(hours[-1]), 3)} h, {note}"
     depth = group_of(tree, "flank")["wear_depth"].max(("body", "profile", "face")).values
     if meshes.size > 2 and depth[1] > 0.0:
         first, last = depth[1] / meshes[1], (depth[-1] - depth[-2]) / (meshes[-1] - meshes[-2])
         change = 100.0 * (last / first - 1.0)
         note += f"; the deepest place wears {abs(change):.0f} % {'faster' if change > 0 else 'slower'} than at first"
     yield "Meshes of a gear tooth", figure_text(meshes[-1], 4), note
-
-
-def _hours(tree: xr.DataTree, meshes: float) -> str:
-    """Running time of meshes of a gear tooth, where the scene tells speed and teeth."""
-    scene = scene_tables(tree)
-    pair, operation = scene.get("gear_pair", {}), scene.get("operation", {})
-    told = [operation.get("pinion_speed_rpm"), pair.get("pinion_teeth"), pair.get("gear_teeth")]
-    if not all(isinstance(value, int | float) and value for value in told):
-        return ""
-    speed, pinion, gear = (abs(float(value)) for value in told)
-    return f"{figure_text(meshes * gear / pinion / (60.0 * speed), 3)} h, "
 
 
 def _pressure(tree: xr.DataTree) -> Iterator[Number]:

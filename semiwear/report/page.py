@@ -19,6 +19,7 @@ from semiwear.report.told import Section, Told, contents, written
 from semiwear.report.turning import script_hashes
 from semiwear.report.verdicts import verdicts_section
 from semiwear.report.writing import document, page_target, write_page
+from semiwear.results.life_axis import life_in
 
 __all__ = ["SECTIONS", "write_report"]
 
@@ -43,7 +44,9 @@ SECTIONS: tuple[Section, ...] = (
 """The sections in the order of the page: what came out, how it came to be, what went in."""
 
 
-def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
+def write_report(
+    tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None, *, over: str = "meshes"
+) -> Path:
     """Write a result as one self-contained HTML page: what has worn and what that means first, what went in last.
 
     Pictures are inside the file and nothing is loaded from elsewhere. With the extra ``report`` the worn flank can
@@ -60,6 +63,8 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     against : DataTree, optional
         Another result on the same flank grid, such as that of the other fidelity: the page then says where the two
         differ, by how much and why.
+    over : str
+        What pictures count a life in: ``"meshes"``, ``"hours"`` or ``"km"`` of sliding, see `life_in`.
 
     Returns
     -------
@@ -80,7 +85,7 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
     target = page_target(path)
     with styled():  # asks for the extra before anything is drawn
-        page = _page(Told(tree, against))
+        page = _page(Told(tree, against, life_in(tree, over)))
     write_page(target, page)
     return Path(path)
 

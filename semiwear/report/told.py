@@ -25,10 +25,13 @@ class Told:
     ----------
     tree : DataTree
     against : DataTree or None
+    counted : DataTree
+        The result for pictures: its life in what they are to count.
     """
 
     tree: xr.DataTree
-    against: xr.DataTree | None = None
+    against: xr.DataTree | None
+    counted: xr.DataTree
 
     @cached_property
     def attrs(self) -> dict[str, str]:
@@ -43,7 +46,7 @@ class Told:
     @cached_property
     def drawn(self) -> list[Drawn]:
         """Every picture of the result."""
-        return draw_all(self.tree)
+        return draw_all(self.counted)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ LAYERS = (
     ("plan", "collect"),
     ("life",),
     ("simulate",),
-    ("analyses", "export", "screen", "loading", "measured_load"),
+    ("analyses", "citing", "export", "screen", "loading", "measured_load"),
     ("measured",),
     ("plot",),
     ("report", "sweep", "accuracy"),
@@ -141,6 +141,7 @@ def test_no_circle_of_imports():
 LATE = {
     "semiwear",
     "semiwear.check",
+    "semiwear.check.margins",
     "semiwear.cli",
     "semiwear.contact",
     "semiwear.plan",
