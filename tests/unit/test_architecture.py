@@ -48,6 +48,7 @@ RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
 EXTRAS = (
     "matplotlib",
     "mpl_toolkits",
+    "plotly",
     "tqdm",
     "pypardiso",
     "dask",
