@@ -28,6 +28,8 @@ from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
+from semiwear.scene.rating_tables import RatingTable
+from semiwear.screen_ratings import nearness
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table
@@ -50,6 +52,7 @@ QUANTITIES = (
 
 _SPEED = "operation.pinion_speed_rpm"
 _HARDNESS, _LIFE = "wear_law.hardness", "run_life"
+_UNRATED = "not run: tells a safety and changes nothing; its table needs data of the materials"
 _RUNS = 2  # before and after the effects; other work on the machine only adds to the time
 _HEAD = ("effect", "on", "wear", "pressure", "root p", "root g", "TE mean", "TE ampl", "time", "verdict")
 
@@ -253,6 +256,8 @@ def _cost_of_life(scene: Scene) -> str:
 def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
     """The row of an effect; its time in seconds."""
     present = scene.effects.get(name) is not None
+    if issubclass(EFFECTS[name], RatingTable):
+        return ScreenedEffect(name, present, {}, None, nearness(scene, name) if present else _UNRATED)
     if name == _LIFE:
         note = _cost_of_life(scene) if scene.wear is not None else "not run: needs [wear]"
         return ScreenedEffect(name, present, {}, None, note)

@@ -21,6 +21,7 @@ from xarray import DataTree
 
 from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
 from semiwear.errors import ConvergenceError
+from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
 from semiwear.simulate import NoProgress, Progress, require_checkpoint
@@ -232,6 +233,8 @@ def _tell(tree: DataTree, errors: Errors, asked: float) -> None:
     estimates = group["error_estimate"]
     told = np.array([errors[str(name)] for name in estimates["quantity"].values])
     tree["diagnostics"].dataset = group.assign(error_estimate=estimates.copy(data=told))
+    if "ratings" in tree.children:
+        with_rating_errors(tree)
     tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.2g} estimated"
 
 

@@ -5,7 +5,7 @@ What is not chosen is not constructed. `choices` says what was chosen, `teeth` a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
@@ -38,13 +38,14 @@ from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
 from semiwear.plan.named_data import data_choices
+from semiwear.plan.ratings import Known, Ratings, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping, WearMultipliers
 from semiwear.wear.step_count import steps_of_life
-from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
+from semiwear.wear.stepping import ControlPoint, LoadCase, WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
 if TYPE_CHECKING:
@@ -252,6 +253,19 @@ class Plan:
         if film is not None:
             found.append(observers.Film(speeds, film))
         return tuple(found)
+
+    def ratings(
+        self,
+        stepper: WearStepper,
+        states: Sequence[WearState],
+        hours_per_mesh: float | None,
+        known: Sequence[Known] = (),
+    ) -> Ratings | None:
+        """Failure modes of worn states, the first of them unworn; None where the scene names none.
+
+        Arguments are those of `semiwear.plan.ratings.rated_states`.
+        """
+        return rated_states(self.scene, stepper, states, hours_per_mesh, self.clock, known)
 
     # ---- parts
 

@@ -2,7 +2,7 @@
 
 Each name of `__all__` draws one result; `against` holds pictures of two, `measured_wear` draws a comparison with a
 measurement, `geometry_figure` and its parts a scene before it runs, and `sweep_curves`, `sweep_map` and
-`sweep_samples` a sweep.
+`sweep_samples` a sweep. `safety_history` and `safety_map` draw what results with ratings of failure modes have.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from semiwear.plot.history import (
     wear_history,
 )
 from semiwear.plot.measured import measured_wear as measured_wear
+from semiwear.plot.ratings import safety_history as safety_history
+from semiwear.plot.ratings import safety_map as safety_map
 from semiwear.plot.sweeps import sweep_curves as sweep_curves
 from semiwear.plot.sweeps import sweep_map as sweep_map
 from semiwear.plot.sweeps import sweep_samples as sweep_samples

@@ -229,11 +229,23 @@ def on_flank(tree: xr.DataTree, body: str, wear_step: int) -> tuple[np.ndarray, 
 
 
 def flank_axes(
-    ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float, body: str = "gear"
+    ax: Axes,
+    tree: xr.DataTree,
+    values: np.ndarray,
+    colours: str,
+    low: float,
+    high: float,
+    body: str = "gear",
+    *,
+    smooth: bool = True,
 ) -> QuadMesh:
-    """Draw values over (profile, face) as colours along the tooth and over the height of a flank."""
+    """Draw values over (profile, face) as colours along the tooth and over the height of a flank.
+
+    `smooth` colours need a value everywhere.
+    """
     along, height, _ = on_flank(tree, body, 0)
-    mesh = ax.pcolormesh(along, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True)
+    scale: Options = {"cmap": colours, "vmin": low, "vmax": high, "shading": "gouraud" if smooth else "nearest"}
+    mesh = ax.pcolormesh(along, height, values, rasterized=True, **scale)
     ax.set(
         xlabel=label_along(tree, body),
         ylabel=height_label(tree, body),

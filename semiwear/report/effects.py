@@ -41,7 +41,8 @@ def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    told = group_of(tree, "life").data_vars.items()
+    life = {str(name): float(value) for name, value in told if value.dtype.kind == "f"}
     if not life:
         return
     yield from life_numbers(tree)

@@ -15,6 +15,7 @@ from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
 from semiwear.report.first_screen import result_section
 from semiwear.report.picture_cards import cards_of, left_out
+from semiwear.report.ratings import ratings_section
 from semiwear.report.told import Section, Told, contents, written
 from semiwear.report.turning import script_hashes
 from semiwear.report.verdicts import verdicts_section
@@ -25,6 +26,7 @@ __all__ = ["SECTIONS", "write_report"]
 
 SECTIONS: tuple[Section, ...] = (
     Section("Result", result_section),
+    Section("What ends the life", lambda told: ratings_section(told.tree)),
     Section("Worn flanks", lambda told: cards_of(told, "flank")),
     Section("Over the life", lambda told: cards_of(told, "life")),
     Section("Through the mesh", lambda told: cards_of(told, "mesh")),

@@ -10,6 +10,7 @@ from functools import partial
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.effects import EFFECTS
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.reading import Reading
 from semiwear.scene.rule import Rule
 from semiwear.scene.values import shown
@@ -40,7 +41,17 @@ def find_missing_needs(reading: Reading) -> list[Problem]:
     return [
         Problem(need, None, _allowed(need, reading.schema.rules), f"needed by {' and '.join(users)}: add it")
         for need, users in needed_by.items()
-    ]
+    ] + _no_mode_to_fail(reading)
+
+
+def _no_mode_to_fail(reading: Reading) -> list[Problem]:
+    """The problem of a life that is to end at a failure of which the scene rates none."""
+    key = "effects.run_life.ends_at"
+    modes = [f"[effects.{name}]" for name, kind in EFFECTS.items() if issubclass(kind, RatingTable)]
+    rated = any(mode.strip("[]") in reading.tables for mode in modes)
+    if reading.given.get(key) != "first_failure" or rated:
+        return []
+    return [Problem(key, "first_failure", f"needs one of {', '.join(modes)}", 'add one of them, or give "depth"')]
 
 
 def _needs(effect: str, reading: Reading) -> tuple[str, ...]:
@@ -101,6 +112,13 @@ def _no_more_deviations_than_teeth(teeth: int, deviations: tuple[float, ...]) ->
     if len(deviations) > teeth:
         fix = f"there are {len(deviations)}: one for each tooth of the pinion, or a few that repeat around it"
         yield Problem("effects.pitch_error.pinion_um", shown(list(deviations)), f"at most {teeth} deviations", fix)
+
+
+@_across("effects.bending", "required_safety", "numerics.tooth_compliance")
+def _root_stress_needs_compliant_teeth(_: float, compliance: str) -> Iterator[Problem]:
+    if compliance == "rigid":
+        fix = 'rigid teeth have no root stress, which [effects.bending] needs: give "prism", or remove that table'
+        yield Problem("numerics.tooth_compliance", compliance, 'other than "rigid"', fix)
 
 
 @_across("effects.run_life", "body", "wear.worn_bodies")

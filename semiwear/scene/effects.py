@@ -17,11 +17,13 @@ from semiwear.scene.mechanical_effects import (
     RunLife,
     ShaftCompliance,
 )
+from semiwear.scene.rating_tables import Bending, Pitting, RatingTable
 from semiwear.scene.tribological_effects import FlashTemperature, Friction, Lubrication
 from semiwear.scene.wear_laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
 
 __all__ = [
     "EFFECTS",
+    "Bending",
     "EffectTable",
     "Effects",
     "FlankModification",
@@ -36,6 +38,8 @@ __all__ = [
     "Misalignment",
     "Modifications",
     "PitchError",
+    "Pitting",
+    "RatingTable",
     "RunLife",
     "ShaftCompliance",
     "TemperatureLaw",
@@ -65,6 +69,8 @@ class Effects:
     load_spectrum: LoadSpectrum | None = None
     pitch_error: PitchError | None = None
     shaft_compliance: ShaftCompliance | None = None
+    pitting: Pitting | None = None
+    bending: Bending | None = None
     run_life: RunLife | None = None
 
     def get(self, name: str) -> EffectTable | None:

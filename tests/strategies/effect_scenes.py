@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tests.scenes import MEDIUM, SHIPPED
+from tests.strategies.ratings import BENDING, PITTING
 
 __all__ = ["NEUTRAL", "PLAIN", "SPEED"]
 
@@ -57,5 +58,7 @@ NEUTRAL: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pitch_error", {"effects.pitch_error.pinion_um": [0.0, 0.0]}),
     ("pitch_error", {"effects.pitch_error.pinion_um": [7.0, 7.0, 7.0]}),
     ("shaft_compliance", {"effects.shaft_compliance": _RIGID_SHAFTS}),
+    ("pitting", SPEED | {"effects.pitting": PITTING}),
+    ("bending", {"effects.bending": BENDING}),
     ("run_life", {"effects.run_life.depth_limit_um": 5.0}),
 )

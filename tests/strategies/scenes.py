@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_sets
 from semiwear.scene import EFFECTS, Placement, Scene
 from tests.scenes import SHIPPED
+from tests.strategies.ratings import bending_tables, pitting_tables
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
@@ -171,10 +172,14 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
             shaft_angle_mrad_per_kNm=_between(0.0, 0.5),
             pinion_slope_mrad_per_kNm=_between(0.0, 0.5),
         ),
+        "pitting": pitting_tables(),
+        "bending": bending_tables(),
         "run_life": st.fixed_dictionaries(
             {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
         ),
     }
+    if scene.numerics.tooth_compliance == "rigid":
+        del tables["bending"]  # rigid teeth have no root stress
     return {name: table for name, table in tables.items() if worn or "wear" not in EFFECTS[name].needs}
 
 
@@ -194,7 +199,7 @@ def effects(draw: st.DrawFn, scene: Scene = SHIPPED) -> dict[str, Any]:
         for need in needs:
             if need == "operation.pinion_speed_rpm":
                 changes[need] = draw(_between(100.0, 6000.0))
-            elif need.startswith("effects.") and need not in changes:
+            elif need.removeprefix("effects.") in EFFECTS and need not in changes:
                 chosen.append(need.removeprefix("effects."))
     return changes
 
