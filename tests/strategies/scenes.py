@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_sets
 from semiwear.scene import EFFECTS, Placement, Scene
 from tests.scenes import SHIPPED
+from tests.strategies.oil_and_case import flank_fracture_tables, micropitting_tables, scuffing_tables
 from tests.strategies.ratings import bending_tables, pitting_tables
 
 
@@ -174,6 +175,9 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
         ),
         "pitting": pitting_tables(),
         "bending": bending_tables(),
+        "micropitting": micropitting_tables(),
+        "scuffing": scuffing_tables(),
+        "flank_fracture": flank_fracture_tables(),
         "run_life": st.fixed_dictionaries(
             {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
         ),
