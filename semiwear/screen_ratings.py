@@ -20,18 +20,19 @@ _NEAR = 1.2  # of the required safety
 
 
 def nearness(scene: Scene, mode: str) -> str:
-    """Words on the least safety of a failure mode at the end of the run, by one implicit wear step."""
+    """Words on the least safety of a failure mode, unworn or at the end of the run, by one implicit wear step."""
     try:
         rated = _rated(scene)
     except ConvergenceError as error:
         return f"not run: {error}"
     k = rated.modes.index(mode)
     required, safety = float(rated.arrays["required_safety"][k]), rated.arrays["safety"][k]
-    if not np.isfinite(safety[-1]).any():
+    if not np.isfinite(safety).any():
         return "nothing rated: edges alone bear"
-    body = int(np.nanargmin(safety[-1]))
-    told = f"safety of the {BODIES[body]} {safety[-1, body]:.3g} at the end of the run, {required:g} required"
-    ratio = safety[-1, body] / required
+    step, body = np.unravel_index(int(np.nanargmin(safety)), safety.shape)
+    when = "at the end of the run" if step else "unworn"
+    told = f"safety of the {BODIES[body]} {safety[step, body]:.3g} {when}, {required:g} required"
+    ratio = safety[step, body] / required
     verdict = "fails" if ratio < 1.0 else "near its limit" if ratio < _NEAR else "far from its limit"
     meshes = float(rated.arrays["meshes_to_failure"][k, body])
     return f"{verdict}: {told}" + (f", below it after about {meshes:.3g} meshes" if np.isfinite(meshes) else "")

@@ -77,7 +77,43 @@ def _bending(rated: RatedScene) -> FailureMode:
     return Bending.of(table, normal_module(rated.scene, rated.teeth.pair))
 
 
-MODES: dict[str, Callable[[RatedScene], FailureMode]] = {"pitting": _pitting, "bending": _bending}
+def _heat(rated: RatedScene) -> tuple[FlashTemperature, Friction]:
+    flash = rated.flash()
+    assert flash is not None  # a need of the table
+    return flash, rated.friction()
+
+
+def _micropitting(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.micropitting import Micropitting
+
+    table = rated.scene.effects.micropitting
+    assert table is not None
+    return Micropitting.of(table, *_heat(rated))
+
+
+def _scuffing(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.scuffing import Scuffing
+
+    table = rated.scene.effects.scuffing
+    assert table is not None
+    return Scuffing.of(table, *_heat(rated))
+
+
+def _flank_fracture(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.flank_fracture import FlankFracture
+
+    table, material = rated.scene.effects.flank_fracture, rated.scene.material
+    assert table is not None
+    return FlankFracture.of(table, (material.pinion.poissons_ratio, material.gear.poissons_ratio))
+
+
+MODES: dict[str, Callable[[RatedScene], FailureMode]] = {
+    "pitting": _pitting,
+    "bending": _bending,
+    "micropitting": _micropitting,
+    "scuffing": _scuffing,
+    "flank_fracture": _flank_fracture,
+}
 """What builds each failure mode, by the name of its table below ``[effects]``."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -28,10 +29,15 @@ def page_target(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def document(title: str, body: str) -> str:
-    """An HTML document in the style of the reports, that loads nothing; `title` is text, `body` HTML."""
+def document(title: str, body: str, scripts: Sequence[str] = ()) -> str:
+    """An HTML document in the style of the reports, that loads nothing; `title` is text, `body` HTML.
+
+    No script runs but those of the given hashes.
+    """
     style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    if scripts:
+        policy += f"; script-src {' '.join(scripts)}"
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import get_args, get_type_hints
 
 from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.flank_fracture_table import FlankFracture
 from semiwear.scene.mechanical_effects import (
     FlankModification,
     FreeEdges,
@@ -17,6 +18,7 @@ from semiwear.scene.mechanical_effects import (
     RunLife,
     ShaftCompliance,
 )
+from semiwear.scene.oil_rating_tables import Micropitting, Scuffing
 from semiwear.scene.rating_tables import Bending, Pitting, RatingTable
 from semiwear.scene.tribological_effects import FlashTemperature, Friction, Lubrication
 from semiwear.scene.wear_laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
@@ -26,6 +28,7 @@ __all__ = [
     "Bending",
     "EffectTable",
     "Effects",
+    "FlankFracture",
     "FlankModification",
     "FlashTemperature",
     "FreeEdges",
@@ -35,12 +38,14 @@ __all__ = [
     "LoadSpectrum",
     "Lubrication",
     "LubricationLaw",
+    "Micropitting",
     "Misalignment",
     "Modifications",
     "PitchError",
     "Pitting",
     "RatingTable",
     "RunLife",
+    "Scuffing",
     "ShaftCompliance",
     "TemperatureLaw",
     "WearLaws",
@@ -71,6 +76,9 @@ class Effects:
     shaft_compliance: ShaftCompliance | None = None
     pitting: Pitting | None = None
     bending: Bending | None = None
+    micropitting: Micropitting | None = None
+    scuffing: Scuffing | None = None
+    flank_fracture: FlankFracture | None = None
     run_life: RunLife | None = None
 
     def get(self, name: str) -> EffectTable | None:

@@ -10,7 +10,13 @@ from types import MappingProxyType
 from typing import ClassVar
 
 from semiwear.scene.declare import declared, table
-from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.rating_fields import (
+    RatingTable,
+    factor,
+    inner_load_factor,
+    limit_of_safety,
+    outer_load_factor,
+)
 from semiwear.scene.rule import Rule, above, between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
@@ -26,13 +32,6 @@ _CONTACT_CURVES = ("hardened", "hardened_some_pits", "nitrided", "nitrocarburize
 _ROOT_CURVES = ("case_hardened", "through_hardened", "nitrided", "nitrocarburized")
 
 
-class RatingTable(EffectTable):
-    """Base of the tables of failure modes: they tell of a run and change nothing in it."""
-
-    acts_in: ClassVar[str] = "results"
-    needs: ClassVar[tuple[str, ...]] = ("wear",)
-
-
 def _limit(what: str, usual: str, high: float) -> Value:
     rule = Rule(number, f"above 0, up to {high:g} MPa; {usual}", lambda value: 0.0 < value <= high, "in MPa (N/mm2)")
     return declared(rule, what)
@@ -42,27 +41,9 @@ def _curve(body: str, curves: tuple[str, ...]) -> Value:
     return declared(choice(*curves, otherwise=_CURVES), f"Life curve of the {body}'s group of materials.")
 
 
-def _factor(symbol: str, what: str, low: float, high: float) -> Value:
-    return declared(between(number, low, high, f"{symbol}; 1 for none"), what, default=1.0)
-
-
-def _application_factor() -> Value:
-    return _factor("K_A", "Application factor K_A: overloads from outside that the torque leaves out.", 0.1, 10.0)
-
-
-def _dynamic_factor() -> Value:
-    what = "Dynamic factor K_v: inner dynamic loads, which a run does not compute (it is quasi-static)."
-    return _factor("K_v", what, 0.1, 10.0)
-
-
 def _life_factor() -> Value:
     rule = between(number, 0.85, 1.0, "0.85, up to 1 with best material, manufacture and experience")
     return declared(rule, "Life factor at 1e10 load cycles.", default=0.85)
-
-
-def _required(symbol: str, default: float) -> Value:
-    rule = between(number, 0.1, 10.0, f"{symbol}: {default:g} is usual")
-    return declared(rule, f"Required safety {symbol}, below which the pair counts as failed.", default=default)
 
 
 @table
@@ -113,11 +94,11 @@ class Pitting(RatingTable):
     roughness_Rz_um: float | None = declared(
         above(0.0, 100.0, "in um: 1 to 6 ground, about 6 Ra", "um"), "Mean Rz of both flanks.", default=None
     )
-    gear_work_hardening_factor: float = _factor("Z_W", "Work hardening factor Z_W of the gear.", 1.0, 1.2)
-    size_factor: float = _factor("Z_X", "Size factor Z_X.", 0.5, 1.0)
-    application_factor: float = _application_factor()
-    dynamic_factor: float = _dynamic_factor()
-    required_safety: float = _required("S_Hmin", 1.0)
+    gear_work_hardening_factor: float = factor("Z_W", "Work hardening factor Z_W of the gear.", 1.0, 1.2)
+    size_factor: float = factor("Z_X", "Size factor Z_X.", 0.5, 1.0)
+    application_factor: float = outer_load_factor()
+    dynamic_factor: float = inner_load_factor()
+    required_safety: float = limit_of_safety("S_Hmin", 1.0)
 
 
 @table
@@ -146,7 +127,7 @@ class Bending(RatingTable):
         above(0.0, 40.0, "in um: 5 to 20 is usual in a fillet, about 6 Ra", "um"),
         "Rz of the root fillets.",
     )
-    notch_sensitivity_factor: float = _factor(
+    notch_sensitivity_factor: float = factor(
         "Y_delta_relT", "Relative notch sensitivity factor Y_delta_relT; about 1 for usual fillets.", 0.5, 1.5
     )
     size_factor: float | None = declared(
@@ -154,9 +135,9 @@ class Bending(RatingTable):
         "Size factor Y_X. Left out: from the module.",
         default=None,
     )
-    mean_stress_factor: float = _factor(
+    mean_stress_factor: float = factor(
         "Y_M", "Mean stress factor Y_M: 0.7 where teeth are loaded both ways.", 0.3, 1.0
     )
-    application_factor: float = _application_factor()
-    dynamic_factor: float = _dynamic_factor()
-    required_safety: float = _required("S_Fmin", 1.4)
+    application_factor: float = outer_load_factor()
+    dynamic_factor: float = inner_load_factor()
+    required_safety: float = limit_of_safety("S_Fmin", 1.4)

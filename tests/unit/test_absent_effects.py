@@ -18,6 +18,7 @@ from semiwear.contact.line_contact import LINE
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
 from tests.strategies.ratings import BENDING, PITTING
 
 ROOT = Path(sw.__file__).parents[1]
@@ -33,6 +34,9 @@ RATED = RUBBING - {"semiwear.contact.friction"} | {
     f"semiwear.ratings.{name}"
     for name in ("by_cycles", "contact", "failure", "life_curve", "load_factors", "miner", "mode")
 }
+
+CALM = RATED - {f"semiwear.ratings.{name}" for name in ("by_cycles", "life_curve", "miner")}
+HEATED = CALM | OBSERVED | {f"semiwear.ratings.{name}" for name in ("heated_contact", "oil", "overload")}
 
 # Modules that a table loads, those of what it needs included.
 MODULES = {
@@ -52,6 +56,11 @@ MODULES = {
     "shaft_compliance": {"semiwear.compliance.mounting"},
     "pitting": RATED | {"semiwear.ratings.pitting"},
     "bending": RATED | {"semiwear.ratings.bending"},
+    "micropitting": HEATED
+    | {f"semiwear.ratings.{name}" for name in ("load_stages", "micropitting", "specific_film")},
+    "scuffing": HEATED | {"semiwear.ratings.scuffing"},
+    "flank_fracture": CALM
+    | {f"semiwear.ratings.{name}" for name in ("flank_fracture", "hardness", "overload", "worn_depth")},
     "run_life": set(),
 }
 OPTIONAL = set().union(*MODULES.values()) | {"semiwear.meshing.deviation_grid"}
@@ -64,6 +73,9 @@ TABLES = {
     "load_spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0], "shares": [0.5, 0.5]}},
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 5.0]},
     "pitting": SPEED | {"effects.pitting": PITTING},
+    "micropitting": SPEED | {"effects.flash_temperature": {}, "effects.micropitting": MICROPITTING},
+    "scuffing": SPEED | {"effects.flash_temperature": {}, "effects.scuffing": SCUFFING},
+    "flank_fracture": {"effects.flank_fracture": FLANK_FRACTURE},
     "bending": {"effects.bending": BENDING, "numerics.tooth_compliance": "prism", "numerics.harmonics": 3},
     "run_life": {"effects.run_life.depth_limit_um": 1.0},
 }

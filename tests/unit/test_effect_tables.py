@@ -27,6 +27,7 @@ from semiwear.scene.kinds import KINDS
 from semiwear.scene.schema import SCHEMAS
 from semiwear.wear.laws import CONTACT_LAWS
 from tests.scenes import problems_of
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
 from tests.strategies.ratings import BENDING, PITTING
 from tests.strategies.scenes import effect_tables
 
@@ -42,6 +43,9 @@ LEAST: dict[str, dict[str, Any]] = {
     "pitch_error": {"pinion_um": [0, 5]},
     "pitting": PITTING,
     "bending": BENDING,
+    "micropitting": MICROPITTING,
+    "scuffing": SCUFFING,
+    "flank_fracture": FLANK_FRACTURE,
 }
 
 
