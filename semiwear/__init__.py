@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
     from semiwear.export import export_flank
+    from semiwear.inference import Reading, TransmissionErrorCurve, WearAtPoints, WornFlank, infer
     from semiwear.loading import load_scene
     from semiwear.measured import calibrate, compare_wear, measured_wear, register
     from semiwear.measured_load import measured_load
@@ -47,16 +48,21 @@ __all__ = [
     "MissingExtraError",
     "Normal",
     "Placement",
+    "Reading",
     "ResultFileError",
     "Scatter",
     "Scene",
     "SceneError",
     "SemiwearError",
+    "TransmissionErrorCurve",
     "Triangular",
     "Uniform",
+    "WearAtPoints",
+    "WornFlank",
     "calibrate",
     "compare_wear",
     "export_flank",
+    "infer",
     "load_scene",
     "loaded_contact",
     "measured_load",
@@ -84,6 +90,7 @@ _MODULES = {
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
     "export": ("export_flank",),
+    "inference": ("Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "infer"),
     "loading": ("load_scene",),
     "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
     "measured_load": ("measured_load",),

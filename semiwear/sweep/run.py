@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from distributed import Client
     from pandas import DataFrame
 
-__all__ = ["Job", "read_job", "run_job", "sweep"]
+__all__ = ["Job", "read_job", "run_job", "solve_job", "sweep"]
 
 _MOST_WORKERS = 1024
 
@@ -181,6 +181,12 @@ def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
 
 def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
     """Solve what the store does not hold, and put all together."""
+    solve_job(job, store, progress)
+    return assembled(job.scene, job.variation, job.measure, job.members, store)
+
+
+def solve_job(job: Job, store: Store, progress: Progress) -> None:
+    """Solve what the store does not hold; afterwards it holds the outcome of every task."""
     scenes: dict[str, int] = {}
     for member in job.members:
         scenes[member.key] = scenes.get(member.key, 0) + 1
@@ -200,7 +206,6 @@ def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
         done += scenes[outcome.key]
         failed += scenes[outcome.key] * (outcome.status is not Status.DONE)
         progress.step(done, total, _told(failed))
-    return assembled(job.scene, job.variation, job.measure, job.members, store)
 
 
 def _told(failed: int) -> str:

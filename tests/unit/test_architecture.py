@@ -34,9 +34,10 @@ LAYERS = (
     ("analyses", "export", "screen", "loading", "measured_load"),
     ("measured",),
     ("plot",),
-    ("report", "sweep", "accuracy"),
+    ("report", "sweep", "accuracy", "emulator"),
     ("scatter",),
     ("optimise",),
+    ("inference",),
     ("sensitivities",),
     ("__init__",),
     ("console", "commands"),
@@ -45,7 +46,7 @@ LAYERS = (
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
 
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow")
+EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow", "emcee", "sklearn")
 
 
 def module_name(path: Path) -> str:
