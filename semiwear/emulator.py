@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve
+from scipy.spatial.distance import cdist
 
 from semiwear.errors import MissingExtraError
 from semiwear.untyped import Value
@@ -51,10 +52,7 @@ class Emulator:
     error: float
     deviation: float
     left_out: FloatArray
-    _mean: float
-    _inputs: FloatArray
-    _kernel: Value
-    _weights: FloatArray
+    _process: _Process
 
     @property
     def relative_error(self) -> float:
@@ -63,9 +61,23 @@ class Emulator:
 
     def at(self, inputs: FloatArray) -> FloatArray:
         """The number at inputs (point, input): (point,)."""
-        if self._kernel is None:
-            return np.full(inputs.shape[0], self._mean)
-        return np.asarray(self._mean + self.deviation * (self._kernel(inputs, self._inputs) @ self._weights))
+        return self._process.at(inputs)
+
+
+@dataclass(frozen=True)
+class _Process:
+    """Mean of a Gaussian process: constant + slopes . x + sum of weights times Matern 5/2 of scaled distances."""
+
+    constant: float
+    slopes: FloatArray
+    lengths: FloatArray
+    scaled: FloatArray
+    weights: FloatArray
+
+    def at(self, inputs: FloatArray) -> FloatArray:
+        far = sqrt(5.0) * cdist(inputs / self.lengths, self.scaled)
+        smooth = ((1.0 + far + far**2 / 3.0) * np.exp(-far)) @ self.weights
+        return np.asarray(self.constant + inputs @ self.slopes + smooth)
 
 
 def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulator:
@@ -87,11 +99,19 @@ def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulat
     """
     mean, deviation = float(values.mean()), float(values.std())
     if deviation <= _SAME * max(float(np.abs(values).max()), 1e-300):
-        return Emulator(0.0, 0.0, np.zeros(values.size), mean, inputs, None, np.zeros(0))
+        fields = inputs.shape[1]
+        constant = _Process(mean, np.zeros(fields), np.ones(fields), np.zeros((0, fields)), np.zeros(0))
+        return Emulator(0.0, 0.0, np.zeros(values.size), constant)
     process = _fitted(inputs, (values - mean) / deviation, seed)
     inverse = cho_solve((process.L_, True), np.eye(values.size))
     left_out = deviation * process.alpha_ / np.diag(inverse)
-    return Emulator(_kept_by(left_out), deviation, left_out, mean, inputs, process.kernel_, process.alpha_)
+    told, weights = process.kernel_.get_params(), deviation * process.alpha_
+    trend, lengths = told["k1__k1__k1__constant_value"], np.asarray(told["k1__k2__k2__length_scale"])
+    constant = mean + trend * told["k1__k1__k2__sigma_0"] ** 2 * float(weights.sum())
+    found = _Process(
+        constant, trend * (weights @ inputs), lengths, inputs / lengths, told["k1__k2__k1__constant_value"] * weights
+    )
+    return Emulator(_kept_by(left_out), deviation, left_out, found)
 
 
 def _kept_by(errors: FloatArray) -> float:

@@ -21,6 +21,7 @@ two small eigenvalue problems.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,15 +71,33 @@ class Evidence:
 
     def log_likelihood(self, amounts: FloatArray) -> FloatArray:
         """Logarithm of the likelihood, but for a constant, of amounts (points, shapes): (points,)."""
-        apart = amounts[:, None, :] - self.centres
-        squares = np.einsum("pdi,dij,pdj->pd", apart, self.precisions, apart)
-        _, half = np.linalg.slogdet(self.precisions)
+        # (v - c)' P (v - c) of every draw, as v'Pv - 2 v'Pc + c'Pc: one product for all points
+        about = amounts - self._middle
+        products = np.einsum("pi,pj->pij", about, about).reshape(about.shape[0], -1)
+        flat, linear, constant = self._expanded
+        squares = np.clip(products @ flat + about @ linear + constant, 0.0, None)
         if np.isfinite(self.freedom):
             power = 0.5 * (self.freedom + amounts.shape[1])
             shape = -power * np.log1p(squares / self.freedom)
         else:
             shape = -0.5 * squares
-        return np.asarray(logsumexp(self.log_weights + 0.5 * half + shape, axis=1))
+        return np.asarray(logsumexp(self.log_weights + self._half + shape, axis=1))
+
+    @cached_property
+    def _middle(self) -> FloatArray:
+        return np.asarray(self.centres.mean(axis=0))
+
+    @cached_property
+    def _half(self) -> FloatArray:
+        return np.asarray(0.5 * np.linalg.slogdet(self.precisions)[1])
+
+    @cached_property
+    def _expanded(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Coefficients of the squares about the mean centre: (shapes^2, draws), (shapes, draws), (draws,)."""
+        away = self.centres - self._middle
+        linear = np.einsum("dij,dj->id", self.precisions, away)
+        constant = np.einsum("di,id->d", away, linear)
+        return self.precisions.reshape(away.shape[0], -1).T.copy(), -2.0 * linear, constant
 
     @property
     def precision(self) -> FloatArray:

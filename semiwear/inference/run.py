@@ -32,7 +32,7 @@ from semiwear.sweep.store import open_store
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Plan", "infer", "plan_inference", "solved_runs", "target_of"]
+__all__ = ["Plan", "infer", "plan_inference", "solved_runs", "spread_over", "target_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -194,7 +194,7 @@ def _inferred(
 ) -> Posterior:
     fields = len(planned.unknowns.solved)
     box = np.tile([-1.0, 1.0], (fields, 1))
-    runs = solved_runs(planned, _spread(box, planned.runs, planned.seed), crew, store, hears)
+    runs = solved_runs(planned, spread_over(box, planned.runs, planned.seed), crew, store, hears)
     while True:
         target = target_of(planned, model_of(runs, planned.channels))
         best = target.best(planned.seed)
@@ -207,7 +207,7 @@ def _inferred(
             raise SemiwearError(_refusal(planned, shares, runs.inputs.shape[0]))
         near = _box_about(planned.unknowns, widened, best, planned.seed)
         runs = runs.joined(
-            solved_runs(planned, _spread(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears)
+            solved_runs(planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears)
         )
     draws = draw_posterior(widened, best, planned.seed, hears.step)
     return Posterior(planned.scene, widened, draws, best, shares)
@@ -228,7 +228,7 @@ def _refusal(planned: Plan, shares: FloatArray, count: int) -> str:
     )
 
 
-def _spread(box: FloatArray, count: int, seed: int) -> FloatArray:
+def spread_over(box: FloatArray, count: int, seed: int) -> FloatArray:
     """Inputs spread evenly over a box (field, 2): a scrambled Sobol' sequence."""
     if not box.shape[0]:
         return np.zeros((1, 0))

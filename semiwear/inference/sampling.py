@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from semiwear.errors import MissingExtraError
 from semiwear.inference.evidence import Evidence
@@ -22,6 +21,7 @@ FloatArray = NDArray[np.float64]
 
 _WALKERS = 32
 _TRIALS = 2000  # of the prior, from which walkers start
+_ROUNDS, _LIKELY = 20, 40  # of the search for the likeliest place, and trials that guide it
 _BLOCK, _MOST_BLOCKS = 400, 15  # steps
 _SETTLED = 50.0  # autocorrelation times that a chain has to last (emcee's own rule)
 _KEPT = 4000  # draws, about
@@ -76,15 +76,15 @@ class Target:
 
     def best(self, seed: int) -> FloatArray:
         """The likeliest place, (unknown,)."""
-        trials = np.random.default_rng(seed).standard_normal((_TRIALS, len(self.unknowns.every)))
-        densities = self.log_density(trials)
-        starts = trials[np.argsort(densities)[-3:]]
-
-        def against(place: FloatArray) -> float:
-            return -float(self.log_density(place[None])[0])
-
-        found = [minimize(against, one, method="Nelder-Mead", options={"maxfev": 600}) for one in starts]
-        return np.asarray(min(found, key=lambda one: one.fun).x)
+        random = np.random.default_rng(seed)
+        count = len(self.unknowns.every)
+        trials = random.standard_normal((_TRIALS, count))
+        for _ in range(_ROUNDS):  # cross-entropy: ever narrower normal distributions about the likeliest trials
+            likely = trials[np.argsort(self.log_density(trials))[-_LIKELY:]]
+            middle, spread = likely.mean(axis=0), np.atleast_2d(np.cov(likely.T)) + 1e-8 * np.eye(count)
+            more = random.multivariate_normal(middle, 2.0 * spread, _TRIALS // 5)
+            trials = np.concatenate([likely, more])
+        return np.asarray(trials[np.argmax(self.log_density(trials))])
 
     def emulator_shares(self, at: FloatArray, errors: Sequence[FloatArray]) -> FloatArray:
         """Standard deviation that the emulator's error makes of each unknown, over the posterior's, by slopes."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from semiwear.scatter.distributions import Distribution, LogNormal
 
@@ -38,7 +39,7 @@ class Unknown:
         """The last part of its key."""
         return self.key.rpartition(".")[2]
 
-    @property
+    @cached_property
     def ends(self) -> tuple[float, float]:
         """Least and greatest value."""
         low, high = self.prior.quantile(np.array([CUT, 1.0 - CUT]))
@@ -51,7 +52,7 @@ class Unknown:
 
     def values(self, normal: FloatArray) -> FloatArray:
         """Values from numbers that are standard normal under the prior."""
-        return self.prior.quantile(CUT + (1.0 - 2.0 * CUT) * norm.cdf(normal))
+        return self.prior.quantile(CUT + (1.0 - 2.0 * CUT) * ndtr(normal))
 
     def places(self, values: FloatArray) -> FloatArray:
         """Places within the range, -1 to 1; of ratios for a log-normal prior."""
