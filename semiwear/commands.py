@@ -1,4 +1,4 @@
-"""Commands of the command line, as functions of its options: run, screen, sweep, optimise, calibrate, report."""
+"""Commands of the command line, as functions of its options."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.inference.command import run_inference
 from semiwear.optimise.command import run_optimise
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.missing import missing_notes
@@ -32,7 +33,7 @@ from semiwear.targets import PAGES, RESULTS, file_target, naming, require_apart
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
+__all__ = ["calibrate", "infer", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -242,6 +243,18 @@ def optimise(options: argparse.Namespace) -> None:
         told = run_optimise(
             options.study, options.output, workers=options.workers, designs=options.designs,
             report=options.report, progress=bar,
+        )  # fmt: skip
+    print(told)
+    print(f"\n{time.perf_counter() - begin:.1f} s")
+
+
+def infer(options: argparse.Namespace) -> None:
+    """Infer the unknown fields of a study file."""
+    begin = time.perf_counter()
+    with _Bar("reading the study ...", "step", "inference") as bar:
+        told = run_inference(
+            options.study, options.output, workers=options.workers, store=options.store, report=options.report,
+            progress=bar,
         )  # fmt: skip
     print(told)
     print(f"\n{time.perf_counter() - begin:.1f} s")

@@ -4,12 +4,12 @@
 
 Talts et al. 2018 (arXiv:1804.06788): unknown fields are drawn from their priors, the flank that they wear is solved
 in a run of its own (not emulated; in steps of half the length), and measured: with noise that is alike at
-neighbouring points by a share and lengths that are drawn, too, and displaced by a rotation and a shift along the axis.
-The rank of each true value among the draws of its posterior is uniform where the posterior is right.
+neighbouring points by a share and over lengths that are drawn, too, and displaced by a rotation and a shift along
+the axis. The rank of each true value among the draws of its posterior is uniform where the posterior is right.
 
-The test is stated: Pearson's chi-square of the ranks in 10 equal bins, at 1 % for all unknowns together (Bonferroni);
-and 90 % intervals hold the truth in 86 to 94 % of the flanks. All flanks share the runs of the emulator, which lie all
-over the prior; `sw.infer` adds runs where a posterior is.
+The test is stated: Pearson's chi-square of the ranks in 10 equal bins, at 1 % for all unknowns together
+(Bonferroni); and 90 % intervals hold the truth in 86 to 94 % of the flanks. All flanks share the runs of the
+emulator, which lie all over the prior; `sw.infer` adds runs where a posterior is.
 """
 
 from __future__ import annotations

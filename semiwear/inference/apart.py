@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 
 _NOTHING = 0.8  # of the prior's standard deviation: little was learnt
 _TOGETHER = 0.8  # correlation
+_BLURRED = 3.0  # times as uncertain alone as together
 
 
 def not_told_apart(unknowns: Sequence[Unknown], values: FloatArray, shares: FloatArray) -> tuple[str, ...]:
@@ -48,13 +49,14 @@ def _sentence(first: Unknown, second: Unknown, a: FloatArray, b: FloatArray, cor
     alone = f"alone {first.name} is within {_spread(first, a)}, {second.name} within {_spread(second, b)}"
     if first.ratio and second.ratio:
         # the direction of least scatter, ln first + n ln second
-        values, vectors = np.linalg.eigh(np.cov(a, b))
-        least = vectors[:, 0]
+        least = np.linalg.eigh(np.cov(a, b))[1][:, 0]
         power = float(least[1] / least[0])
         known = a + power * b
         told = f"{first.name} x {second.name}^{power:.2f}"
+        blurred = min(a.std(), b.std() * max(abs(power), 1.0)) > _BLURRED * known.std()
+        how = "cannot be told apart" if blurred else "are told better together than apart"
         return (
-            f"{first.key} and {second.key} cannot be told apart: {told} is known within "
+            f"{first.key} and {second.key} {how}: {told} is known within "
             f"{100.0 * np.expm1(known.std()):.2g} %, {alone} (one standard deviation; correlation {correlation:+.2f})"
         )
     return (

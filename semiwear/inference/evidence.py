@@ -66,7 +66,7 @@ class Evidence:
     def widened(self, covariance: FloatArray) -> Evidence:
         """The same where predicted amounts have errors of their own, with a covariance (shapes, shapes)."""
         one = np.eye(covariance.shape[0])
-        precisions = np.linalg.solve(one + self.precisions @ covariance, self.precisions)
+        precisions = np.asarray(np.linalg.solve(one + self.precisions @ covariance, self.precisions), float)
         return Evidence(self.log_weights, self.centres, precisions, self.freedom, self.deviation)
 
     def log_likelihood(self, amounts: FloatArray) -> FloatArray:
@@ -136,7 +136,7 @@ def _eliminated(
     every = np.column_stack([shapes, movements])
     normal = every.T @ (weight[:, None] * every)
     right = every.T @ (weight * values)
-    amounts = np.linalg.solve(normal, right)
+    amounts = np.asarray(np.linalg.solve(normal, right), float)
     rest = values - every @ amounts
     precision = normal[:count, :count]
     if movements.shape[1]:

@@ -81,9 +81,7 @@ class PosteriorLife:
             if self.k_scatter
             else "; of this pair, without the scatter from part to part"
         )
-        return folded(
-            f"life of the {self.body} until {self.depth_limit:g} um: {', '.join(parts)}{scatter}{error}"
-        )
+        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {', '.join(parts)}{scatter}{error}")
 
 
 def life_of(
@@ -122,7 +120,7 @@ def life_of(
     here = {"workers": crew} if crew is None or isinstance(crew, int | str) else {"client": crew}
     found = sweep(
         scene.replace(changes), table or {"effects.run_life.depth_limit_um": [depth]}, measure="life", combine="zip",
-        store=store, progress=progress, **here,  # type: ignore[arg-type]
+        store=store, progress=progress, **here,
     )  # fmt: skip
     good = found["status"].values == Status.DONE
     if good.mean() < 0.9:

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,7 @@ class Model:
     def parts(self) -> list[slice]:
         """Where each channel's amounts lie among all."""
         ends = np.cumsum([0, *(one.shape[1] for one in self.shapes)])
-        return [slice(int(low), int(high)) for low, high in zip(ends[:-1], ends[1:], strict=True)]
+        return [slice(int(low), int(high)) for low, high in pairwise(ends)]
 
     def amounts(self, inputs: FloatArray, meshes: FloatArray) -> list[FloatArray]:
         """Amounts of each channel's shapes.

@@ -16,7 +16,7 @@ from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading
 from semiwear.measured.rigid import DATUM
 from semiwear.measured.worn import Measured as MeasuredFlank
-from semiwear.measured.worn import MeasuredWear, as_wear
+from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.optimise.quantity import Quantity, quantity_of
 from semiwear.scene import Scene
@@ -137,8 +137,10 @@ class Channel:
         0: unworn.
     path : str
         Variable of a result that it needs.
-    places : int
-        Number of values.
+    values : (places,) array
+        What was measured.
+    units : str
+        Theirs.
     movements : (places, movements) array
         What a datum leaves open.
     read : callable
@@ -150,7 +152,8 @@ class Channel:
     name: str
     meshes: float
     path: str
-    places: int
+    values: FloatArray
+    units: str
     movements: FloatArray
     read: Callable[[Scene, Measured], FloatArray]
     evidence: Callable[[FloatArray], Evidence]
@@ -251,7 +254,7 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
     reader = _FlankReader(one.body, worn.face[place].ravel(), worn.profile[place].ravel())
     movements = modes.reshape(-1, modes.shape[-1])
     name = f"worn flank of the {one.body}, {shape[0]} x {shape[1]} points"
-    return Channel(name, meshes, _WEAR, shape[0] * shape[1], movements, reader, evidence)
+    return Channel(name, meshes, _WEAR, _UM * worn.depth[place].ravel(), "um", movements, reader, evidence)
 
 
 def _without_holes(inside: BoolArray) -> tuple[BoolArray, BoolArray]:
@@ -292,9 +295,8 @@ def _points_channel(scene: Scene, one: WearAtPoints, field: str) -> Channel:
     )
     face, profile = given["face_mm"], _profile_at(scene, one.body, given["face_mm"], given["height_mm"], field)
     reader = _FlankReader(one.body, face, profile)
-    return _known_channel(
-        f"wear of the {one.body} at {face.size} points", meshes, _WEAR, reader, (given["depth_um"], given["error_um"])
-    )
+    told = given["depth_um"], given["error_um"], "um"
+    return _known_channel(f"wear of the {one.body} at {face.size} points", meshes, _WEAR, reader, told)
 
 
 def _profile_at(scene: Scene, body: str, face: FloatArray, height: FloatArray, field: str) -> FloatArray:
@@ -322,16 +324,17 @@ def _known_channel(
     meshes: float,
     path: str,
     read: Callable[[Scene, Measured], FloatArray],
-    told: tuple[FloatArray, FloatArray],
+    told: tuple[FloatArray, FloatArray, str],
     movements: FloatArray | None = None,
 ) -> Channel:
-    values, error = told
+    """A channel of values with known errors: `told` holds both and their unit."""
+    values, error, units = told
     free = np.zeros((values.size, 0)) if movements is None else movements
 
     def evidence(shapes: FloatArray) -> Evidence:
         return known_noise(values, shapes, free, error)
 
-    return Channel(name, meshes, path, values.size, free, read, evidence)
+    return Channel(name, meshes, path, values, units, free, read, evidence)
 
 
 def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Channel:
@@ -344,7 +347,9 @@ def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Cha
     )
     phase = given["mesh_position"] % 1.0
     if phase.size < 3:
-        raise SceneError.of(f"{field}.mesh_position", f"{phase.size} values", "three or more", "its mean is left open")
+        raise SceneError.of(
+            f"{field}.mesh_position", f"{phase.size} values", "three or more", "its mean is left open"
+        )
 
     def read(scene: Scene, measured: Measured) -> FloatArray:
         values = measured.variables[_CURVE]
@@ -352,7 +357,7 @@ def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Cha
         around = np.column_stack([values, values[:, 0]])
         return np.stack([np.interp(phase, known, one, period=1.0) for one in around])
 
-    told = given["error_arcsec"], given["uncertainty_arcsec"]
+    told = given["error_arcsec"], given["uncertainty_arcsec"], "arcsec"
     name = f"transmission error at {phase.size} mesh positions"
     return _known_channel(name, meshes, _CURVE, read, told, np.ones((phase.size, 1)))
 
@@ -367,7 +372,7 @@ def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
         raise SceneError(problems, "infer")
     meshes = _meshes(scene, one.meshes, field)
     given = _columns(field, value=one.value, uncertainty=one.error)
-    told = given["value"], given["uncertainty"]
+    told = given["value"], given["uncertainty"], quantity.units
     return _known_channel(one.quantity, meshes, quantity.path, _HistoryReader(quantity), told)
 
 

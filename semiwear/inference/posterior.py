@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
     from semiwear.simulate import Progress
 
-__all__ = ["Posterior"]
+__all__ = ["HEAD", "Posterior"]
 
 FloatArray = NDArray[np.float64]
 
-_HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit")
+HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit")
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,11 @@ class Posterior:
     def to_dataset(self) -> xr.Dataset:
         """The draws, one variable a field along `draw`, with what the summary tells in attributes."""
         data = {
-            one.name: ("draw", self.of(one.key), {"field": one.key, "units": unit_of(one.key), "prior": str(one.prior)})
+            one.name: (
+                "draw",
+                self.of(one.key),
+                {"field": one.key, "units": unit_of(one.key), "prior": str(one.prior)},
+            )
             for one in self.target.unknowns.every
         }
         attrs = {
@@ -197,7 +201,7 @@ class Posterior:
 
     def rows(self) -> list[tuple[str, ...]]:
         """A row of the summary for every unknown: field, median, interval, shares, unit."""
-        found = []
+        found: list[tuple[str, ...]] = []
         for k, key in enumerate(self.keys):
             low, high = self.interval(key)
             shares = f"{100.0 * self.shares_of_prior[k]:.0f} %", f"{100.0 * self.emulator_shares[k]:.0f} %"
@@ -216,7 +220,7 @@ class Posterior:
         apart: Sequence[str] = self.not_told_apart or ("every unknown is told by the observations",)
         return "\n".join(
             [
-                table(_HEAD, self.rows()),
+                table(HEAD, self.rows()),
                 "",
                 *(folded(f"- {line}") for line in apart),
                 "",

@@ -18,7 +18,7 @@ from semiwear.inference.observations import Channel, Observation, channels_of
 from semiwear.inference.posterior import Posterior
 from semiwear.inference.sampling import Target, draw_posterior
 from semiwear.inference.unknowns import COEFFICIENT, Unknowns, unknowns_of
-from semiwear.scatter.distributions import Distribution
+from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.run import Sampling, draw
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
@@ -170,6 +170,8 @@ def plan_inference(
         allowed = "one number for both bodies, where it is unknown"
         problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
     channels: list[Channel] = []
+    read = {key: read_distribution(key, raw, scene, []) for key, raw in dict(unknown).items()}
+    priors = {key: prior for key, prior in read.items() if prior is not None}
     try:
         draw(scene, unknown, Sampling(64, seed, {}, False))
     except SceneError as error:
@@ -181,7 +183,7 @@ def plan_inference(
     if problems:
         raise SceneError(problems, "infer")
     scale = float(coefficient) if isinstance(coefficient, float | int) else 1.0
-    unknowns = unknowns_of(unknown, scale)
+    unknowns = unknowns_of(priors, scale)
     fields = len(unknowns.solved)
     count = runs or max(_LEAST_RUNS, _RUNS_A_FIELD * fields)
     planned = Plan(scene, unknowns, tuple(channels), count if fields else 1, float(emulator_share), seed)
@@ -207,7 +209,9 @@ def _inferred(
             raise SemiwearError(_refusal(planned, shares, runs.inputs.shape[0]))
         near = _box_about(planned.unknowns, widened, best, planned.seed)
         runs = runs.joined(
-            solved_runs(planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears)
+            solved_runs(
+                planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears
+            )
         )
     draws = draw_posterior(widened, best, planned.seed, hears.step)
     return Posterior(planned.scene, widened, draws, best, shares)
@@ -223,8 +227,8 @@ def _refusal(planned: Plan, shares: FloatArray, count: int) -> str:
     worst = int(np.argmax(shares))
     return (
         f"after {count} runs the emulator's error still makes {shares[worst]:.2g} of the posterior's standard "
-        f"deviation of {planned.unknowns.keys[worst]}, {planned.emulator_share:g} was asked: give more runs, narrower "
-        "priors, or a greater emulator_share (what it makes is in the posterior)"
+        f"deviation of {planned.unknowns.keys[worst]}, {planned.emulator_share:g} was asked: give more runs, "
+        "narrower priors, or a greater emulator_share (what it makes is in the posterior)"
     )
 
 
@@ -268,7 +272,7 @@ def solved_runs(
     table = table or {"wear.until.meshes": [scene.wear.until.meshes if scene.wear else None]}
     names = list(dict.fromkeys(one.path.rpartition("/")[2] for one in planned.channels))
     here = crew is None or isinstance(crew, int | str)
-    job = read_job(scene, table, measure=names, combine="zip", crew=(crew, None) if here else (None, crew))  # type: ignore[arg-type]
+    job = read_job(scene, table, measure=names, combine="zip", crew=(crew, None) if here else (None, crew))
     kept = open_store(store)
     solve_job(job, kept, hears)
     values: list[list[FloatArray]] = []

@@ -169,9 +169,7 @@ def draw_posterior(
 
 def _starts(target: Target, best: FloatArray, walkers: int, random: np.random.Generator) -> FloatArray:
     """Where walkers start: likely ones among draws of the prior and of ever narrower balls about the best place."""
-    balls = [
-        best + width * random.standard_normal((_TRIALS // 4, best.size)) for width in (1.0, 0.3, 0.1, 0.03)
-    ]
+    balls = [best + width * random.standard_normal((_TRIALS // 4, best.size)) for width in (1.0, 0.3, 0.1, 0.03)]
     trials = np.concatenate([random.standard_normal((_TRIALS, best.size)), *balls])
     densities = target.log_density(trials)
     chances = np.exp(densities - densities.max())

@@ -1,4 +1,4 @@
-"""Unknown fields of a scene: their prior distributions, cut off at both ends, and the coordinates that samplers see."""
+"""Unknown fields of a scene: their priors, cut off at both ends, and the coordinates that samplers see."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ class Unknown:
         """Values at places: the inverse of `places`."""
         low, high = self._scale(np.array(self.ends))
         found = low + 0.5 * (places + 1.0) * (high - low)
-        return np.clip(np.exp(found) if isinstance(self.prior, LogNormal) else found, *self.ends)
+        return np.asarray(np.clip(np.exp(found) if isinstance(self.prior, LogNormal) else found, *self.ends))
 
     def _scale(self, values: FloatArray) -> FloatArray:
-        return np.log(values) if isinstance(self.prior, LogNormal) else np.asarray(values, float)
+        return np.asarray(np.log(values) if isinstance(self.prior, LogNormal) else values, float)
 
 
 @dataclass(frozen=True)

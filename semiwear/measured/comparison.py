@@ -91,7 +91,7 @@ def comparison_of_fit(worn: MeasuredWear, part: PartFit, attrs: dict[str, str]) 
 
 
 def grid_of(scene: Scene, face: FloatArray, points: int, body: str) -> FlankGrid:
-    """Nodes of a body's wear in a result of a scene: so many points along the profile at each face coordinate [mm]."""
+    """Nodes of a body's wear in a result of a scene: some points along the profile at each face coordinate [mm]."""
     pair = plan(scene).flank_pair()
     make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
     return make(pair, np.asarray(face, float), points)

@@ -1,7 +1,7 @@
 """Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``).
 
 Each name of `__all__` draws one result; `against` holds pictures of two, `measured_wear` draws a comparison with a
-measurement, and `sweep_curves`, `sweep_map` and `sweep_samples` a sweep.
+measurement, `sweep_curves`, `sweep_map` and `sweep_samples` a sweep, and `posterior_corner` an inference.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from semiwear.plot.history import (
     wear_history,
 )
 from semiwear.plot.measured import measured_wear as measured_wear
+from semiwear.plot.posterior import posterior_corner as posterior_corner
 from semiwear.plot.sweeps import sweep_curves as sweep_curves
 from semiwear.plot.sweeps import sweep_map as sweep_map
 from semiwear.plot.sweeps import sweep_samples as sweep_samples

@@ -17,7 +17,7 @@ from semiwear.report.fidelities import against_section, heading
 from semiwear.report.markup import badge, counts, element, picture, verdict_class
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
-from semiwear.report.writing import document, page_target, write_page
+from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.wearing import scene_tables
 from semiwear.untyped import Table
 
@@ -66,33 +66,22 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
 def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
     attrs = {str(name): str(value) for name, value in tree.attrs.items()}
     scene = scene_tables(tree)
-    other = ""
-    if against is not None:
-        other = _section(heading(against), against_section(tree, against))
     comparison = _comparison_of(tree, scene)
     drawn = draw_all(tree)
-    title = attrs.get("title", "Gear tooth wear")
     parts = [
-        f"<header><h1>{escape(title)}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",
-        _section("Key numbers", sections.key_numbers(tree)),
-        _section("Tips that press", sections.tips_that_press(tree)),
-        _section("What effects add", effects_section(tree)),
-        _section("What ran, and why", sections.physics(attrs)),
-        _section("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
-        other,
-        _section("Against the paper", _summary(comparison)) if comparison else "",
-        _section("Pictures", _pictures(drawn, comparison.statements if comparison else ())),
-        _section("Wear steps", sections.wear_steps(tree)) if "history" in tree.children else "",
-        _section("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
-        _section("References", sections.references(tree)),
-        f"</main><footer><p>{escape(attrs.get('source', 'semiwear'))}; scene SHA-256 "
-        f"<code>{escape(attrs.get('scene_sha256', ''))}</code></p></footer>",
+        ("Key numbers", sections.key_numbers(tree)),
+        ("Tips that press", sections.tips_that_press(tree)),
+        ("What effects add", effects_section(tree)),
+        ("What ran, and why", sections.physics(attrs)),
+        ("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
+        *([] if against is None else [(heading(against), against_section(tree, against))]),
+        ("Against the paper", _summary(comparison) if comparison else ""),
+        ("Pictures", _pictures(drawn, comparison.statements if comparison else ())),
+        ("Wear steps", sections.wear_steps(tree) if "history" in tree.children else ""),
+        ("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
+        ("References", sections.references(tree)),
     ]
-    return document(title, "".join(parts))
-
-
-def _section(heading: str, content: str) -> str:
-    return f"<section><h2>{escape(heading)}</h2>{content}</section>\n" if content else ""
+    return page_of(attrs.get("title", "Gear tooth wear"), attrs.get("history", ""), parts, attrs)
 
 
 def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib import resources
 from pathlib import Path
 
 from semiwear.targets import PAGES, file_target, replacing
 
-__all__ = ["document", "page_target", "write_page"]
+__all__ = ["document", "page_of", "page_target", "write_page"]
 
 
 def page_target(path: str | os.PathLike[str]) -> Path:
@@ -37,6 +38,29 @@ def document(title: str, body: str) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
         f"<title>{escape(title)}</title><style>{style}</style></head><body>{body}</body></html>\n"
+    )
+
+
+def page_of(title: str, told: str, sections: Iterable[tuple[str, str]], attrs: Mapping[str, object]) -> str:
+    """An HTML document with a header, sections and a footer that names the program and the scene.
+
+    Parameters
+    ----------
+    title, told : str
+        Text of the header.
+    sections : iterable of (str, str)
+        Headings and HTML; those without HTML are left out.
+    attrs : mapping
+        With `source` and `scene_sha256`, as a result has them.
+    """
+    body = "".join(f"<section><h2>{escape(heading)}</h2>{html}</section>\n" for heading, html in sections if html)
+    source, digest = (
+        escape(str(attrs.get(name, other))) for name, other in (("source", "semiwear"), ("scene_sha256", ""))
+    )
+    return document(
+        title,
+        f"<header><h1>{escape(title)}</h1><p>{escape(told)}</p></header><main>{body}</main>"
+        f"<footer><p>{source}; scene SHA-256 <code>{digest}</code></p></footer>",
     )
 
 

@@ -46,7 +46,18 @@ LAYERS = (
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
 
-EXTRAS = ("matplotlib", "mpl_toolkits", "tqdm", "pypardiso", "dask", "distributed", "zarr", "rainflow", "emcee", "sklearn")
+EXTRAS = (
+    "matplotlib",
+    "mpl_toolkits",
+    "tqdm",
+    "pypardiso",
+    "dask",
+    "distributed",
+    "zarr",
+    "rainflow",
+    "emcee",
+    "sklearn",
+)
 
 
 def module_name(path: Path) -> str:
