@@ -22,7 +22,7 @@ from scipy.spatial.distance import cdist
 from semiwear.errors import MissingExtraError
 from semiwear.untyped import Value
 
-__all__ = ["LEAST_RUNS", "Emulator", "emulator_of"]
+__all__ = ["LEAST_RUNS", "Emulator", "emulator_of", "kept_by"]
 
 FloatArray = NDArray[np.float64]
 
@@ -111,10 +111,10 @@ def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulat
     found = _Process(
         constant, trend * (weights @ inputs), lengths, inputs / lengths, told["k1__k2__k1__constant_value"] * weights
     )
-    return Emulator(_kept_by(left_out), deviation, left_out, found)
+    return Emulator(kept_by(left_out), deviation, left_out, found)
 
 
-def _kept_by(errors: FloatArray) -> float:
+def kept_by(errors: FloatArray) -> float:
     """The error that a share of fresh runs keep, from those of runs that were left out; infinite from too few."""
     rank = ceil((errors.size + 1) * CONFIDENCE)
     return float(np.sort(np.abs(errors))[rank - 1]) if rank <= errors.size else float("inf")

@@ -139,15 +139,19 @@ def _table(read: Study, name: str) -> Table:
 
 
 def _depths(read: Study) -> list[float]:
-    given = read.tables.get("life_um", [])
+    return _listed(read.tables.get("life_um", []))
+
+
+def _listed(given: Value) -> list[Value]:
     return list(given) if isinstance(given, list) else [given]
 
 
 def _lives(read: Study, problems: list[Problem]) -> Table:
     """Options of `Posterior.life`; problems with what the file says of lives."""
-    for depth in _depths(read):
-        if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0.0 < depth < np.inf:
-            problems.append(Problem("life_um", shown(depth), "above 0 um", "give e.g. [60]"))
+    wrong = [
+        one for one in _depths(read) if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0
+    ]
+    problems += [Problem("life_um", shown(one), "above 0 um", "give e.g. [60]") for one in wrong]
     found = {
         name: read.tables[key]
         for name, key in (("body", "life_body"), ("k_scatter", "k_scatter"))
@@ -163,11 +167,12 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
 
 
 def _observations(read: Study, problems: list[Problem]) -> list[Observation]:
-    found: list[Observation | None] = []
-    for name, kind in _KINDS.items():
-        given = read.tables.get(name, [])
-        tables = given if isinstance(given, list) else [given]
-        found += [_observation(read, kind, table, (name, k), problems) for k, table in enumerate(tables)]
+    tables = [
+        (kind, table, (name, k))
+        for name, kind in _KINDS.items()
+        for k, table in enumerate(_listed(read.tables.get(name, [])))
+    ]
+    found = [_observation(read, kind, table, place, problems) for kind, table, place in tables]
     return [one for one in found if one is not None]
 
 

@@ -18,7 +18,7 @@ from semiwear.plain_text import folded
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
 from semiwear.sweep.outcome import Status
-from semiwear.sweep.run import sweep
+from semiwear.sweep.run import crew_of, sweep
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -117,10 +117,10 @@ def life_of(
     table: dict[str, list[float]] = {unknowns.keys[k]: values[chosen, k].tolist() for k in unknowns.solved}
     changes = {"effects.run_life": {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}
     crew, store, progress = places
-    here = {"workers": crew} if crew is None or isinstance(crew, int | str) else {"client": crew}
+    workers, client = crew_of(crew)
     found = sweep(
         scene.replace(changes), table or {"effects.run_life.depth_limit_um": [depth]}, measure="life", combine="zip",
-        store=store, progress=progress, **here,
+        store=store, progress=progress, workers=workers, client=client,
     )  # fmt: skip
     good = found["status"].values == Status.DONE
     if good.mean() < 0.9:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,11 +21,11 @@ from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.run import Sampling, draw
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
-from semiwear.sweep.bar import Bar
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import MESHES
 from semiwear.sweep.outcome import Status
-from semiwear.sweep.run import read_job, solve_job
+from semiwear.sweep.run import crew_of, read_job, solve_job
 from semiwear.sweep.store import open_store
 
 if TYPE_CHECKING:
@@ -99,7 +98,7 @@ def infer(
         emcee or scikit-learn is missing; install the extra ``infer``.
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         return _inferred(planned, crew, store, hears)
 
 
@@ -271,8 +270,7 @@ def solved_runs(
     table = {one.key: one.at(inputs[:, k]).tolist() for k, one in enumerate(keys)}
     table = table or {"wear.until.meshes": [scene.wear.until.meshes if scene.wear else None]}
     names = list(dict.fromkeys(one.path.rpartition("/")[2] for one in planned.channels))
-    here = crew is None or isinstance(crew, int | str)
-    job = read_job(scene, table, measure=names, combine="zip", crew=(crew, None) if here else (None, crew))
+    job = read_job(scene, table, measure=names, combine="zip", crew=crew_of(crew))
     kept = open_store(store)
     solve_job(job, kept, hears)
     values: list[list[FloatArray]] = []

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,9 +12,9 @@ import xarray as xr
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
+from semiwear.simulate import Progress
 from semiwear.sweep.assemble import assembled
-from semiwear.sweep.bar import Bar
+from semiwear.sweep.bar import hearing
 from semiwear.sweep.cluster import on_cluster
 from semiwear.sweep.measure import Measure, measure_of
 from semiwear.sweep.outcome import Outcome, Status
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from distributed import Client
     from pandas import DataFrame
 
-__all__ = ["Job", "read_job", "run_job", "solve_job", "sweep"]
+__all__ = ["Job", "crew_of", "read_job", "run_job", "solve_job", "sweep"]
 
 _MOST_WORKERS = 1024
 
@@ -98,7 +97,7 @@ def sweep(
         `progress` is True without tqdm, or `client` given without Dask.
     """
     job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         return run_job(job, open_store(store), hears)
 
 
@@ -163,6 +162,11 @@ def read_job(
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
     return Job(scene, variation, measured, members, tasks, count, crew[1])
+
+
+def crew_of(crew: int | str | Client | None) -> tuple[int | str | None, Client | None]:
+    """`workers` and `client` from one argument that is either."""
+    return (crew, None) if crew is None or isinstance(crew, int | str) else (None, crew)
 
 
 def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
