@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 CONFIDENCE = 0.95
 """Share of fresh runs that keep the stated error."""
 
-LEAST_RUNS = 20
+LEAST_RUNS = 19
 """Runs that tell an error which 95 % keep."""
 
 _SAME = 1e-10  # relative: a quantity that varies by less is constant

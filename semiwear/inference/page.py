@@ -18,7 +18,7 @@ from semiwear.inference.posterior import HEAD, Posterior
 from semiwear.measured.comparison import compare_wear
 from semiwear.measured.life_spread import QUANTILES
 from semiwear.plot.measured import measured_wear
-from semiwear.plot.posterior import corner_size, posterior_corner
+from semiwear.plot.posterior import corner_size, posterior_corner, with_spaces
 from semiwear.plot.style import SIZE, styled
 from semiwear.report.markup import element, figure_text, picture, table, tiles, unit_text
 from semiwear.report.pictures import figure_uri
@@ -87,7 +87,7 @@ def _summary(found: Posterior) -> str:
     for one in found.target.unknowns.every:
         low, high = found.interval(one.key)
         note = f"95 %: {figure_text(low)} to {figure_text(high)}"
-        numbers.append((one.name.replace("_", " "), figure_text(found.quantile(one.key, 0.5)), note))
+        numbers.append((with_spaces(one.name), figure_text(found.quantile(one.key, 0.5)), note))
     note = (
         "Of the prior's: standard deviation over that of the prior, near 100 % where nothing was learnt. Emulator: "
         "what its error makes of the standard deviation; it is in the intervals."
@@ -118,7 +118,7 @@ def _fit(found: Posterior, observed: Sequence[Observation], simulate: Callable[[
             parts.append(_flank(found, one, channel, simulate))
         elif channel.values.size > 1:
             parts.append(_against(found, channel))
-    return "".join(parts)
+    return f'{parts[0]}<div class="cards">{"".join(parts[1:])}</div>'
 
 
 def _flank(found: Posterior, one: WornFlank, channel: Channel, simulate: Callable[[Scene], xr.DataTree]) -> str:

@@ -212,8 +212,8 @@ class Posterior:
         """A sentence for every observation, and one where the model does not explain it."""
         lines = []
         for name, deviation, misfit in self.fitted():
-            far = "; MORE than noise makes: the scene leaves out what was measured" if misfit > _FAR else ""
-            lines.append(f"{name}: noise {deviation:.3g}, misfit {misfit:.2f} of what it makes{far}")
+            far = "; the scene does NOT explain it" if misfit > _FAR else ""
+            lines.append(f"{name}: noise {deviation:.3g}, misfit {misfit:.2f} times what noise makes{far}")
         return lines
 
     def __str__(self) -> str:

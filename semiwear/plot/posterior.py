@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -11,11 +12,12 @@ import xarray as xr
 from semiwear.errors import SemiwearError
 from semiwear.plain_text import power_of_ten, unit_text
 from semiwear.plot.style import axes_for, styled
+from semiwear.scene.units import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["corner_size", "posterior_corner"]
+__all__ = ["corner_size", "posterior_corner", "with_spaces"]
 
 _PANEL = 2.3  # inch
 _BINS = 24
@@ -75,14 +77,14 @@ def _scaled(array: xr.DataArray) -> tuple[np.ndarray, str]:
     exponent = exponent if exponent < -3 or exponent > 4 else 0
     units = unit_text(str(array.attrs.get("units", "1")))
     told = " ".join(part for part in (power_of_ten(exponent) if exponent else "", units) if part)
-    name = str(array.name).removesuffix(f"_{units.replace('^', '').replace('/', '_per_')}").replace("_", " ")
-    return values / 10.0**exponent, f"{_folded(name)}{f' ({told})' if told else ''}"
+    name = textwrap.fill(with_spaces(str(array.name)), 22)
+    return values / 10.0**exponent, f"{name}{f' ({told})' if told else ''}"
 
 
-def _folded(name: str) -> str:
-    import textwrap
-
-    return textwrap.fill(name, 22)
+def with_spaces(name: str) -> str:
+    """Name of a field as a reader writes it, without the unit at its end."""
+    end = next((end for end in UNITS if name.endswith(f"_{end}")), "")
+    return name.removesuffix(f"_{end}").replace("_", " ")
 
 
 def _alone(panel: Axes, values: np.ndarray) -> None:

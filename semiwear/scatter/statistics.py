@@ -126,10 +126,14 @@ class Scatter:
         data = xr.Dataset(told, {"quantity": names, "share": list(shares), "units": ("quantity", self._units(names))})
         return data.assign_attrs(confidence=self.confidence, references=_REF)
 
+    @property
+    def drawn(self) -> list[int]:
+        """Numbers of first samples of a set that show whether they have settled: 8, 16, ... all."""
+        return [n for k in range(self.count.bit_length()) if (n := self.count >> k) >= _LEAST][::-1] or [self.count]
+
     def convergence(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
         """Quantiles from ever more samples: `value`, `low` and `high` over quantity, share and samples drawn."""
-        drawn = [self.count >> k for k in range(self.count.bit_length()) if self.count >> k >= _LEAST][::-1]
-        drawn = drawn or [self.count]
+        drawn = self.drawn
         names = list(self.quantities)
         found = np.full((len(names), len(shares), len(drawn), len(_PARTS)), np.nan)
         for i, name in enumerate(names):

@@ -84,8 +84,9 @@ def sweep(
         Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
         in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed or
         lost (its process died twice), `message` why, `seconds` how long it took. Values of scenes that failed are
-        NaN. All but `seconds` are the same to the last bit wherever and in whatever order scenes were solved, on one
-        kind of processor.
+        NaN, but for the wear states of a run that stopped midway: those it has are kept, and `last_wear_step` is the
+        last of them (with ``wear_states="last"`` it has none). All but `seconds` are the same to the last bit
+        wherever and in whatever order scenes were solved, on one kind of processor.
 
     Raises
     ------
