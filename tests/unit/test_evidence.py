@@ -74,6 +74,7 @@ def noise(random: np.random.Generator) -> np.ndarray:
     return np.sqrt(share) * alike + np.sqrt(1.0 - share) * random.standard_normal(P.shape)
 
 
+@pytest.mark.slow
 def test_intervals_under_unknown_correlated_noise_hold_as_often_as_they_say() -> None:
     """Noise parameters from their prior: 90 % intervals of two amounts hold in 90 %, as far as 80 flanks tell."""
     random, held = np.random.default_rng(4), np.zeros(2)
