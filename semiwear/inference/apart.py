@@ -1,4 +1,4 @@
-"""What observations leave open: fields of which they say nothing, and fields that they tell only together."""
+"""Fields that observations leave open: those of which they say nothing, and those that they tell only together."""
 
 from __future__ import annotations
 

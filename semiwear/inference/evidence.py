@@ -1,4 +1,4 @@
-"""What measured values say of the amounts of some shapes, their noise being known or not.
+"""Likelihood of the amounts of some shapes, from measured values whose noise is known or not.
 
 Measured, y = B b + D a + e: B the shapes that predictions are made of, b their amounts, D the movements that a datum
 leaves open, a theirs, e the noise, normal. All that y says of b is a likelihood of b.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from semiwear.emulator import LEAST_RUNS, emulator_of
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.unknowns import Unknowns
-from semiwear.measured.life_spread import QUANTILES, log_deviation
+from semiwear.measured.life_spread import log_deviation, quantiles_told, require_share
 from semiwear.plain_text import folded
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
@@ -65,23 +65,18 @@ class PosteriorLife:
         SceneError
             For a share not between 0 and 1.
         """
-        if not 0.0 < share < 1.0:
-            raise SceneError.of("share", shown(share), "above 0 and below 1", "0.1 for the life B10")
+        require_share(share)
         return float(np.quantile(self.meshes, share))
 
     def __str__(self) -> str:
-        parts = []
-        for share in QUANTILES:
-            meshes = self.quantile(share)
-            hours = "" if self.hours_per_mesh is None else f" ({meshes * self.hours_per_mesh:.4g} h)"
-            parts.append(f"B{100 * share:.0f} {meshes:.4g} meshes{hours}")
+        told = quantiles_told(self.quantile, self.hours_per_mesh)
         error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
         scatter = (
             f"; k scatters by {100.0 * self.k_scatter:.0f} % from part to part"
             if self.k_scatter
             else "; of this pair, without the scatter from part to part"
         )
-        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {', '.join(parts)}{scatter}{error}")
+        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {told}{scatter}{error}")
 
 
 def life_of(

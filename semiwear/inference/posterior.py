@@ -12,16 +12,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import SemiwearError
 from semiwear.inference.apart import not_told_apart
 from semiwear.inference.lives import PosteriorLife, life_of
 from semiwear.inference.sampling import Draws, Target
+from semiwear.measured.life_spread import require_share
 from semiwear.plain_text import folded, table
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.closest import closest
 from semiwear.scene.units import unit_of
-from semiwear.scene.values import shown
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -85,8 +85,7 @@ class Posterior:
 
     def quantile(self, key: str, share: float) -> float:
         """Value that a field falls short of with a probability."""
-        if not 0.0 < share < 1.0:
-            raise SceneError.of("share", shown(share), "above 0 and below 1", "0.5 for the median")
+        require_share(share)
         return float(np.quantile(self.of(key), share))
 
     def interval(self, key: str, confidence: float = 0.95) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What measured flanks, wear and transmission error say of unknown fields of a scene: `infer`."""
+"""Unknown fields of a scene from measured flanks, wear and transmission error: `infer`."""
 
 from __future__ import annotations
 
@@ -165,14 +165,15 @@ def plan_inference(
         fix = "give wear.coefficient_mm2_per_N, a first guess"
         raise SceneError([*problems, Problem("wear", None, "a table [wear]", fix)], "infer")
     coefficient = wear.coefficient_mm2_per_N
-    if COEFFICIENT in unknown and not isinstance(coefficient, float | int):
+    if COEFFICIENT in (unknown or ()) and not isinstance(coefficient, float | int):
         allowed = "one number for both bodies, where it is unknown"
         problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
     channels: list[Channel] = []
-    read = {key: read_distribution(key, raw, scene, []) for key, raw in dict(unknown).items()}
-    priors = {key: prior for key, prior in read.items() if prior is not None}
+    priors: dict[str, Distribution] = {}
     try:
         draw(scene, unknown, Sampling(64, seed, {}, False))
+        read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
+        priors = {key: prior for key, prior in read.items() if prior is not None}
     except SceneError as error:
         problems += error.problems
     try:

@@ -190,6 +190,8 @@ def test_fields_that_go_together_by_differences():
     "unknown, observed, options, parts",
     [
         ({}, amplitude(8, 1), {}, ["a mapping from dotted keys"]),
+        ([K], amplitude(8, 1), {}, ["a mapping from dotted keys"]),
+        (None, amplitude(8, 1), {}, ["a mapping from dotted keys"]),
         ({"operation.torque": sw.Normal(9, 1)}, [], {}, ["did you mean pinion_torque_Nm", "one observation or more"]),
         ({K: 3}, "worn.nc", {"runs": 3}, ["Normal, LogNormal", "goes into WornFlank", "32 to 4096"]),
         ({K: COEFFICIENT}, sw.Reading("wear_depth", 1, 1), {}, ["did you mean"]),
