@@ -13,7 +13,6 @@ differ as much over both, the quantity has a kink, such as where a tip comes to 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -26,8 +25,8 @@ from semiwear.optimise.space import is_number, scene_value
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
-from semiwear.sweep.bar import Bar
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import MESHES, Measure, Measured
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import in_processes
@@ -103,7 +102,7 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = Measure(tuple(dict.fromkeys(quantity.path for quantity in quantities)))
     count = available_threads() if workers is None else workers
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         total = 1 + len(_SIDES) * len(steps)
         base = solve(Task("", scene, measure))
         hears.step(1, total, "the scene")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,8 @@ from semiwear.optimise.search import Found, Goal, scan, search, settle
 from semiwear.optimise.space import space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
-from semiwear.sweep.bar import Bar
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
 from semiwear.threads import available_threads
 
 __all__ = ["optimise"]
@@ -96,7 +95,7 @@ def optimise(
     if problems or space is None:
         raise SceneError(problems, "optimise")
     count = 20 + 10 * len(space.fields) if most is None else most
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         total = count * (1 if len(aims) == 1 else 2 + _FRONT)
         counter = _Counter(hears, total)
         designs = Designs(
