@@ -328,6 +328,12 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     scene : Scene
     last : DataTree, optional
         An earlier result; the table then shows what share of its time each effect took.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> print(str(sw.plan(sw.load_scene("spur_fzg_c"))).splitlines()[2])
+    geometry          yes   spur gears 16/24, profile shifts 0.1817, 0.1715  gear_pair.type = "cylindrical"
     """
     return Plan(scene, physics_choices(scene), {} if last is None else seconds_of_effects(last))
 
