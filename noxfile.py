@@ -2,7 +2,7 @@
 # /// script
 # dependencies = ["nox>=2024.4"]
 # ///
-"""Sessions for contributors: ``nox -s tests slow lint docs bench``; ``nox`` alone runs the quick tests and the linters.
+"""Sessions: ``nox -s tests slow lint docs bench``; ``nox`` alone runs the quick tests and the linters.
 
 Each has an environment of its own; ``nox -R`` uses it again. What follows ``--`` goes to the tool.
 """
