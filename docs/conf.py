@@ -77,7 +77,7 @@ html_title = f"semiwear {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_theme_options = settings.THEME
-html_sidebars = {"whats_new": [], "glossary": []}
+html_sidebars = {"extending": [], "generated/more": [], "glossary": [], "whats_new": []}
 html_copy_source = False
 html_show_sourcelink = False
 

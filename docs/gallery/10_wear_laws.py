@@ -2,8 +2,8 @@
 Laws of the wear coefficient
 ============================
 
-Archard's coefficient is seldom one number. A hardened case that wears through, and a load beyond which mild wear
-becomes severe, are tables of the scene.
+Archard's coefficient is seldom one number. A hardened case that wears through, and a coefficient that rises
+with the pressure, are tables of the scene.
 """
 
 import matplotlib.pyplot as plt
@@ -17,7 +17,7 @@ figure, ax = plt.subplots(layout="constrained")
 for name, changes in {
     "constant": {},
     "soft core below a case": {"effects.wear_law.hardness": {}},
-    "severe at high load": {"effects.wear_law.load": {}},
+    "rising with pressure": {"effects.wear_law.load": {}},
 }.items():
     history = sw.simulate(scene.replace(changes))["history"].to_dataset()
     ax.plot(history.meshes, history.wear_depth_control_point, "o-", label=name)

@@ -41,5 +41,5 @@ def gallery(here: Path) -> dict[str, Any]:
         "image_scrapers": ("matplotlib",),
         "reset_modules": ("matplotlib",),
         "plot_gallery": "True",
-        "capture_repr": ("_repr_html_", "__str__"),
+        "capture_repr": (),  # what is shown is printed or drawn
     }
