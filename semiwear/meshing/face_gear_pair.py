@@ -21,7 +21,7 @@ __all__ = ["FaceGearMesh"]
 FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
-_GEAR_SECTIONS = 7
+_GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, swings by 5 %
 
 
 def _edge_inset(edge_radius: float, turn: float | FloatArray) -> FloatArray:
@@ -233,7 +233,7 @@ class FaceGearMesh:
         return driving_involute(self, face, pinion.roll_from_profile(profile), pinion.base_radius, pinion.flank_phase)
 
     def prism_body(self, body: int) -> PrismBody:
-        """One section of the pinion; seven of the gear, whose section changes with radius."""
+        """One section of the pinion; nine of the gear, whose section changes with radius."""
         if body == DRIVING:
             low, high = self.borders(np.array([self.gear.pitch_radius])).driving_face
             return PrismBody(high - low, low, (0.5 * (low + high),), (self.pinion.section(),))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from semiwear.compliance.beyond_prism import BeyondOnLines, WheelInfluence, whee
 from semiwear.compliance.influence import InfluenceOnLines, body_influence, read_influence
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
-from semiwear.compliance.taper import FILLET_ELEMENTS, tapered
+from semiwear.compliance.taper import tapered
 from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
@@ -127,10 +127,9 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     """The prisms of a body's sections; kept between runs as `toothed` are."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
-    of_section = partial(prism_section, fillet_elements=FILLET_ELEMENTS) if _tapers(shape) else prism_section
 
     def prism(section: int) -> PrismSection:
-        return of_section(
+        return prism_section(
             shape.sections[section],
             width=shape.tooth_length,
             youngs_modulus=youngs_modulus,
