@@ -24,7 +24,7 @@ for relief in reliefs:
     amplitude.append(float(error.max() - error.min()))
 
 # %%
-# Beyond the relief at which no edge bears any more, a further one only takes teeth out of the mesh.
+# Where the upper curve reaches zero no edge bears any more: that relief, and not much more, is what the edges ask for.
 figure, axes = plt.subplots(2, 1, sharex=True, layout="constrained")
 axes[0].plot(reliefs, share, "o-")
 axes[0].set(ylabel="greatest load share of an edge")
