@@ -24,7 +24,7 @@ for relief in reliefs:
     amplitude.append(float(error.max() - error.min()))
 
 # %%
-# Where the upper curve reaches zero no edge bears any more: that relief, and not much more, is what the edges ask for.
+# Where the upper curve reaches zero no edge bears any more: that relief, and little more, is what the edges ask for.
 figure, axes = plt.subplots(2, 1, sharex=True, layout="constrained")
 axes[0].plot(reliefs, share, "o-")
 axes[0].set(ylabel="greatest load share of an edge")
