@@ -7,9 +7,9 @@ from importlib import import_module
 
 import semiwear as sw
 
-__all__ = ["PACKAGES", "api_pages", "public_names"]
+__all__ = ["GROUPS", "PACKAGES", "api_pages", "public_names"]
 
-_GROUPS = {
+GROUPS = {
     "Scenes and plans": ("load_scene", "shipped_scenes", "Scene", "Placement", "plan", "screen"),
     "Contact and wear": ("tooth_contact_analysis", "loaded_contact", "simulate"),
     "Results": ("save", "open_results", "report", "export_flank"),
@@ -20,6 +20,8 @@ _GROUPS = {
     "Measured flanks": ("register", "measured_wear", "compare_wear", "calibrate"),
     "Errors": ("SemiwearError", "SceneError", "ConvergenceError", "ResultFileError", "MissingExtraError"),
 }  # fmt: skip
+"""Names of `semiwear` by purpose, whose functions have examples in their docstrings; new names are *Further* ones."""
+
 PACKAGES = (
     "semiwear.plot",
     "semiwear.closed_forms",
@@ -46,9 +48,9 @@ def _documented(member: object) -> bool:
 
 def api_pages() -> dict[str, str]:
     """File names and texts: the names of `semiwear` in groups, and a page for each of its public packages."""
-    known = [name for names in _GROUPS.values() for name in names]
+    known = [name for names in GROUPS.values() for name in names]
     own = [name for name in public_names("semiwear")]
-    groups = {title: [name for name in names if name in own] for title, names in _GROUPS.items()}
+    groups = {title: [name for name in names if name in own] for title, names in GROUPS.items()}
     groups["Further"] = [name for name in own if name not in known]
     lines = ["# semiwear", "", "What `import semiwear as sw` gives.", ""]
     for title, names in groups.items():
