@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         worn_flank,
         worn_tooth,
     )
+    from semiwear.inference import Reading, TransmissionErrorCurve, WearAtPoints, WornFlank, infer
     from semiwear.loading import load_scene
     from semiwear.measured import (
         calibrate,
@@ -68,13 +69,17 @@ __all__ = [
     "MissingExtraError",
     "Normal",
     "Placement",
+    "Reading",
     "ResultFileError",
     "Scatter",
     "Scene",
     "SceneError",
     "SemiwearError",
+    "TransmissionErrorCurve",
     "Triangular",
     "Uniform",
+    "WearAtPoints",
+    "WornFlank",
     "calibrate",
     "check_geometry",
     "citations",
@@ -84,6 +89,7 @@ __all__ = [
     "flank_from_points",
     "flank_from_traces",
     "in_zone",
+    "infer",
     "life_in",
     "load_scene",
     "loaded_contact",
@@ -130,6 +136,7 @@ _MODULES = {
         "worn_flank",
         "worn_tooth",
     ),
+    "inference": ("Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "infer"),
     "loading": ("load_scene",),
     "measured": (
         "calibrate",

@@ -196,6 +196,14 @@ def _parser() -> argparse.ArgumentParser:
     optimise.add_argument("--workers", metavar="N", type=int, help="processes of the scan; default: one a core")
     optimise.add_argument("--report", metavar="FILE", help="write the search as a self-contained HTML page")
 
+    what = "find unknown fields of a scene from what was measured on worn gears"
+    infer = commands.add_parser("infer", help=what)
+    infer.add_argument("study", help="a TOML file with priors and measurements (docs/inference.md)")
+    infer.add_argument("-o", "--output", metavar="FILE", required=True, help="draws of the posterior: *.nc or *.zarr")
+    infer.add_argument("--workers", metavar="N", type=int, help="processes of the runs; default: one a core")
+    infer.add_argument("--store", metavar="FOLDER", help="keep solved runs there, and go on from them")
+    infer.add_argument("--report", metavar="FILE", help="write the inference as a self-contained HTML page")
+
     what = "find the wear coefficient from measured flanks"
     calibrate = commands.add_parser("calibrate", help=what, parents=[of_scene])
     calibrate.add_argument("measured", nargs="+", help="worn flanks, one a part: .nc or .csv, points or deviations")

@@ -17,6 +17,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.inference.command import run_inference
 from semiwear.optimise.command import run_optimise
 from semiwear.plot.geometry import geometry_figure
 from semiwear.results.checkpoint import peek, remove_checkpoint
@@ -35,7 +36,20 @@ from semiwear.untyped import Table
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "export", "geometry", "kept", "new", "optimise", "report", "rexs", "run", "screen", "sweep"]
+__all__ = [
+    "calibrate",
+    "export",
+    "geometry",
+    "infer",
+    "kept",
+    "new",
+    "optimise",
+    "report",
+    "rexs",
+    "run",
+    "screen",
+    "sweep",
+]
 
 _LOG = logging.getLogger(__name__)
 
@@ -298,6 +312,20 @@ def optimise(options: argparse.Namespace) -> Table:
     print(told)
     print(f"\n{spent:.1f} s")
     return {"best": options.output, "designs": options.designs, "report": options.report, "seconds": spent}
+
+
+def infer(options: argparse.Namespace) -> Table:
+    """Infer the unknown fields of a study file."""
+    begin = time.perf_counter()
+    with _Bar("reading the study ...", "step", "inference") as bar:
+        told = run_inference(
+            options.study, options.output, workers=options.workers, store=options.store, report=options.report,
+            progress=bar,
+        )  # fmt: skip
+    spent = time.perf_counter() - begin
+    print(told)
+    print(f"\n{spent:.1f} s")
+    return {"output": options.output, "report": options.report, "seconds": spent}
 
 
 def calibrate(options: argparse.Namespace, scene: sw.Scene) -> Table:

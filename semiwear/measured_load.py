@@ -159,6 +159,13 @@ def measured_load(
     ------
     SceneError
         With everything that is wrong: columns, lengths, missing values, times that do not rise.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> load = sw.measured_load([100.0, 200.0, -50.0, 300.0])
+    >>> [round(torque) for torque in load.spectrum(levels=3)["torques_Nm"]]
+    [100, 233]
     """
     columns = _columns(torque, time, speed)
     problems: list[Problem] = []

@@ -222,6 +222,14 @@ def screen(
         If the threshold is not above 0.
     ConvergenceError
         If the scene as it is cannot be solved; an effect that cannot is listed with the reason.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "wear": None}
+    >>> found = sw.screen(sw.load_scene("spur_fzg_c").replace(coarse))
+    >>> "called for at 2 %" in str(found)
+    True
     """
     if not 0.0 < threshold < np.inf:
         raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")

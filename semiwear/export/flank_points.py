@@ -59,6 +59,15 @@ def export_flank(
     ------
     SceneError
         For an unknown body, too few points, another kind of file, or a result that does not fit.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "gear.nc")
+    >>> sw.export_flank(sw.load_scene("spur_fzg_c"), "gear", path, points=(21, 9))
+    >>> path.is_file()
+    True
     """
     if body not in BODIES:
         raise SceneError.of("body", body, one_of(BODIES))

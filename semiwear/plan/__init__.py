@@ -358,6 +358,12 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     ------
     SceneError
         `last` tells no times.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> print(str(sw.plan(sw.load_scene("spur_fzg_c"))).splitlines()[2])
+    geometry          yes   spur gears 16/24, profile shifts 0.1817, 0.1715  gear_pair.type = "cylindrical"
     """
     seconds = {} if last is None else seconds_of_effects(last)
     if last is not None and not seconds:

@@ -95,9 +95,10 @@ def axes_for(
     size: tuple[float, float] = SIZE,
     *,
     side_by_side: bool = False,
+    columns: int = 1,
     options: Options | None = None,
 ) -> list[Axes]:
-    """Axes to draw on: the caller's, or new ones, panels under one another unless `side_by_side`."""
+    """Axes to draw on: the caller's, or new ones, panels in so many columns or all `side_by_side`."""
     if ax is not None:
         given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
         if len(given) != panels:
@@ -105,7 +106,7 @@ def axes_for(
         return given
     import matplotlib.pyplot as plt
 
-    shape = (1, panels) if side_by_side else (panels, 1)
+    shape = (1, panels) if side_by_side else (panels // columns, columns)
     _, created = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained", **(options or {}))
     return list(created.flat)
 

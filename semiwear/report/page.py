@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from html import escape
 from pathlib import Path
 
 import xarray as xr
@@ -16,10 +15,10 @@ from semiwear.report.fidelities import against_section, heading
 from semiwear.report.first_screen import result_section
 from semiwear.report.picture_cards import cards_of, left_out
 from semiwear.report.ratings import ratings_section
-from semiwear.report.told import Section, Told, contents, written
+from semiwear.report.told import Section, Told, written
 from semiwear.report.turning import script_hashes
 from semiwear.report.verdicts import verdicts_section
-from semiwear.report.writing import document, page_target, write_page
+from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.life_axis import life_in
 
 __all__ = ["SECTIONS", "write_report"]
@@ -93,13 +92,7 @@ def write_report(
 
 
 def _page(told: Told) -> str:
-    title = told.attrs.get("title", "Gear tooth wear")
-    body = contents(written(SECTIONS, told))
-    scripts = script_hashes() if 'id="turning"' in body else ()
-    return document(
-        title,
-        f"<header><h1>{escape(title)}</h1><p>{escape(told.attrs.get('history', ''))}</p></header>{body}"
-        f"<footer><p>{escape(told.attrs.get('source', 'semiwear'))}; scene SHA-256 "
-        f"<code>{escape(told.attrs.get('scene_sha256', ''))}</code></p></footer>",
-        scripts,
-    )
+    found = written(SECTIONS, told)
+    scripts = script_hashes() if any('id="turning"' in content for _, content in found) else ()
+    title, history = told.attrs.get("title", "Gear tooth wear"), told.attrs.get("history", "")
+    return page_of(title, history, found, told.attrs, scripts)

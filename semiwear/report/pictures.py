@@ -140,13 +140,14 @@ def figure_uri(
     draw_on: Callable[[list[Axes]], object],
     *,
     side_by_side: bool = False,
+    columns: int = 1,
     subplot: dict[str, str] | None = None,
 ) -> str:
-    """A figure [inch] as a data URI; `draw_on` gets its axes, under one another unless `side_by_side`."""
+    """A figure [inch] as a data URI; `draw_on` gets its axes, in so many columns or all `side_by_side`."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
-    shape = (1, panels) if side_by_side else (panels, 1)
+    shape = (1, panels) if side_by_side else (panels // columns, columns)
     draw_on(list(figure.subplots(*shape, squeeze=False, subplot_kw=subplot).flat))
     stream = io.BytesIO()
     # the page's ground shows through: it is light or dark

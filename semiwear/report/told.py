@@ -1,12 +1,10 @@
-"""The material of a report, its sections, and how they become a page with a list of contents."""
+"""The material of a report and its sections."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 
 import xarray as xr
 
@@ -14,7 +12,7 @@ from semiwear.report.pictures import Drawn, draw_all
 from semiwear.results.wearing import scene_tables
 from semiwear.untyped import Table
 
-__all__ = ["Section", "Told", "contents", "written"]
+__all__ = ["Section", "Told", "written"]
 
 
 @dataclass(frozen=True)
@@ -74,16 +72,3 @@ def written(sections: tuple[Section, ...], told: Told) -> list[tuple[str, str]]:
             heading = section.heading if isinstance(section.heading, str) else section.heading(told)
             found.append((heading, content))
     return found
-
-
-def contents(found: list[tuple[str, str]]) -> str:
-    """The list of contents, and the sections that its links lead to."""
-    links = "".join(f'<li><a href="#{_place(name)}">{escape(name)}</a></li>' for name, _ in found)
-    parts = "".join(
-        f'<section id="{_place(name)}"><h2>{escape(name)}</h2>{content}</section>\n' for name, content in found
-    )
-    return f'<nav aria-label="Contents"><ul>{links}</ul></nav><main>{parts}</main>'
-
-
-def _place(heading: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")

@@ -23,7 +23,14 @@ _SHIPPED = resources.files("semiwear.scene") / "scenes"
 
 
 def shipped_scenes() -> list[str]:
-    """Names of the scenes that come with semiwear, sorted."""
+    """Names of the scenes that come with semiwear, sorted.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> "spur_fzg_c" in sw.shipped_scenes()
+    True
+    """
     names = (entry.name for entry in _SHIPPED.iterdir())
     return sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX))
 

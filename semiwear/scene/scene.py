@@ -56,6 +56,15 @@ class Scene(SceneTables):
         ------
         SceneError
             With every problem of the new scene, unknown keys included.
+
+        Examples
+        --------
+        >>> import semiwear as sw
+        >>> scene = sw.load_scene("spur_fzg_c").replace({"operation.pinion_torque_Nm": 250.0, "effects.friction": {}})
+        >>> scene.operation.pinion_torque_Nm
+        250.0
+        >>> scene.effects.friction.coefficient
+        0.05
         """
         data, problems = edited(self, changes)
         return scene_from_dict(data, name=self.title or "scene", check=self._check, problems=problems)

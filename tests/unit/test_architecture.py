@@ -36,9 +36,10 @@ LAYERS = (
     ("screen",),
     ("measured",),
     ("plot", "export"),
-    ("report", "sweep", "accuracy"),
+    ("report", "sweep", "accuracy", "emulator"),
     ("scatter",),
     ("optimise",),
+    ("inference",),
     ("sensitivities",),
     ("__init__",),
     ("console", "completion", "commands"),
@@ -61,6 +62,8 @@ EXTRAS = (
     "pyvista",
     "openpyxl",
     "shtab",
+    "emcee",
+    "sklearn",
 )
 
 
