@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from html import escape
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
+from semiwear.html_text import html_table
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, table
 from semiwear.plan import plan
@@ -146,6 +148,12 @@ class Screening:
             parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
         return "\n\n".join(parts)
 
+    def _repr_html_(self) -> str:
+        caption = f"as it is: {self._as_it_is()}; change in % when an effect is added or removed"
+        called = ", ".join(self.called_for) or "none"
+        told = f"<p>called for at {100.0 * self.threshold:g} %: <b>{escape(called)}</b></p>"
+        return told + html_table(_HEAD, [self._cells(row) for row in self.rows], caption)
+
     def _counts(self, row: ScreenedEffect) -> bool:
         return row.greatest >= self.threshold
 
@@ -214,6 +222,14 @@ def screen(
         If the threshold is not above 0.
     ConvergenceError
         If the scene as it is cannot be solved; an effect that cannot is listed with the reason.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "wear": None}
+    >>> found = sw.screen(sw.load_scene("spur_fzg_c").replace(coarse))
+    >>> "called for at 2 %" in str(found)
+    True
     """
     if not 0.0 < threshold < np.inf:
         raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")

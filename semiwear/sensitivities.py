@@ -13,7 +13,6 @@ differ as much over both, the quantity has a kink, such as where a tip comes to 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -26,8 +25,8 @@ from semiwear.optimise.space import is_number, scene_value
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
-from semiwear.sweep.bar import Bar
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import MESHES, Measure, Measured
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import in_processes
@@ -88,6 +87,15 @@ def sensitivities(
     Notes
     -----
     It takes four runs a field, and one more.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace({"wear.until.meshes": 1e6} | coarse)
+    >>> slopes = sw.sensitivities(scene, "wear_depth_max", ["wear.coefficient_mm2_per_N"], workers=0)
+    >>> print(f"{float(slopes.relative[0, 0]):.1f}")  # so little wear leaves the flanks as they are
+    1.0
     """
     problems: list[Problem] = []
     names = [of] if isinstance(of, str) else list(of)
@@ -103,7 +111,7 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = Measure(tuple(dict.fromkeys(quantity.path for quantity in quantities)))
     count = available_threads() if workers is None else workers
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         total = 1 + len(_SIDES) * len(steps)
         base = solve(Task("", scene, measure))
         hears.step(1, total, "the scene")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -34,6 +35,8 @@ from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
+
+_LOG = logging.getLogger(__name__)
 
 _ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
 _WEARING = "contact and wear"  # the stage
@@ -96,6 +99,7 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
             kept.add(KeptStep(step.total, seconds, state_arrays(stepper, step.state)))
             if step.done:
                 progress.step(step.done, step.total, step.text)
+                _LOG.info("wear step %d of %d: %s", step.done, step.total, step.text)
         life = life_group(physics, teeth, stepper, progress.step)
     except ConvergenceError as error:
         if not states:

@@ -81,6 +81,17 @@ def simulate(
         change, and its `result` holds what was found.
     ResultFileError
         If the checkpoint is of another run, damaged, in use, or cannot be written.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(coarse))
+    >>> depth = tree["history"].wear_depth_max.isel(wear_step=-1)
+    >>> bool(depth.sel(body="pinion") > depth.sel(body="gear"))
+    True
+    >>> depth.attrs["units"]
+    'um'
     """
     if fidelity is not None:
         scene = scene.replace({"numerics.fidelity": fidelity})

@@ -21,7 +21,7 @@ from semiwear.plan import plan
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
-__all__ = ["compare_wear", "comparison_of_fit"]
+__all__ = ["compare_wear", "comparison_of_fit", "grid_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -66,6 +66,17 @@ def compare_wear(
         If the result has no worn flank, or of another grid than its scene makes.
     SceneError
         As `measured_wear`.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene, path = sw.load_scene("spur_fzg_c").replace(coarse), pathlib.Path(tempfile.mkdtemp(), "worn.nc")
+    >>> tree = sw.simulate(scene)
+    >>> sw.export_flank(scene, "gear", path, points=(21, 9), worn=tree)
+    >>> print(f"{float(sw.compare_wear(tree, path).scale):.1f}")
+    1.0
     """
     flank = group_of(tree, "flank")
     if "wear_depth" not in flank:
@@ -90,13 +101,17 @@ def comparison_of_fit(worn: MeasuredWear, part: PartFit, attrs: dict[str, str]) 
     return _compared(worn, part.predicted[worn.inside], modes[worn.inside], attrs)
 
 
+def grid_of(scene: Scene, face: FloatArray, points: int, body: str) -> FlankGrid:
+    """Nodes of a body's wear in a result of a scene: some points along the profile at each face coordinate [mm]."""
+    pair = plan(scene).flank_pair()
+    make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
+    return make(pair, np.asarray(face, float), points)
+
+
 def _grid_of(scene: Scene, flank: xr.Dataset, body: str) -> FlankGrid:
     """Nodes of a result's wear, made again and checked against the heights that it holds."""
-    pair = plan(scene).flank_pair()
-    face, points = np.asarray(flank["face"].values, float), flank.sizes["profile"]
-    make = flank_grid if BODIES.index(body) == DRIVEN else driving_grid
-    grid = make(pair, face, points)
-    height, _ = pair.flank_place(BODIES.index(body), face[:, None], grid.profile)
+    grid = grid_of(scene, flank["face"].values, flank.sizes["profile"], body)
+    height, _ = plan(scene).flank_pair().flank_place(BODIES.index(body), grid.face[:, None], grid.profile)
     held = flank["flank_height"].sel(body=body).transpose("face", "profile").values
     if not np.allclose(height, held, atol=_SAME_HEIGHT, rtol=0.0):
         raise SemiwearError(

@@ -17,7 +17,7 @@ own scatter takes its place, and Student's t that of the normal distribution.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import exp, log, sqrt
 
@@ -28,7 +28,7 @@ from scipy.stats import t as student
 from semiwear.errors import SceneError
 from semiwear.plain_text import folded
 
-__all__ = ["QUANTILES", "LifeSpread", "log_deviation"]
+__all__ = ["QUANTILES", "LifeSpread", "log_deviation", "quantiles_told", "require_share"]
 
 QUANTILES = (0.1, 0.5, 0.9)
 """Shares of parts that have reached the depth: B10, median, B90."""
@@ -37,6 +37,28 @@ QUANTILES = (0.1, 0.5, 0.9)
 def log_deviation(variation: float) -> float:
     """Standard deviation of the logarithm of a log-normal quantity with a coefficient of variation."""
     return sqrt(log(1.0 + variation**2))
+
+
+def require_share(share: float) -> None:
+    """Refuse a share that no quantile has.
+
+    Raises
+    ------
+    SceneError
+        For a share not between 0 and 1.
+    """
+    if not 0.0 < share < 1.0:
+        raise SceneError.of("share", share, "above 0 and below 1", "0.1 for the life B10")
+
+
+def quantiles_told(quantile: Callable[[float], float], hours_per_mesh: float | None) -> str:
+    """B10, median and B90 in words, with hours where a mesh takes a known time."""
+    parts = []
+    for share in QUANTILES:
+        meshes = quantile(share)
+        hours = "" if hours_per_mesh is None else f" ({meshes * hours_per_mesh:.4g} h)"
+        parts.append(f"B{100 * share:.0f} {meshes:.4g} meshes{hours}")
+    return ", ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -75,8 +97,7 @@ class LifeSpread:
         SceneError
             For a share not between 0 and 1.
         """
-        if not 0.0 < share < 1.0:
-            raise SceneError.of("share", share, "above 0 and below 1", "0.1 for the life B10")
+        require_share(share)
         place = norm.ppf(share) if np.isinf(self.freedom) else student.ppf(share, self.freedom)
         return self.median * exp(float(place) * self.log_deviation)
 
@@ -85,13 +106,9 @@ class LifeSpread:
         return tuple(self.quantile(share) for share in shares)
 
     def __str__(self) -> str:
-        parts = []
-        for share in QUANTILES:
-            meshes = self.quantile(share)
-            hours = "" if self.hours_per_mesh is None else f" ({meshes * self.hours_per_mesh:.4g} h)"
-            parts.append(f"B{100 * share:.0f} {meshes:.4g} meshes{hours}")
+        told = quantiles_told(self.quantile, self.hours_per_mesh)
         spread = 100.0 * sqrt(exp(self.log_deviation**2) - 1.0)
         return folded(
-            f"life of the {self.body} until {self.depth_limit:g} um: {', '.join(parts)}; k scatters by "
+            f"life of the {self.body} until {self.depth_limit:g} um: {told}; k scatters by "
             f"{100.0 * self.k_scatter:.0f} % from part to part, the life of the next part by {spread:.0f} %"
         )

@@ -19,7 +19,7 @@ from semiwear.plot import wear_map
 from semiwear.plot.style import SIZE, SIZE_WIDE, styled
 from semiwear.report.markup import NONE, element, figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
-from semiwear.report.writing import document, page_target, write_page
+from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.wearing import worn_bodies
 from semiwear.scene import Scene
 
@@ -64,11 +64,8 @@ def write_optimum_report(
             ("Numbers", _numbers(best)),
             ("The best design as a scene", _pre(best.scene.to_toml())),
         ]
-    title = f"Best design: {before.title or 'a scene'}"
-    body = "".join(f"<section><h2>{escape(name)}</h2>{html}</section>\n" for name, html in sections if html)
-    head = f"<header><h1>{escape(title)}</h1><p>{escape(best.verdict)}</p></header>"
-    told = f"{escape(best.designs.attrs['source'])}; scene SHA-256 <code>{best.scene.sha256}</code>"
-    page = document(title, f"{head}<main>{body}</main><footer><p>{told}</p></footer>")
+    attrs = {"source": best.designs.attrs["source"], "scene_sha256": best.scene.sha256}
+    page = page_of(f"Best design: {before.title or 'a scene'}", best.verdict, sections, attrs)
     target = page_target(path)
     write_page(target, page)
     return target

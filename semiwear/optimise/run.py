@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,8 @@ from semiwear.optimise.search import Found, Goal, scan, search, settle
 from semiwear.optimise.space import space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
-from semiwear.sweep.bar import Bar
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
 from semiwear.threads import available_threads
 
 __all__ = ["optimise"]
@@ -75,6 +74,16 @@ def optimise(
     ------
     SceneError
         With everything that is wrong with the arguments, before anything runs; also where no design can be solved.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 7, "numerics.roll_positions": 8, "numerics.harmonics": 3}
+    >>> scene = sw.load_scene("spur_fzg_c").replace({"wear.until.meshes": 1e6} | coarse)
+    >>> relief = {"effects.modification.pinion.tip_relief_um": (0.0, 60.0)}
+    >>> best = sw.optimise(scene, vary=relief, minimise="transmission_error_amplitude", most=6, workers=0)
+    >>> 0.0 < best.scene.effects.modification.pinion.tip_relief_um <= 60.0
+    True
     """
     problems: list[Problem] = []
     space = None
@@ -96,7 +105,7 @@ def optimise(
     if problems or space is None:
         raise SceneError(problems, "optimise")
     count = 20 + 10 * len(space.fields) if most is None else most
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         total = count * (1 if len(aims) == 1 else 2 + _FRONT)
         counter = _Counter(hears, total)
         designs = Designs(

@@ -11,13 +11,13 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.meshing.flank_pair import BODIES
+from semiwear.plot.curve_names import name_curves
 from semiwear.plot.flank import flank_axes, mark_pitch_band
 from semiwear.plot.style import (
     SIZE_WIDE,
     axes_for,
     colour_bar,
     label,
-    legend_above,
     meshes_axis,
     need,
     step_name,
@@ -68,7 +68,7 @@ def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         _scale(ax, relative.values)
         ax.set(xlabel=name, ylabel="Safety over required safety")
         ax.margins(x=0.0)
-        legend_above(ax, 3)
+        name_curves(ax)
     return ax
 
 

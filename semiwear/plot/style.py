@@ -31,7 +31,6 @@ __all__ = [
     "chosen_steps",
     "colour_bar",
     "label",
-    "legend_above",
     "meshes_axis",
     "need",
     "pressure_scale",
@@ -96,9 +95,10 @@ def axes_for(
     size: tuple[float, float] = SIZE,
     *,
     side_by_side: bool = False,
+    columns: int = 1,
     options: Options | None = None,
 ) -> list[Axes]:
-    """Axes to draw on: the caller's, or new ones, panels under one another unless `side_by_side`."""
+    """Axes to draw on: the caller's, or new ones, panels in so many columns or all `side_by_side`."""
     if ax is not None:
         given = list(ax) if isinstance(ax, Sequence | np.ndarray) else [ax]
         if len(given) != panels:
@@ -106,7 +106,7 @@ def axes_for(
         return given
     import matplotlib.pyplot as plt
 
-    shape = (1, panels) if side_by_side else (panels, 1)
+    shape = (1, panels) if side_by_side else (panels // columns, columns)
     _, created = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained", **(options or {}))
     return list(created.flat)
 
@@ -147,14 +147,11 @@ def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
         ax.set_ylim(bottom=0.0)
 
 
-def legend_above(ax: Axes, columns: int) -> None:
-    """Legend above the axes, where curves fill them."""
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
-
-
 def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Meshes of each wear step over a power of ten, and the label that names the power."""
+    """Meshes of each wear step over a power of ten, and the label that names the power; or what `life_in` counts."""
     meshes = np.asarray(array["meshes"].values, dtype=float)
+    if array["meshes"].attrs.get("units", "1") != "1":
+        return meshes, label(array["meshes"])
     exponent = _exponent(meshes.max(initial=0.0))
     power = f"{power_of_ten(exponent)} " if exponent else ""
     return meshes / 10.0**exponent, f"Engagements of a gear tooth ({power}meshes)"
@@ -167,6 +164,8 @@ def step_name(array: xr.DataArray, step: int) -> str:
     meshes = float(array["meshes"].values[step])
     if meshes == 0:
         return "unworn"
+    if (units := array["meshes"].attrs.get("units", "1")) != "1":
+        return f"{meshes:.4g} {units}"
     exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
     return f"{meshes / 10.0**exponent:.2f}·{power_of_ten(exponent)} meshes"
 
@@ -181,7 +180,7 @@ def step_colours(count: int) -> list[tuple[float, ...]]:
     """A colour a wear step, dark for the first to light for the last."""
     import matplotlib
 
-    return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 2)))]
+    return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.75, max(count, 2)))]
 
 
 def _exponent(value: float) -> int:

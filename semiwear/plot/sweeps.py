@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.plot.posterior import with_spaces
 from semiwear.plot.style import SIZE, axes_for, label, step_colours, styled
-from semiwear.scene.units import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ _BODY = "gear"
 
 
 def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArray:
-    """One value a scene of a variable of a sweep: at the end of each run, of one body.
+    """One value a scene of a variable of a sweep: at the end of each run, of one body; NaN where the scene failed.
 
     Raises
     ------
@@ -42,6 +42,7 @@ def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArra
         array = array.isel(wear_step=last).drop_vars("wear_step", errors="ignore")
     if array.dims != found["status"].dims:
         raise SemiwearError(f"{name} has more than one value a scene: {', '.join(map(str, array.dims))}")
+    array = array.where(found["status"] == 0)  # a run that stopped midway has no end
     array.attrs = dict(found[name].attrs)
     if "body" in found[name].dims:
         array.attrs["long_name"] = f"{array.attrs.get('long_name', name)} ({body})"
@@ -110,9 +111,7 @@ def _ticks(ax: Axes, array: xr.DataArray, which: str) -> None:
 
 
 def _axis_label(array: xr.DataArray) -> str:
-    name = str(array.name)
-    end = next((end for end in UNITS if name.endswith(f"_{end}")), "")
-    return label(array, name.removesuffix(f"_{end}").replace("_", " "))
+    return label(array, with_spaces(str(array.name)))
 
 
 def sweep_curves(

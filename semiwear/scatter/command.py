@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import Problem, SceneError
-from semiwear.plot.style import SIZE, styled
+from semiwear.plot.style import SIZE, step_colours, styled
 from semiwear.report.markup import figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.scatter.run import Sampling, draw
@@ -150,7 +150,8 @@ def _whole(told: Scatter, reached: xr.Dataset) -> xr.Dataset:
 def _sections(told: Scatter, probabilities: list[str]) -> list[tuple[str, str]]:
     listed = "".join(f"<li>{escape(line)}</li>" for line in probabilities)
     sections = [("Quantiles", _quantiles(told) + (f"<ul>{listed}</ul>" if listed else "") + _histograms(told))]
-    sections.append(("Have the samples settled?", _convergence(told)))
+    settled = _convergence(told) + (_settling_indices(told) if told.paired else "")
+    sections.append(("Have the samples settled?", settled))
     if told.paired:
         sections.append(("What matters", _tornado(told)))
     return sections
@@ -220,6 +221,30 @@ def _convergence(told: Scatter) -> str:
             uri = figure_uri(SIZE, 1, draw_on)
         caption = f"{100 * SHARES[0]:.0f} % fall short of it, with its interval."
         figures.append(_figure(uri, f"Quantile of {name}", caption))
+    return f'<div class="cards small">{"".join(figures)}</div>'
+
+
+def _settling_indices(told: Scatter) -> str:
+    """Total Sobol' indices of the main quantities from ever more samples of each set."""
+    figures = []
+    every = [told.indices(count) for count in told.drawn]
+    for name in _varying(told)[:_MOST_SETTLING]:
+
+        def draw_on(axes, name=name):  # type: ignore[no-untyped-def]
+            (ax,) = axes
+            for field, colour in zip(told.fields, step_colours(len(told.fields)), strict=False):
+                one = [found.sel(quantity=name, field=field) for found in every]
+                value, low, high = ([float(o[key]) for o in one] for key in ("total", "total_low", "total_high"))
+                ax.fill_between(told.drawn, low, high, color=colour, alpha=0.15, lw=0)
+                ax.plot(told.drawn, value, "o-", color=colour, label=field.rpartition(".")[2])
+            ax.set_xscale("log", base=2)
+            ax.set(xlabel="Samples drawn of each set", ylabel="Share of the variance")
+            ax.legend()
+
+        with styled():
+            uri = figure_uri(SIZE, 1, draw_on)
+        caption = "Total Sobol' indices with their intervals."
+        figures.append(_figure(uri, f"What {name} depends on, from ever more samples", caption))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 

@@ -8,17 +8,21 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from semiwear.errors import Problem, SceneError
 from semiwear.scatter.design import Design, design, read_correlation
 from semiwear.scatter.distributions import Distribution, read_distribution
+from semiwear.scatter.emulated import emulated_samples
 from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
 from semiwear.scene.edit import edited
 from semiwear.scene.schema import schema_of_scene
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
-from semiwear.sweep import sweep
+from semiwear.sweep.bar import hearing
+from semiwear.sweep.run import crew_of, read_job, run_job
+from semiwear.sweep.store import open_store
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -37,6 +41,7 @@ def scatter(
     correlation: Mapping[tuple[str, str], float] | None = None,
     sensitivity: bool = False,
     confidence: float = 0.95,
+    emulate: float | None = None,
     measure: str | Sequence[str] | None = None,
     crew: int | str | Client | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -62,6 +67,10 @@ def scatter(
         Whether Sobol' indices are wanted, which takes (number of fields + 2) times as many samples.
     confidence : float
         Of the intervals. Default 0.95.
+    emulate : float, optional
+        Solve only some of the samples, and let an emulator (extra ``infer``) tell the rest: its stated error, which
+        95 % of fresh samples keep, may be so much of a quantity's standard deviation. Further samples are solved, up
+        to `samples`, until it is; intervals of quantiles and probabilities are wider by it.
     measure, store, progress
         As of `sweep`; of every quantity the value at the end of the run counts.
     crew : int, str or distributed.Client, optional
@@ -75,8 +84,21 @@ def scatter(
     ------
     SceneError
         With everything that is wrong, before anything runs.
+    SemiwearError
+        The emulator's error stays above what was asked.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace(coarse)
+    >>> found = sw.scatter(scene, {"operation.pinion_torque_Nm": sw.Normal(302.0, 15.0)}, samples=4, crew=0)
+    >>> len(found.values("load_share_max"))
+    4
     """
     problems: list[Problem] = []
+    if emulate is not None and (isinstance(emulate, bool) or not isinstance(emulate, int | float) or not emulate > 0):
+        problems.append(Problem("emulate", shown(emulate), "greater than 0", "0.1 of a standard deviation, say"))
     if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0.0 < confidence < 1.0:
         problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
     try:
@@ -86,12 +108,19 @@ def scatter(
     if problems:
         raise SceneError(problems, "scatter")
     fields = tuple(distributions)
-    table = {field: drawn.values[:, k].tolist() for k, field in enumerate(fields)}
-    places = {"workers": crew} if crew is None or isinstance(crew, int | str) else {"client": crew}
-    found = sweep(
-        scene, table, combine="zip", measure=measure, wear_states="last", store=store, progress=progress, **places
-    )
-    return Scatter(found, fields, drawn.count, drawn.paired, confidence)
+    kept = open_store(store)
+
+    def solve(count: int) -> xr.Dataset:
+        table = {field: drawn.values[:count, k].tolist() for k, field in enumerate(fields)}
+        job = read_job(scene, table, measure=measure, wear_states="last", combine="zip", crew=crew_of(crew))
+        with hearing(progress) as hears:
+            return run_job(job, kept, hears)
+
+    if emulate is None:
+        return Scatter(solve(len(drawn.values)), fields, drawn.count, drawn.paired, confidence)
+    priors = {key: one for key, raw in distributions.items() if (one := read_distribution(key, raw, scene, []))}
+    found, errors = emulated_samples(solve, drawn.values, priors, emulate, drawn.count)
+    return Scatter(found, fields, drawn.count, drawn.paired, confidence, errors)
 
 
 @dataclass(frozen=True)

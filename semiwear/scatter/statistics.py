@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 
-__all__ = ["SHARES", "Scatter"]
+__all__ = ["SHARES", "Scatter", "quantities_of"]
 
 SHARES = (0.1, 0.5, 0.9)
 """Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
@@ -42,6 +42,8 @@ class Scatter:
         Whether there are what Sobol' indices need: a second set, and one more for each field.
     confidence : float
         Of all intervals.
+    errors : mapping of str to float
+        Stated error of every quantity whose samples are emulated in part; intervals are wider by it.
     """
 
     samples: xr.Dataset
@@ -49,6 +51,7 @@ class Scatter:
     count: int
     paired: bool
     confidence: float
+    errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def independent(self) -> int:
@@ -58,18 +61,7 @@ class Scatter:
     @cached_property
     def quantities(self) -> dict[str, np.ndarray]:
         """Values of every quantity, one a sample; of both bodies as ``"root_stress_max pinion"``."""
-        return {name: values for name, values in self._all() if np.isfinite(values).any()}
-
-    def _all(self) -> Iterator[tuple[str, np.ndarray]]:
-        for name in map(str, self.samples.data_vars):
-            array = self.samples[name]
-            if name in ("status", "message", "seconds", "last_wear_step") or array.dtype.kind != "f":
-                continue
-            if array.dims == ("sample",):
-                yield name, array.values
-            elif set(array.dims) == {"sample", "body"}:
-                for body in map(str, array["body"].values):
-                    yield f"{name} {body}", scene_values(self.samples, name, body).values
+        return {name: values for name, values in quantities_of(self.samples) if np.isfinite(values).any()}
 
     def values(self, name: str) -> np.ndarray:
         """Values of a quantity in the independent samples that were solved.
@@ -96,7 +88,12 @@ class Scatter:
         """
         if not 0.0 < share < 1.0:
             raise SceneError.of("share", shown(share), "above 0 and below 1", "0.1 for the life B10")
-        return quantile(self.values(name), share, self.confidence)
+        return self._widened(name, quantile(self.values(name), share, self.confidence))
+
+    def _widened(self, name: str, found: Estimate) -> Estimate:
+        """An estimate whose interval knows that its samples are emulated."""
+        error = self.errors.get(name, 0.0)
+        return Estimate(found.value, found.low - error, found.high + error)
 
     def probability(self, name: str, *, below: float) -> Estimate:
         """Probability that a quantity is below a value.
@@ -104,7 +101,9 @@ class Scatter:
         Of `meshes_to_limit` it is the probability of reaching the depth of ``[effects.run_life]`` before so many
         meshes; of `meshes` in a run to control depths that of the last one.
         """
-        return probability(self.values(name) < below, self.confidence)
+        values, error = self.values(name), self.errors.get(name, 0.0)
+        ends = [probability(values < place, self.confidence) for place in (below - error, below, below + error)]
+        return Estimate(ends[1].value, ends[0].low, ends[2].high)
 
     def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
         """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
@@ -127,10 +126,14 @@ class Scatter:
         data = xr.Dataset(told, {"quantity": names, "share": list(shares), "units": ("quantity", self._units(names))})
         return data.assign_attrs(confidence=self.confidence, references=_REF)
 
+    @property
+    def drawn(self) -> list[int]:
+        """Numbers of first samples of a set that show whether they have settled: 8, 16, ... all."""
+        return [n for k in range(self.count.bit_length()) if (n := self.count >> k) >= _LEAST][::-1] or [self.count]
+
     def convergence(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
         """Quantiles from ever more samples: `value`, `low` and `high` over quantity, share and samples drawn."""
-        drawn = [self.count >> k for k in range(self.count.bit_length()) if self.count >> k >= _LEAST][::-1]
-        drawn = drawn or [self.count]
+        drawn = self.drawn
         names = list(self.quantities)
         found = np.full((len(names), len(shares), len(drawn), len(_PARTS)), np.nan)
         for i, name in enumerate(names):
@@ -139,7 +142,7 @@ class Scatter:
                 values = values[np.isfinite(values)]
                 for j, share in enumerate(shares):
                     if values.size:
-                        one = quantile(values, share, self.confidence)
+                        one = self._widened(name, quantile(values, share, self.confidence))
                         found[i, j, k] = [getattr(one, part) for part in _PARTS]
         dims = ("quantity", "share", "samples_drawn")
         told = {part: (dims, found[..., k]) for k, part in enumerate(_PARTS)}
@@ -201,6 +204,9 @@ class Scatter:
             unit = "" if units == "1" else f" [{units}]"
             lines.append(f"{name}{unit}: {', '.join(told)}")
         lines.append(f"in brackets: {share} intervals")
+        if self.errors:
+            count = int(self.samples["emulated"].values[: self.independent].sum())
+            lines.append(f"{count} of the samples are emulated; intervals are wider by the emulator's stated errors")
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
 
 
@@ -209,3 +215,18 @@ def _end(value: float) -> str:
 
 
 _PARTS = ("value", "low", "high")
+_NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
+
+
+def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+    """Quantities of a sweep along `sample` that have one value a scene, or one a body; NaN where a scene failed."""
+    done = samples["status"].values == 0
+    for name in map(str, samples.data_vars):
+        array = samples[name]
+        if name in _NO_QUANTITY or array.dtype.kind != "f":
+            continue
+        if array.dims == ("sample",):
+            yield name, np.where(done, array.values, np.nan)
+        elif set(array.dims) == {"sample", "body"}:
+            for body in map(str, array["body"].values):
+                yield f"{name} {body}", np.where(done, scene_values(samples, name, body).values, np.nan)

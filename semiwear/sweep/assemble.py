@@ -91,8 +91,6 @@ def _dims(path: str, measure: Measure) -> tuple[str, ...]:
 def _layout_of(measure: Measure, outcomes: Iterator[Outcome]) -> _Layout:
     sizes, labels, own, seen = dict[str, int](), dict[str, np.ndarray](), set[str](), set[str]()
     for outcome in outcomes:
-        if outcome.status is not Status.DONE:
-            continue
         found = outcome.measured
         for path, array in found.variables.items():
             seen.add(path)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 from semiwear.errors import MissingExtraError
+from semiwear.simulate import NoProgress, Progress
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["Bar"]
+__all__ = ["Bar", "hearing"]
 
 
 class Bar:
@@ -40,3 +42,8 @@ class Bar:
         if text:
             self._bar.set_postfix_str(text)
         self._bar.update(done - self._bar.n)
+
+
+def hearing(progress: Progress | bool | None) -> AbstractContextManager[Progress]:
+    """Who hears of progress, for a `with` statement: True is a bar of its own, None nobody."""
+    return Bar() if progress is True else nullcontext(progress or NoProgress())

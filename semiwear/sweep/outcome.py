@@ -9,7 +9,7 @@ from enum import IntEnum
 
 from semiwear.accuracy import simulate
 from semiwear.compliance.blas_threads import one_blas_thread
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.life import life_group
 from semiwear.plan import plan
 from semiwear.scene import Scene
@@ -44,7 +44,7 @@ class Outcome:
         Why it failed; empty where it is done.
     seconds : float
     measured : Measured
-        Empty where it failed.
+        Of a run that stopped midway the wear states that it has; empty of others that failed.
     lasting : bool
         Whether the same would come of it again: what failed for want of memory, say, is not kept in a store.
     """
@@ -66,6 +66,11 @@ def solve(task: Task) -> Outcome:
         except SceneError as error:
             reasons = "; ".join(str(problem) for problem in error.problems)
             return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
+        except ConvergenceError as error:
+            # a run that stopped midway has no end
+            stopped = None if task.measure.last else error.result
+            kept = Measured() if stopped is None else read_off(stopped, task.measure)
+            return Outcome(task.key, Status.FAILED, str(error), time.perf_counter() - begin, kept)
         except SemiwearError as error:
             return Outcome(task.key, Status.FAILED, str(error), time.perf_counter() - begin)
         except Exception as error:  # of one scene: the others go on

@@ -15,9 +15,9 @@ import xarray as xr
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, styled
 from semiwear.plot.sweeps import scene_values, sweep_curves, sweep_map, sweep_samples
-from semiwear.report.markup import NONE, element, figure_text, table, unit_text
+from semiwear.report.markup import NONE, element, figure_text, table, tiles, unit_text
 from semiwear.report.pictures import figure_uri
-from semiwear.report.writing import document, page_target, write_page
+from semiwear.report.writing import page_of, page_target, write_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,15 +72,9 @@ def write_sweep_report(
         raise SemiwearError("report: the dataset has no status, so it is none of `sweep`")
     target = page_target(path)
     title = str(found.attrs.get("title", "Sweep"))
-    sections = "".join(
-        f"<section><h2>{escape(heading)}</h2>{html}</section>\n" for heading, html in _sections(found, first) if html
+    write_page(
+        target, page_of(title, _subtitle(found), _sections(found, first), {str(k): v for k, v in found.attrs.items()})
     )
-    body = (
-        f"<header><h1>{escape(title)}</h1><p>{escape(_subtitle(found))}</p></header><main>{sections}</main>"
-        f"<footer><p>{escape(str(found.attrs.get('source', 'semiwear')))}; scene SHA-256 "
-        f"<code>{escape(str(found.attrs.get('scene_sha256', '')))}</code></p></footer>"
-    )
-    write_page(target, document(title, body))
     return Path(path)
 
 
@@ -108,8 +102,8 @@ def _toml(found: xr.Dataset) -> str:
 def _tiles(found: xr.Dataset) -> str:
     status = found["status"].values
     meanings = str(found["status"].attrs["flag_meanings"]).split()
-    tiles = [("Scenes", str(status.size), " x ".join(map(str, status.shape)))]
-    tiles += [
+    numbers = [("Scenes", str(status.size), " x ".join(map(str, status.shape)))]
+    numbers += [
         (meaning.capitalize(), str(int((status == value).sum())), "")
         for value, meaning in enumerate(meanings)
         if value == 0 or (status == value).any()
@@ -117,12 +111,8 @@ def _tiles(found: xr.Dataset) -> str:
     seconds = found["seconds"].values[status == 0]
     if seconds.size:
         told = f"longest {seconds.max():.3g} s"
-        tiles.append(("Median time of a scene", f"{np.median(seconds):.3g} s", told))
-    cells = (
-        element("li", f"<span>{escape(name)}</span><strong>{escape(value)}</strong><small>{escape(note)}</small>")
-        for name, value, note in tiles
-    )
-    return element("ul", "".join(cells), class_="tiles")
+        numbers.append(("Median time of a scene", f"{np.median(seconds):.3g} s", told))
+    return tiles(numbers)
 
 
 def _varied(found: xr.Dataset) -> list[xr.DataArray]:

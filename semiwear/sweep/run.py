@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,9 +12,9 @@ import xarray as xr
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
-from semiwear.simulate import NoProgress, Progress
+from semiwear.simulate import Progress
 from semiwear.sweep.assemble import assembled
-from semiwear.sweep.bar import Bar
+from semiwear.sweep.bar import hearing
 from semiwear.sweep.cluster import on_cluster
 from semiwear.sweep.measure import Measure, measure_of
 from semiwear.sweep.outcome import Outcome, Status
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from distributed import Client
     from pandas import DataFrame
 
-__all__ = ["Job", "read_job", "run_job", "sweep"]
+__all__ = ["Job", "crew_of", "read_job", "run_job", "solve_job", "sweep"]
 
 _MOST_WORKERS = 1024
 
@@ -85,8 +84,9 @@ def sweep(
         Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
         in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed or
         lost (its process died twice), `message` why, `seconds` how long it took. Values of scenes that failed are
-        NaN. All but `seconds` are the same to the last bit wherever and in whatever order scenes were solved, on one
-        kind of processor.
+        NaN, but for the wear states of a run that stopped midway: those it has are kept, and `last_wear_step` is the
+        last of them (with ``wear_states="last"`` it has none). All but `seconds` are the same to the last bit
+        wherever and in whatever order scenes were solved, on one kind of processor.
 
     Raises
     ------
@@ -96,9 +96,20 @@ def sweep(
         The store was written by another version, is something else, or cannot be written.
     MissingExtraError
         `progress` is True without tqdm, or `client` given without Dask.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace(coarse)
+    >>> found = sw.sweep(scene, {"operation.pinion_torque_Nm": [200.0, 300.0]}, workers=0)
+    >>> found.root_stress_max.dims
+    ('pinion_torque_Nm', 'wear_step', 'body')
+    >>> found.status.values.tolist()
+    [0, 0]
     """
     job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
-    with Bar() if progress is True else nullcontext(progress or NoProgress()) as hears:
+    with hearing(progress) as hears:
         return run_job(job, open_store(store), hears)
 
 
@@ -165,6 +176,11 @@ def read_job(
     return Job(scene, variation, measured, members, tasks, count, crew[1])
 
 
+def crew_of(crew: int | str | Client | None) -> tuple[int | str | None, Client | None]:
+    """`workers` and `client` from one argument that is either."""
+    return (crew, None) if crew is None or isinstance(crew, int | str) else (None, crew)
+
+
 def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
     """Number of processes, and what is wrong with it."""
     allowed = f'a whole number, 0 (or "none": in this process) to {_MOST_WORKERS}'
@@ -181,6 +197,12 @@ def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
 
 def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
     """Solve what the store does not hold, and put all together."""
+    solve_job(job, store, progress)
+    return assembled(job.scene, job.variation, job.measure, job.members, store)
+
+
+def solve_job(job: Job, store: Store, progress: Progress) -> None:
+    """Solve what the store does not hold; afterwards it holds the outcome of every task."""
     scenes: dict[str, int] = {}
     for member in job.members:
         scenes[member.key] = scenes.get(member.key, 0) + 1
@@ -200,7 +222,6 @@ def run_job(job: Job, store: Store, progress: Progress) -> xr.Dataset:
         done += scenes[outcome.key]
         failed += scenes[outcome.key] * (outcome.status is not Status.DONE)
         progress.step(done, total, _told(failed))
-    return assembled(job.scene, job.variation, job.measure, job.members, store)
 
 
 def _told(failed: int) -> str:

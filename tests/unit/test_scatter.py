@@ -235,6 +235,40 @@ def test_what_is_wrong_is_told_before_anything_runs(solved, fields, options, par
     assert not solved
 
 
+def test_few_solved_samples_tell_all_where_an_emulator_is_good_enough(solved):
+    fields = {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.1, 0.1)}
+    every = sw.scatter(SCENE, fields, samples=256, crew=0)
+    solved.clear()
+    found = sw.scatter(SCENE, fields, samples=256, emulate=0.05, crew=0)
+    assert len(solved) == int((found.samples["emulated"] == 0).sum()) == 32
+    for name in ("root_stress_max gear", "load_share_max"):
+        true, told = every.quantities[name], found.quantities[name]
+        assert np.mean(np.abs(told - true) <= found.errors[name] + 1e-9 * np.abs(true).max()) >= 0.95
+        assert found.errors[name] <= 0.05 * true.std() * 1.2
+        one = found.quantile(name, 0.5)
+        assert one.low <= every.quantile(name, 0.5).value <= one.high
+    assert "224 of the samples are emulated" in str(found)
+    half = sw.scatter(SCENE, fields, samples=128, sensitivity=True, emulate=0.05, crew=0)
+    assert float(half.indices()["total"].sel(quantity="load_share_max", field=OFFSET)) == pytest.approx(1.0, abs=0.2)
+
+
+def test_an_emulator_that_is_not_good_enough_is_refused(solved, monkeypatch):
+    rough = np.random.default_rng(0)
+    simulate = outcome.simulate
+
+    def noisy(scene):
+        tree = simulate(scene)
+        history = tree["history"].to_dataset()
+        tree["history"] = xr.DataTree(history.assign(load_share_max=history["load_share_max"] * rough.uniform()))
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", noisy)
+    with pytest.raises(SemiwearError, match=r"after 64 solved samples errors are above 0.1 .*load_share_max"):
+        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, crew=0)
+    with pytest.raises(SceneError, match="emulate"):
+        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=-1, crew=0)
+
+
 STUDY = f"""
 scene = "face_gear_25x160"
 samples = 16
@@ -260,6 +294,7 @@ def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, caps
     assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
     assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
     page = (tmp_path / "study.html").read_text()
+    assert "from ever more samples" in page
     assert "Quantiles of 32 samples" in page and "What meshes_to_limit depends on" in page
 
 

@@ -15,6 +15,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError
+from semiwear.plot.sweeps import scene_values
 from semiwear.results import VARIABLES
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.units import UNITS, unit_of
@@ -194,6 +195,26 @@ def test_a_scene_that_fails_is_missing_and_stops_nothing(solved):
         missing = np.isnan(found[name]).all([dim for dim in found[name].dims if dim not in found["status"].dims])
         np.testing.assert_array_equal(missing, found["status"] != 0)
         assert "the scene failed" in found[name].attrs["missing_because"]
+
+
+def test_a_run_that_stops_midway_keeps_what_it_has(solved, monkeypatch):
+    simulate = outcome.simulate
+
+    def stops(scene):
+        tree = simulate(scene)
+        if scene.operation.pinion_torque_Nm > 1000:
+            raise ConvergenceError("stopped at 2e8 meshes", tree.isel(wear_step=slice(0, 2)))
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", stops)
+    found = sweep({TORQUE: [800, 1600]})
+    assert list(found["status"].values) == [0, 2] and "stopped at" in str(found["message"].values[1])
+    assert list(found["last_wear_step"].values) == [2, 1]
+    kept = np.isfinite(found["load_share_max"].values)
+    np.testing.assert_array_equal(kept, [[True, True, True], [True, True, False]])
+    assert list(np.isfinite(scene_values(found, "load_share_max"))) == [True, False]  # it has no end
+    last = sweep({TORQUE: [800, 1600]}, wear_states="last")
+    assert list(np.isfinite(last["load_share_max"].values)) == [True, False]
 
 
 def test_what_is_measured_is_asked_for(solved):

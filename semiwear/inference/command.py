@@ -1,0 +1,224 @@
+"""The command `semiwear infer`: a study file with priors and measurements, inferred, written and reported.
+
+scene = "face_gear_25x160"
+life_um = [60]                          # lives until these depths of wear, of the body life_body
+k_scatter = 0.5                         # of the wear coefficient from part to part, for these lives
+
+[set]                                   # changes of the scene, before anything is inferred
+wear.until.meshes = 4e7
+
+[unknown]                               # prior distributions, as in [scatter]
+wear.coefficient_mm2_per_N = {distribution = "lognormal"}
+operation.pinion_torque_Nm = {distribution = "normal", mean = 1600, deviation = 200, low = 1}
+
+[[worn_flank]]
+measured = "worn.nc"                    # beside this file; before, meshes, body and datum if need be
+
+[[wear_at_points]]                      # or in a file with these columns: file = "points.csv"
+face_mm = [500, 510]
+height_mm = [-4, -4]
+depth_um = [12.1, 13.0]
+error_um = 0.5
+
+[[transmission_error]]                  # or in a file with these columns
+mesh_position = [0, 0.25, 0.5, 0.75]
+error_arcsec = [1.0, 1.4, 0.3, -0.2]
+uncertainty_arcsec = 0.1
+
+[[reading]]
+quantity = "transmission_error_amplitude"
+value = 2.1
+error = 0.1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields
+from pathlib import Path
+
+import numpy as np
+
+from semiwear.accuracy import simulate
+from semiwear.errors import Problem, SceneError
+from semiwear.inference.lives import PosteriorLife
+from semiwear.inference.observations import (
+    Observation,
+    Reading,
+    TransmissionErrorCurve,
+    WearAtPoints,
+    WornFlank,
+)
+from semiwear.inference.page import write_posterior_report
+from semiwear.inference.posterior import Posterior
+from semiwear.inference.run import infer
+from semiwear.plot.style import styled
+from semiwear.scene import scene_files, shipped_scenes
+from semiwear.scene.closest import closest
+from semiwear.scene.values import shown
+from semiwear.simulate import Progress
+from semiwear.sweep.files import sweep_target, write_sweep
+from semiwear.sweep.study_file import Study, flat_fields, read_study
+from semiwear.targets import PAGES, file_target, require_apart
+from semiwear.untyped import Table, Value
+
+__all__ = ["run_inference"]
+
+_KINDS: dict[str, type[Observation]] = {
+    "worn_flank": WornFlank,
+    "wear_at_points": WearAtPoints,
+    "transmission_error": TransmissionErrorCurve,
+    "reading": Reading,
+}
+_TABLED = ("wear_at_points", "transmission_error")
+_FILES = ("measured", "before")
+_OPTIONS = ("runs", "emulator_share", "seed")
+_NAMES = ("unknown", "life_um", "life_body", "k_scatter", *_OPTIONS, *_KINDS)
+
+
+def run_inference(
+    study: str, output: str, *, workers: int | None, store: str | None, report: str | None, progress: Progress
+) -> str:
+    """Infer the unknown fields of a study file and write the draws, and a page if one is asked for; the summary.
+
+    Raises
+    ------
+    SceneError
+        With all that is wrong with the file, the scene and the options, before anything runs.
+    MissingExtraError
+        emcee or scikit-learn is missing, or matplotlib where a report is asked for.
+    """
+    problems: list[Problem] = []
+    try:
+        sweep_target("-o", output)
+        if report is not None:
+            file_target("--report", report, PAGES)
+    except SceneError as error:
+        problems += error.problems
+    for name, path in (("-o", output), ("--report", report)):
+        if path is not None and not Path(path).resolve().parent.is_dir():
+            problems.append(Problem(name, path, "a file in a folder that exists", f"make {Path(path).parent}"))
+    read, observed = None, []
+    try:
+        read = read_study(study, _NAMES)
+        observed = _observations(read, problems)
+    except SceneError as error:
+        problems += error.problems
+    lives = {} if read is None else _lives(read, problems)
+    if read is not None and read.vary:
+        fix = "name priors under [unknown]; [vary] is for semiwear sweep"
+        problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [unknown]", fix))
+    if problems or read is None:
+        raise SceneError(problems, study)
+    _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
+    if report is not None:
+        with styled():  # asks for the extra before anything runs
+            pass
+    options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
+    unknown = dict(flat_fields(_table(read, "unknown")))
+    found = infer(read.scene, unknown, observed, crew=workers, store=store, progress=progress, **options)
+    told = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
+    write_sweep(found.to_dataset(), output)
+    return "\n".join(_lines(found, observed, told, output, report))
+
+
+def _lines(
+    found: Posterior, observed: Sequence[Observation], told: Sequence[PosteriorLife], output: str, report: str | None
+) -> list[str]:
+    lines = [str(found), *([""] if told else []), *map(str, told), "", f"draws: {output}"]
+    if report is not None:
+        lines.append(f"report: {write_posterior_report(found, observed, report, simulate, told)}")
+    return lines
+
+
+def _table(read: Study, name: str) -> Table:
+    value = read.tables.get(name, {})
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise SceneError.of(name, shown(value), "a table", f"write the header [{name}] above its fields")
+
+
+def _depths(read: Study) -> list[float]:
+    return _listed(read.tables.get("life_um", []))
+
+
+def _listed(given: Value) -> list[Value]:
+    return list(given) if isinstance(given, list) else [given]
+
+
+def _lives(read: Study, problems: list[Problem]) -> Table:
+    """Options of `Posterior.life`; problems with what the file says of lives."""
+    wrong = [
+        one for one in _depths(read) if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0
+    ]
+    problems += [Problem("life_um", shown(one), "above 0 um", "give e.g. [60]") for one in wrong]
+    found = {
+        name: read.tables[key]
+        for name, key in (("body", "life_body"), ("k_scatter", "k_scatter"))
+        if key in read.tables
+    }
+    body, scatter = found.get("body", "gear"), found.get("k_scatter", 0.0)
+    worn = () if read.scene.wear is None else read.scene.wear.worn_bodies
+    if body not in worn:
+        problems.append(Problem("life_body", shown(body), " or ".join(worn), "a body that wears"))
+    if isinstance(scatter, bool) or not isinstance(scatter, int | float) or not scatter >= 0.0:
+        problems.append(Problem("k_scatter", shown(scatter), "a share of 0 or more", "0.5 for 50 %"))
+    return found
+
+
+def _observations(read: Study, problems: list[Problem]) -> list[Observation]:
+    tables = [
+        (kind, table, (name, k))
+        for name, kind in _KINDS.items()
+        for k, table in enumerate(_listed(read.tables.get(name, [])))
+    ]
+    found = [_observation(read, kind, table, place, problems) for kind, table, place in tables]
+    return [one for one in found if one is not None]
+
+
+def _observation(
+    read: Study, kind: type[Observation], table: Value, place: tuple[str, int], problems: list[Problem]
+) -> Observation | None:
+    name, field = place[0], f"{place[0]}[{place[1]}]"
+    if not isinstance(table, Mapping):
+        problems.append(Problem(field, shown(table), "a table", f"write the header [[{name}]] above its fields"))
+        return None
+    given: Table = {key: str(read.path.parent / value) if key in _FILES else value for key, value in table.items()}
+    if name in _TABLED and "file" in given:
+        given |= _columns(read.path.parent / str(given.pop("file")), field, problems)
+    names = [one.name for one in fields(kind)]
+    wrong = []
+    for key in given:
+        if key not in names:
+            meant = closest(key, names)
+            fix = f"did you mean {meant}?" if meant else "remove it"
+            wrong.append(Problem(f"{field}.{key}", shown(given[key]), ", ".join(names), fix))
+    needed = [one.name for one in fields(kind) if one.default is MISSING and one.name not in given]
+    wrong += [Problem(f"{field}.{key}", None, "given", "see docs/inference.md") for key in needed]
+    problems += wrong
+    return None if wrong else kind(**given)
+
+
+def _columns(path: Path, field: str, problems: list[Problem]) -> dict[str, np.ndarray]:
+    """Columns of a CSV file by the names in its first line."""
+    try:
+        read = np.genfromtxt(path, delimiter=",", names=True, dtype=float)
+    except (OSError, ValueError) as error:
+        fix = "commas between columns, their names in the first line"
+        problems.append(Problem(f"{field}.file", str(path), "a CSV file that can be read", f"{error}; {fix}"))
+        return {}
+    return {name: np.atleast_1d(read[name]) for name in read.dtype.names or ()}
+
+
+def _require_apart(read: Study, outputs: dict[str, str], observed: Sequence[Observation]) -> None:
+    inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
+    for k, one in enumerate(observed):
+        if isinstance(one, WornFlank):
+            inputs |= {
+                f"{name} of worn_flank[{k}]": str(value)
+                for name, value in (("measured", one.measured), ("before", one.before))
+                if value is not None
+            }
+    if read.scene_name not in shipped_scenes():
+        inputs["the scene"] = read.path.parent / read.scene_name
+    require_apart(dict(outputs), inputs)

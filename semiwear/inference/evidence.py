@@ -1,0 +1,264 @@
+"""Likelihood of the amounts of some shapes, from measured values whose noise is known or not.
+
+Measured, y = B b + D a + e: B the shapes that predictions are made of, b their amounts, D the movements that a datum
+leaves open, a theirs, e the noise, normal. All that y says of b is a likelihood of b.
+
+Noise that is known, of a standard uncertainty: a normal distribution of b about its least squares.
+
+Noise of a measured flank is not known, and alike at neighbouring points: its covariance is s^2 R, R the nugget and
+exponential of `semiwear.measured.correlated` with a share c and two lengths. With flat priors of a and ln s,
+
+    p(y | b) = integral over (c, A, B) of  p(c, A, B | y) t_v(b; b', s'^2 (B'R^-1 B - ...)^-1)
+
+t_v Student's t of v degrees of freedom about the generalised least squares b' (a eliminated), and p(c, A, B | y) the
+likelihood of what no shape and no movement can make (restricted maximum likelihood: Patterson and Thompson 1971,
+Biometrika 58, 545-554; Harville 1974, ibid. 61, 383-385) times a prior that is flat in c and in ln A, ln B. The
+integral is exact but for the draws that stand for it: importance samples from a Student's t about the maximum
+(Geweke 1989, Econometrica 57, 1317-1339). On a grid without holes R is a Kronecker product, so that each draw costs
+two small eigenvalue problems.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import expit, logsumexp
+from scipy.stats import multivariate_t
+
+__all__ = ["Evidence", "FlankNoise", "known_noise", "unknown_noise"]
+
+FloatArray = NDArray[np.float64]
+
+_DRAWS = 200
+_TAIL = 5.0  # degrees of freedom of the draws
+_NEGLIGIBLE = 1e-4  # of the weight
+_STEP = 0.05  # of differences, in logits
+_WIDEST = 25.0  # variance of a logit, at most
+SHORTEST, LONGEST = 0.2, 0.5
+"""Correlation lengths that can be told: shares of a step and of the extent of the grid."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Likelihood of the amounts of shapes: a mixture of Student's t, or of normal distributions.
+
+    Attributes
+    ----------
+    log_weights : (draws,) array
+    centres : (draws, shapes) array
+    precisions : (draws, shapes, shapes) array
+    freedom : float
+        Degrees of freedom; infinite for normal distributions.
+    deviation : float
+        Standard deviation of the noise, most likely.
+    """
+
+    log_weights: FloatArray
+    centres: FloatArray
+    precisions: FloatArray
+    freedom: float
+    deviation: float
+
+    def widened(self, covariance: FloatArray) -> Evidence:
+        """The same where predicted amounts have errors of their own, with a covariance (shapes, shapes)."""
+        one = np.eye(covariance.shape[0])
+        precisions = np.asarray(np.linalg.solve(one + self.precisions @ covariance, self.precisions), float)
+        return Evidence(self.log_weights, self.centres, precisions, self.freedom, self.deviation)
+
+    def log_likelihood(self, amounts: FloatArray) -> FloatArray:
+        """Logarithm of the likelihood, but for a constant, of amounts (points, shapes): (points,)."""
+        # (v - c)' P (v - c) of every draw, as v'Pv - 2 v'Pc + c'Pc: one product for all points
+        about = amounts - self._middle
+        products = np.einsum("pi,pj->pij", about, about).reshape(about.shape[0], -1)
+        flat, linear, constant = self._expanded
+        squares = np.clip(products @ flat + about @ linear + constant, 0.0, None)
+        if np.isfinite(self.freedom):
+            power = 0.5 * (self.freedom + amounts.shape[1])
+            shape = -power * np.log1p(squares / self.freedom)
+        else:
+            shape = -0.5 * squares
+        return np.asarray(logsumexp(self.log_weights + self._half + shape, axis=1))
+
+    @cached_property
+    def _middle(self) -> FloatArray:
+        return np.asarray(self.centres.mean(axis=0))
+
+    @cached_property
+    def _half(self) -> FloatArray:
+        return np.asarray(0.5 * np.linalg.slogdet(self.precisions)[1])
+
+    @cached_property
+    def _expanded(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Coefficients of the squares about the mean centre: (shapes^2, draws), (shapes, draws), (draws,)."""
+        away = self.centres - self._middle
+        linear = np.einsum("dij,dj->id", self.precisions, away)
+        constant = np.einsum("di,id->d", away, linear)
+        return self.precisions.reshape(away.shape[0], -1).T.copy(), -2.0 * linear, constant
+
+    @property
+    def precision(self) -> FloatArray:
+        """Mean precision, (shapes, shapes)."""
+        shares = np.exp(self.log_weights - logsumexp(self.log_weights))
+        return np.asarray(np.einsum("d,dij->ij", shares, self.precisions))
+
+
+def known_noise(values: FloatArray, shapes: FloatArray, movements: FloatArray, error: FloatArray) -> Evidence:
+    """Evidence of values with independent errors of known standard uncertainty.
+
+    Parameters
+    ----------
+    values, error : (places,) arrays
+    shapes : (places, shapes) array
+    movements : (places, movements) array
+    """
+    weight = 1.0 / error**2
+    centre, precision, _ = _eliminated(weight, values, shapes, movements)
+    return Evidence(np.zeros(1), centre[None], precision[None], float("inf"), float(np.median(error)))
+
+
+def _eliminated(
+    weight: FloatArray, values: FloatArray, shapes: FloatArray, movements: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Generalised least squares in coordinates where the covariance is diagonal, `movements` eliminated.
+
+    Returns
+    -------
+    centre, precision : arrays
+        Of the amounts of shapes.
+    squares : float
+        Least sum of weighted squares.
+    """
+    count = shapes.shape[1]
+    every = np.column_stack([shapes, movements])
+    normal = every.T @ (weight[:, None] * every)
+    right = every.T @ (weight * values)
+    amounts = np.asarray(np.linalg.solve(normal, right), float)
+    rest = values - every @ amounts
+    precision = normal[:count, :count]
+    if movements.shape[1]:
+        beside = normal[:count, count:]
+        precision = precision - beside @ np.linalg.solve(normal[count:, count:], beside.T)
+    return amounts[:count], 0.5 * (precision + precision.T), float(weight @ rest**2)
+
+
+@dataclass(frozen=True)
+class FlankNoise:
+    """A measured flank on a grid without holes, as its noise is told.
+
+    Attributes
+    ----------
+    profile, face : (P,), (F,) arrays [mm]
+        Places of rows and columns.
+    values : (P, F) array
+    shapes : (P, F, shapes) array
+    movements : (P, F, movements) array
+    """
+
+    profile: FloatArray
+    face: FloatArray
+    values: FloatArray
+    shapes: FloatArray
+    movements: FloatArray
+
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Logarithms of the shortest and the longest correlation length along both directions, (2,)."""
+        extents = np.array([float(np.ptp(one)) for one in (self.profile, self.face)])
+        steps = extents / np.array([self.profile.size - 1, self.face.size - 1])
+        return np.log(SHORTEST * steps), np.log(LONGEST * extents)
+
+    def parameters(self, logits: FloatArray) -> tuple[float, FloatArray]:
+        """Share c and both lengths [mm] from three numbers without bounds."""
+        low, high = self.limits()
+        return float(expit(logits[0])), np.exp(low + (high - low) * expit(logits[1:]))
+
+    def told(self, logits: FloatArray) -> tuple[float, FloatArray, FloatArray, float]:
+        """Logarithm of the density of noise parameters given the measurement, and what they say of the amounts.
+
+        Returns
+        -------
+        log_density : float
+            But for a constant, in the logits.
+        centre : (shapes,) array
+        precision : (shapes, shapes) array
+            For unit deviation.
+        deviation : float
+        """
+        share, lengths = self.parameters(logits)
+        factors = [
+            np.linalg.eigh(np.exp(-np.abs(place[:, None] - place) / length))
+            for place, length in zip((self.profile, self.face), lengths, strict=True)
+        ]
+        (rows, across), (columns, along) = factors
+        covariance = (1.0 - share) + share * np.clip(np.outer(rows, columns).ravel(), 0.0, None)
+
+        def turned(array: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("ji,jk...,kl->il...", across, array, along, optimize=True))
+
+        flat = [turned(self.values).ravel()]
+        for array in (self.shapes, self.movements):
+            each = [turned(array[..., k]).ravel() for k in range(array.shape[-1])]
+            flat.append(np.column_stack(each) if each else np.zeros((self.values.size, 0)))
+        centre, precision, squares = _eliminated(1.0 / covariance, *flat)
+        every = np.column_stack(flat[1:])
+        _, information = np.linalg.slogdet(every.T @ (every / covariance[:, None]))
+        freedom = self.values.size - every.shape[1]
+        restricted = -0.5 * (np.log(covariance).sum() + information + freedom * np.log(squares))
+        flat_in_parameters = np.sum(-np.logaddexp(0.0, logits) - np.logaddexp(0.0, -logits))
+        return float(restricted + flat_in_parameters), centre, precision, float(np.sqrt(squares / freedom))
+
+
+def unknown_noise(flank: FlankNoise, seed: int = 0) -> Evidence:
+    """Evidence of a measured flank whose noise is correlated and not known."""
+    known: dict[bytes, float] = {}
+
+    def against(logits: FloatArray) -> float:
+        key = logits.tobytes()
+        if key not in known:
+            known[key] = -flank.told(np.clip(logits, -15.0, 15.0))[0]
+        return known[key]
+
+    starts = [np.array([share, length, length]) for share in (0.0, 2.0) for length in (-0.5, 1.0)]
+    best = minimize(
+        against, min(starts, key=against), method="Nelder-Mead", options={"maxfev": 200, "xatol": 0.02, "fatol": 0.02}
+    ).x
+    spread = _spread(against, best)
+    proposal = multivariate_t(best, spread, df=_TAIL, seed=np.random.default_rng(seed))
+    drawn = np.atleast_2d(proposal.rvs(_DRAWS))
+    told = [flank.told(np.clip(one, -15.0, 15.0)) for one in drawn]
+    weights = np.array([one[0] for one in told]) - proposal.logpdf(drawn)
+    weights -= logsumexp(weights)
+    kept = np.flatnonzero(weights > weights.max() + np.log(_NEGLIGIBLE))
+    deviations = np.array([told[k][3] for k in kept])
+    freedom = flank.values.size - flank.shapes.shape[-1] - flank.movements.shape[-1]
+    precisions = np.stack([told[k][2] for k in kept]) / deviations[:, None, None] ** 2
+    return Evidence(
+        weights[kept],
+        np.stack([told[k][1] for k in kept]),
+        precisions,
+        float(freedom),
+        float(np.exp(weights[kept] - logsumexp(weights[kept])) @ deviations),
+    )
+
+
+def _spread(function, at: FloatArray) -> FloatArray:  # type: ignore[no-untyped-def]
+    """Covariance of draws: the inverse of the curvature at a minimum, no wider than can matter."""
+    count = at.size
+    curvature = np.empty((count, count))
+    unit = _STEP * np.eye(count)
+    middle = function(at)
+    for i in range(count):
+        for j in range(i + 1):
+            corners = [function(at + a * unit[i] + b * unit[j]) for a in (1, -1) for b in (1, -1)]
+            if i == j:
+                curvature[i, i] = (function(at + unit[i]) - 2.0 * middle + function(at - unit[i])) / _STEP**2
+            else:
+                curvature[i, j] = curvature[j, i] = (corners[0] - corners[1] - corners[2] + corners[3]) / (
+                    4.0 * _STEP**2
+                )
+    values, vectors = np.linalg.eigh(curvature)
+    variances = 1.0 / np.clip(values, 1.0 / _WIDEST, None)
+    return np.asarray((vectors * variances) @ vectors.T)

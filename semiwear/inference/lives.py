@@ -1,0 +1,147 @@
+"""Lives from a posterior: solved at some of its draws, emulated at all."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from math import exp, log, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.emulator import LEAST_RUNS, emulator_of
+from semiwear.errors import Problem, SceneError, SemiwearError
+from semiwear.inference.unknowns import Unknowns
+from semiwear.measured.life_spread import log_deviation, quantiles_told, require_share
+from semiwear.plain_text import folded
+from semiwear.scene import Scene
+from semiwear.scene.values import shown
+from semiwear.sweep.outcome import Status
+from semiwear.sweep.run import crew_of, sweep
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from semiwear.simulate import Progress
+
+__all__ = ["PosteriorLife", "life_of"]
+
+FloatArray = NDArray[np.float64]
+
+_MOST_RUNS = 4096
+
+
+@dataclass(frozen=True)
+class PosteriorLife:
+    """Life until a depth of wear, with what a posterior leaves open.
+
+    Attributes
+    ----------
+    body : str
+    depth_limit : float [um]
+    meshes : array (draw,)
+        Engagements of one gear tooth.
+    error : float
+        Of emulated lives, relative; 95 % of solved ones are within it. 0 where none was emulated.
+    k_scatter : float
+        Coefficient of variation of the wear coefficient from part to part that is in it.
+    hours_per_mesh : float or None
+        Running time; None where the scene gives no speed.
+    """
+
+    body: str
+    depth_limit: float
+    meshes: FloatArray
+    error: float
+    k_scatter: float
+    hours_per_mesh: float | None
+
+    def quantile(self, share: float) -> float:
+        """Meshes before which the depth is reached with a probability; 0.1 for the life B10.
+
+        Raises
+        ------
+        SceneError
+            For a share not between 0 and 1.
+        """
+        require_share(share)
+        return float(np.quantile(self.meshes, share))
+
+    def __str__(self) -> str:
+        told = quantiles_told(self.quantile, self.hours_per_mesh)
+        error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
+        scatter = (
+            f"; k scatters by {100.0 * self.k_scatter:.0f} % from part to part"
+            if self.k_scatter
+            else "; of this pair, without the scatter from part to part"
+        )
+        return folded(f"life of the {self.body} until {self.depth_limit:g} um: {told}{scatter}{error}")
+
+
+def life_of(
+    scene: Scene,
+    unknowns: Unknowns,
+    normal: FloatArray,
+    asked: tuple[float, str, float, int],
+    *,
+    places: tuple[int | str | Client | None, str | os.PathLike[str] | None, Progress | bool | None],
+) -> PosteriorLife:
+    """Lives at the draws of a posterior.
+
+    Parameters
+    ----------
+    scene : Scene
+    unknowns : Unknowns
+    normal : array (draw, unknown)
+        Standard normal under the prior.
+    asked : (float, str, float, int)
+        Depth [um], body, scatter of the wear coefficient, and number of lives that are solved.
+    places : tuple
+        `crew`, `store` and `progress` of `Posterior.life`.
+
+    Raises
+    ------
+    SceneError, SemiwearError
+        As of `Posterior.life`.
+    """
+    depth, body, k_scatter, runs = asked
+    _require(k_scatter, runs)
+    values = unknowns.values(normal)
+    chosen = np.linspace(0, values.shape[0] - 1, runs).round().astype(int) if unknowns.solved else np.zeros(1, int)
+    table: dict[str, list[float]] = {unknowns.keys[k]: values[chosen, k].tolist() for k in unknowns.solved}
+    changes = {"effects.run_life": {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}
+    crew, store, progress = places
+    workers, client = crew_of(crew)
+    found = sweep(
+        scene.replace(changes), table or {"effects.run_life.depth_limit_um": [depth]}, measure="life", combine="zip",
+        store=store, progress=progress, workers=workers, client=client,
+    )  # fmt: skip
+    good = found["status"].values == Status.DONE
+    if good.mean() < 0.9:
+        reasons = "; ".join(dict.fromkeys(str(one) for one in found["message"].values[~good]))
+        raise SemiwearError(f"{int((~good).sum())} of {good.size} lives cannot be found: {reasons}")
+    lives = found["meshes_to_limit"].values[good]
+    logs, error = np.full(values.shape[0], log(lives[0])), 0.0
+    if unknowns.solved:
+        inputs = unknowns.inputs(values)
+        middle, spread = inputs.mean(axis=0), np.maximum(inputs.std(axis=0), 1e-12)
+        scaled = (inputs - middle) / (2.0 * spread)
+        emulator = emulator_of(scaled[chosen][good], np.log(lives))
+        logs, error = emulator.at(scaled), exp(emulator.error) - 1.0
+    per_mesh = float(found["hours_to_limit"].values[good][0] / lives[0]) if "hours_to_limit" in found else None
+    parts = np.random.default_rng(0).standard_normal(values.shape[0])
+    # the measured pair is one of those that scatter, and the next one another
+    scatter = sqrt(2.0) * log_deviation(k_scatter) * parts
+    meshes = np.exp(logs + scatter) / unknowns.stretch(values)
+    return PosteriorLife(body, float(depth), meshes, error, float(k_scatter), per_mesh)
+
+
+def _require(k_scatter: object, runs: object) -> None:
+    problems = []
+    if isinstance(k_scatter, bool) or not isinstance(k_scatter, int | float) or not 0.0 <= k_scatter < np.inf:
+        problems.append(Problem("k_scatter", shown(k_scatter), "a share of 0 or more", "0.5 for 50 %"))
+    if isinstance(runs, bool) or not isinstance(runs, int) or not LEAST_RUNS <= runs <= _MOST_RUNS:
+        problems.append(Problem("runs", shown(runs), f"a whole number, {LEAST_RUNS} to {_MOST_RUNS}", "32 is usual"))
+    if problems:
+        raise SceneError(problems, "life")

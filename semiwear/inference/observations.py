@@ -1,0 +1,391 @@
+"""Measurements that an inference starts from, and what they ask of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.errors import Problem, SceneError
+from semiwear.inference.evidence import Evidence, FlankNoise, known_noise, unknown_noise
+from semiwear.measured.comparison import grid_of
+from semiwear.measured.fit import datum_modes
+from semiwear.measured.nominal import nominal_flank
+from semiwear.measured.predicted import FlankReading
+from semiwear.measured.rigid import DATUM
+from semiwear.measured.worn import Measured as MeasuredFlank
+from semiwear.measured.worn import as_wear
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.optimise.quantity import Quantity, quantity_of
+from semiwear.scene import Scene
+from semiwear.scene.values import shown
+from semiwear.sweep.measure import Measured
+
+__all__ = ["Channel", "Observation", "Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "channels_of"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_UM = 1e3
+_LEAST_GRID = 5  # rows and columns of a flank's grid
+_WEAR = "/flank/wear_depth"
+_CURVE = "/mesh_cycle/transmission_error_loaded"
+_FINE = 401  # places along a profile, where a height is looked for
+
+
+@dataclass(frozen=True)
+class WornFlank:
+    """A measured worn flank.
+
+    Attributes
+    ----------
+    measured : measurement
+        As for `calibrate`: a file or array of points, deviations, or a dataset of `register` or `measured_wear`.
+    meshes : float, optional
+        Engagements of one gear tooth that it has run; ``wear.until.meshes`` unless given.
+    body : str
+    before : measurement, optional
+        The same flank before it was worn; nominal unless given.
+    datum : sequence of str
+        Motions of the measured tooth that are left open, as of `calibrate`; () for none.
+    """
+
+    measured: MeasuredFlank
+    meshes: float | None = None
+    body: str = "gear"
+    before: MeasuredFlank | None = None
+    datum: Sequence[str] = DATUM
+
+
+@dataclass(frozen=True)
+class WearAtPoints:
+    """Wear depth measured at a few points of a flank, each with an error of its own.
+
+    Attributes
+    ----------
+    face_mm, height_mm : array_like
+        Where: coordinate along the face, as `face` of a result, and height above the pitch surface.
+    depth_um, error_um : array_like
+        Wear depth, and its standard uncertainty (one for all, or one each).
+    meshes, body
+        As of `WornFlank`.
+    """
+
+    face_mm: ArrayLike
+    height_mm: ArrayLike
+    depth_um: ArrayLike
+    error_um: ArrayLike
+    meshes: float | None = None
+    body: str = "gear"
+
+
+@dataclass(frozen=True)
+class TransmissionErrorCurve:
+    """Loaded transmission error measured over a mesh cycle; its mean is left open, for its zero is arbitrary.
+
+    Attributes
+    ----------
+    mesh_position : array_like
+        Phase in the mesh cycle, 0 to 1, as in a result: 0 where the contact passes the pitch point.
+    error_arcsec : array_like
+        Transmission error of the gear, positive when it leads.
+    uncertainty_arcsec : array_like
+        Standard uncertainty, one for all or one each.
+    meshes : float, optional
+        As of `WornFlank`; 0 for an unworn pair.
+    """
+
+    mesh_position: ArrayLike
+    error_arcsec: ArrayLike
+    uncertainty_arcsec: ArrayLike
+    meshes: float | None = None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One number that was measured: of any variable of `/history`.
+
+    Attributes
+    ----------
+    quantity : str
+        As in `optimise`: ``"transmission_error_amplitude"``, ``"wear_depth_max[pinion]"``.
+    value, error : float
+        In its unit, with its standard uncertainty.
+    meshes : float, optional
+        As of `WornFlank`; 0 for an unworn pair.
+    """
+
+    quantity: str
+    value: float
+    error: float
+    meshes: float | None = None
+
+
+Observation = WornFlank | WearAtPoints | TransmissionErrorCurve | Reading
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An observation as an inference uses it.
+
+    Attributes
+    ----------
+    name : str
+    meshes : float
+        0: unworn.
+    path : str
+        Variable of a result that it needs.
+    values : (places,) array
+        What was measured.
+    units : str
+        Theirs.
+    movements : (places, movements) array
+        What a datum leaves open.
+    read : callable
+        From a scene and its run to predicted values, (wear states, places).
+    evidence : callable
+        From shapes (places, shapes) to what the observation says of their amounts.
+    """
+
+    name: str
+    meshes: float
+    path: str
+    values: FloatArray
+    units: str
+    movements: FloatArray
+    read: Callable[[Scene, Measured], FloatArray]
+    evidence: Callable[[FloatArray], Evidence]
+
+
+def channels_of(scene: Scene, observed: object) -> list[Channel]:
+    """Channels of observations.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong with them.
+    """
+    given = list(observed) if isinstance(observed, list | tuple) else [observed]
+    problems: list[Problem] = []
+    found = []
+    for k, one in enumerate(given):
+        field = f"observed[{k}]" if len(given) > 1 else "observed"
+        try:
+            found.append(_channel(scene, one, field))
+        except SceneError as error:
+            problems += error.problems
+    if not given:
+        problems.append(Problem("observed", "nothing", "one observation or more", "such as WornFlank(...)"))
+    if problems:
+        raise SceneError(problems, "infer")
+    return found
+
+
+def _channel(scene: Scene, one: object, field: str) -> Channel:
+    if isinstance(one, WornFlank):
+        return _flank_channel(scene, one, field)
+    if isinstance(one, WearAtPoints):
+        return _points_channel(scene, one, field)
+    if isinstance(one, TransmissionErrorCurve):
+        return _curve_channel(scene, one, field)
+    if isinstance(one, Reading):
+        return _reading_channel(scene, one, field)
+    allowed = "WornFlank, WearAtPoints, TransmissionErrorCurve or Reading"
+    raise SceneError.of(field, shown(one), allowed, "a file of a worn flank goes into WornFlank(...)")
+
+
+def _meshes(scene: Scene, given: object, field: str, *, least: float = 0.0) -> float:
+    meshes = given
+    if meshes is None and scene.wear is not None:
+        meshes = scene.wear.until.meshes
+    if meshes is None:
+        fix = "say how many engagements of a gear tooth it has run"
+        raise SceneError.of(f"{field}.meshes", None, "a number", fix)
+    number = not isinstance(meshes, bool) and isinstance(meshes, int | float | np.number)
+    if not number or not least <= float(meshes) < np.inf:  # type: ignore[arg-type]
+        raise SceneError.of(f"{field}.meshes", shown(meshes), f"{least:g} or more", "engagements of a gear tooth")
+    return float(meshes)  # type: ignore[arg-type]
+
+
+def _worn_body(scene: Scene, body: str, field: str) -> None:
+    worn = () if scene.wear is None else scene.wear.worn_bodies
+    if body not in BODIES or body not in worn:
+        allowed = " or ".join(worn) or "a body that wears"
+        raise SceneError.of(f"{field}.body", shown(body), allowed, "see wear.worn_bodies")
+
+
+class _FlankReader:
+    """Wear [um] of a body at places of its flank, in every wear state of a run."""
+
+    def __init__(self, body: str, face: FloatArray, profile: FloatArray) -> None:
+        self._body, self._face, self._profile = body, face, profile
+        self._known: tuple[FloatArray, FlankReading] | None = None
+
+    def __call__(self, scene: Scene, measured: Measured) -> FloatArray:
+        depth = measured.variables[_WEAR][:, [str(one) for one in measured.coords["body"]].index(self._body)]
+        grid = grid_of(scene, measured.coords["face"], depth.shape[1], self._body)
+        if self._known is None or not np.array_equal(self._known[0], grid.profile):
+            self._known = grid.profile, FlankReading.of(grid, self._face, self._profile)
+        return np.stack([self._known[1].read(one.T) for one in depth])
+
+
+def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
+    _worn_body(scene, one.body, field)
+    meshes = _meshes(scene, one.meshes, field, least=1.0)
+    datum = "best_fit" if one.datum else "as_measured"
+    worn = as_wear(scene, one.measured, one.before, one.body, datum=datum, field=field)
+    rows, columns = _without_holes(worn.inside)
+    if min(rows.sum(), columns.sum()) < _LEAST_GRID:
+        raise SceneError.of(
+            field, f"{rows.sum()} x {columns.sum()} points without a hole",
+            f"a grid of {_LEAST_GRID} x {_LEAST_GRID} points or more on the flank", "measure a grid within the flank",
+        )  # fmt: skip
+    place = np.ix_(rows, columns)
+    shape = (int(rows.sum()), int(columns.sum()))
+    modes = _UM * datum_modes(worn, tuple(one.datum))[1][place]
+    along, across = (axis[kept] for axis, kept in zip(worn.places, (rows, columns), strict=True))
+
+    def evidence(shapes: FloatArray) -> Evidence:
+        told = FlankNoise(along, across, _UM * worn.depth[place], shapes.reshape(*shape, -1), modes)
+        return unknown_noise(told)
+
+    reader = _FlankReader(one.body, worn.face[place].ravel(), worn.profile[place].ravel())
+    movements = modes.reshape(-1, modes.shape[-1])
+    name = f"worn flank of the {one.body}, {shape[0]} x {shape[1]} points"
+    return Channel(name, meshes, _WEAR, _UM * worn.depth[place].ravel(), "um", movements, reader, evidence)
+
+
+def _without_holes(inside: BoolArray) -> tuple[BoolArray, BoolArray]:
+    """Rows and columns of a grid that have no hole: those with the most are left out, one after the other."""
+    rows, columns = (np.ones(size, dtype=bool) for size in inside.shape)
+    while rows.any() and columns.any():
+        holes = ~inside & rows[:, None] & columns
+        if not holes.any():
+            break
+        shares = [holes.sum(axis=1) / columns.sum(), holes.sum(axis=0) / rows.sum()]
+        worst = [int(one.argmax()) for one in shares]
+        axis = 0 if shares[0][worst[0]] >= shares[1][worst[1]] else 1
+        (rows, columns)[axis][worst[axis]] = False
+    return rows, columns
+
+
+def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
+    """Numbers side by side, of one length."""
+    found = {name: np.atleast_1d(np.asarray(values, float)) for name, values in given.items()}
+    size = next(iter(found.values())).size
+    problems = []
+    for name, values in found.items():
+        if values.ndim != 1 or values.size not in (1, size) or not np.all(np.isfinite(values)):
+            problems.append(Problem(f"{field}.{name}", f"shape {values.shape}", f"{size} finite numbers", "one each"))
+        elif name.startswith(("error_um", "uncertainty")) and np.any(values <= 0.0):
+            fix = "the standard uncertainty of a value"
+            problems.append(Problem(f"{field}.{name}", float(values.min()), "greater than 0", fix))
+    if problems:
+        raise SceneError(problems, "infer")
+    return {name: np.broadcast_to(values, (size,)).copy() for name, values in found.items()}
+
+
+def _points_channel(scene: Scene, one: WearAtPoints, field: str) -> Channel:
+    _worn_body(scene, one.body, field)
+    meshes = _meshes(scene, one.meshes, field, least=1.0)
+    given = _columns(
+        field, face_mm=one.face_mm, height_mm=one.height_mm, depth_um=one.depth_um, error_um=one.error_um
+    )
+    face, profile = given["face_mm"], _profile_at(scene, one.body, given["face_mm"], given["height_mm"], field)
+    reader = _FlankReader(one.body, face, profile)
+    told = given["depth_um"], given["error_um"], "um"
+    return _known_channel(f"wear of the {one.body} at {face.size} points", meshes, _WEAR, reader, told)
+
+
+def _profile_at(scene: Scene, body: str, face: FloatArray, height: FloatArray, field: str) -> FloatArray:
+    """Profile coordinates of points at heights above the pitch surface [mm]."""
+    flank = nominal_flank(scene, body)
+    low, high = flank.face_ends
+    if np.any((face < low) | (face > high)):
+        away = float(face[np.argmax(np.abs(face - 0.5 * (low + high)))])
+        raise SceneError.of(f"{field}.face_mm", away, f"{low:g} to {high:g} mm", "a coordinate along the face")
+    found = np.empty(face.size)
+    for k in range(face.size):
+        root, tip = flank.limits(face[k])
+        nodes = np.linspace(float(root), float(tip), _FINE)
+        heights, _ = flank.place(np.full(_FINE, face[k]), nodes)
+        order = np.argsort(heights)
+        if not heights[order[0]] <= height[k] <= heights[order[-1]]:
+            allowed = f"{heights[order[0]]:.4g} to {heights[order[-1]]:.4g} mm at face {face[k]:g} mm"
+            raise SceneError.of(f"{field}.height_mm", float(height[k]), allowed, "height above the pitch surface")
+        found[k] = np.interp(height[k], heights[order], nodes[order])
+    return found
+
+
+def _known_channel(
+    name: str,
+    meshes: float,
+    path: str,
+    read: Callable[[Scene, Measured], FloatArray],
+    told: tuple[FloatArray, FloatArray, str],
+    movements: FloatArray | None = None,
+) -> Channel:
+    """A channel of values with known errors: `told` holds both and their unit."""
+    values, error, units = told
+    free = np.zeros((values.size, 0)) if movements is None else movements
+
+    def evidence(shapes: FloatArray) -> Evidence:
+        return known_noise(values, shapes, free, error)
+
+    return Channel(name, meshes, path, values, units, free, read, evidence)
+
+
+def _curve_channel(scene: Scene, one: TransmissionErrorCurve, field: str) -> Channel:
+    meshes = _meshes(scene, one.meshes, field)
+    given = _columns(
+        field,
+        mesh_position=one.mesh_position,
+        error_arcsec=one.error_arcsec,
+        uncertainty_arcsec=one.uncertainty_arcsec,
+    )
+    phase = given["mesh_position"] % 1.0
+    if phase.size < 3:
+        raise SceneError.of(
+            f"{field}.mesh_position", f"{phase.size} values", "three or more", "its mean is left open"
+        )
+
+    def read(scene: Scene, measured: Measured) -> FloatArray:
+        values = measured.variables[_CURVE]
+        known = np.append(measured.coords["mesh_position"], measured.coords["mesh_position"][0] + 1.0)
+        around = np.column_stack([values, values[:, 0]])
+        return np.stack([np.interp(phase, known, one, period=1.0) for one in around])
+
+    told = given["error_arcsec"], given["uncertainty_arcsec"], "arcsec"
+    name = f"transmission error at {phase.size} mesh positions"
+    return _known_channel(name, meshes, _CURVE, read, told, np.ones((phase.size, 1)))
+
+
+def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
+    problems: list[Problem] = []
+    quantity = quantity_of(f"{field}.quantity", one.quantity, problems)
+    if quantity is not None and (quantity.variable.group != "history" or quantity.time != "end"):
+        fix = "meshes=0 for an unworn pair; a life is inferred, not observed"
+        problems.append(Problem(f"{field}.quantity", one.quantity, "a variable of /history without a time", fix))
+    if problems or quantity is None:
+        raise SceneError(problems, "infer")
+    meshes = _meshes(scene, one.meshes, field)
+    given = _columns(field, value=one.value, uncertainty=one.error)
+    told = given["value"], given["uncertainty"], quantity.units
+    return _known_channel(one.quantity, meshes, quantity.path, _HistoryReader(quantity), told)
+
+
+class _HistoryReader:
+    """A quantity of `/history` in every wear state of a run; of both bodies the greater."""
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity = quantity
+
+    def __call__(self, scene: Scene, measured: Measured) -> FloatArray:
+        values = np.asarray(measured.variables[self._quantity.path], float)
+        if values.ndim == 2:
+            bodies = [str(one) for one in measured.coords["body"]]
+            named = self._quantity.body
+            values = values[:, bodies.index(named)] if named in bodies else np.nanmax(values, axis=1)
+        return values[:, None]

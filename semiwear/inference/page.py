@@ -1,0 +1,173 @@
+"""The report of an inference: one HTML file that needs nothing but itself (extra ``plot``)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.inference.lives import PosteriorLife
+from semiwear.inference.observations import Channel, Observation, WornFlank
+from semiwear.inference.posterior import HEAD, Posterior
+from semiwear.measured.comparison import compare_wear
+from semiwear.measured.life_spread import QUANTILES
+from semiwear.plot.measured import measured_wear
+from semiwear.plot.posterior import corner_size, posterior_corner, with_spaces
+from semiwear.plot.style import SIZE, styled
+from semiwear.report.markup import element, figure_text, picture, table, tiles, unit_text
+from semiwear.report.pictures import figure_uri
+from semiwear.report.writing import page_of, page_target, write_page
+from semiwear.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["write_posterior_report"]
+
+FLANKS = (13.2, 3.9)
+_COLOUR, _LINE = "#0B5394", "#A63C00"
+
+
+def write_posterior_report(
+    found: Posterior,
+    observed: Sequence[Observation],
+    path: str | os.PathLike[str],
+    simulate: Callable[[Scene], xr.DataTree],
+    lives: Sequence[PosteriorLife] = (),
+) -> Path:
+    """Write an inference as a page: what is told and what is not, the posterior, the fit, and lives.
+
+    Parameters
+    ----------
+    found : Posterior
+    observed : sequence of observations
+        Those that it was inferred from.
+    path : path
+        The HTML file.
+    simulate : callable
+        From a scene to its result; the scene at the posterior's medians is worn for the pictures of flanks.
+    lives : sequence of PosteriorLife, optional
+
+    Raises
+    ------
+    MissingExtraError
+        matplotlib is missing; install the extra ``plot``.
+    OSError
+        The file cannot be written.
+    """
+    target = page_target(path)
+    with styled():
+        sections = [
+            ("What is told", _summary(found)),
+            ("What is not told apart", _apart(found)),
+            ("Posterior", _corner(found)),
+            ("Fit at the posterior's medians", _fit(found, observed, simulate)),
+            ("Life", _lives(lives)),
+            ("Runs and draws", element("p", escape(found.sampled + "."))),
+            ("The scene at the posterior's medians", _pre(found.inferred_scene.to_toml())),
+        ]
+    attrs = {str(name): value for name, value in found.to_dataset().attrs.items()}
+    told = f"From: {attrs['observed']}."
+    write_page(target, page_of(str(attrs["title"]), told, sections, attrs))
+    return target
+
+
+def _pre(text: str) -> str:
+    return f"<details><summary>TOML</summary><pre>{escape(text)}</pre></details>"
+
+
+def _summary(found: Posterior) -> str:
+    numbers = []
+    for one in found.target.unknowns.every:
+        low, high = found.interval(one.key)
+        note = f"95 %: {figure_text(low)} to {figure_text(high)}"
+        numbers.append((with_spaces(one.name), figure_text(found.quantile(one.key, 0.5)), note))
+    note = (
+        "Of the prior's: standard deviation over that of the prior, near 100 % where nothing was learnt. Emulator: "
+        "what its error makes of the standard deviation; it is in the intervals."
+    )
+    return tiles(numbers) + table("Unknown fields", [escape(head) for head in HEAD], found.rows()) + f"<p>{note}</p>"
+
+
+def _apart(found: Posterior) -> str:
+    lines = found.not_told_apart
+    if not lines:
+        return "<p>Every unknown is told by the observations.</p>"
+    return "<ul>" + "".join(element("li", escape(line)) for line in lines) + "</ul>"
+
+
+def _corner(found: Posterior) -> str:
+    data, count = found.to_dataset(), len(found.keys)
+    size = corner_size(count)
+    uri = figure_uri(size, count * count, lambda axes: posterior_corner(data, axes), columns=count)
+    caption = "On the diagonal medians and 95 % intervals; elsewhere lines about 50 and 95 % of the draws."
+    figure = picture("Draws", uri, "; ".join(found.not_told_apart) or "no pair is confounded", caption, size)
+    return element("article", figure, class_="card full")
+
+
+def _fit(found: Posterior, observed: Sequence[Observation], simulate: Callable[[Scene], xr.DataTree]) -> str:
+    parts = ["<ul>" + "".join(element("li", escape(line)) for line in found.misfits()) + "</ul>"]
+    for one, channel in zip(observed, found.target.channels, strict=True):
+        if isinstance(one, WornFlank):
+            parts.append(_flank(found, one, channel, simulate))
+        elif channel.values.size > 1:
+            parts.append(_against(found, channel))
+    return f'{parts[0]}<div class="cards">{"".join(parts[1:])}</div>'
+
+
+def _flank(found: Posterior, one: WornFlank, channel: Channel, simulate: Callable[[Scene], xr.DataTree]) -> str:
+    """Predicted beside measured wear, the scene at the medians worn anew rather than emulated."""
+    tree = simulate(found.inferred_scene.replace({"wear.until.meshes": channel.meshes}))
+    compared = compare_wear(tree, one.measured, before=one.before, body=one.body, datum=one.datum)
+    uri = figure_uri(FLANKS, 3, lambda axes: measured_wear(compared, axes), side_by_side=True)
+    alt = f"difference: root mean square {float(compared['difference_rms']):.2g} um"
+    figure = picture(channel.name.capitalize(), uri, alt, "Worn anew at the posterior's medians.", FLANKS)
+    return element("article", figure, class_="card full")
+
+
+def _against(found: Posterior, channel: Channel) -> str:
+    """Measured over predicted values of an observation, what a datum leaves open taken out."""
+    k = list(found.target.channels).index(channel)
+    amounts = found.target.amounts(np.median(found.draws.normal, axis=0)[None])[k][0]
+    predicted = found.target.model.shapes[k] @ amounts
+    free = channel.movements
+    rest = channel.values - predicted
+    moved = free @ np.linalg.lstsq(free, rest, rcond=None)[0] if free.shape[1] else np.zeros(rest.size)
+    told, deviation = channel.values - moved, found.target.evidence[k].deviation
+
+    def draw_on(axes: list[Axes]) -> None:
+        (ax,) = axes
+        ends = [min(predicted.min(), told.min()), max(predicted.max(), told.max())]
+        ax.plot(ends, ends, color=_LINE, lw=1.0)
+        ax.errorbar(predicted, told, deviation, fmt="o", color=_COLOUR, ms=4, lw=1.0)
+        units = unit_text(channel.units)
+        ax.set(xlabel=f"Predicted ({units})", ylabel=f"Measured ({units})")
+
+    caption = "Bars: one standard uncertainty; on the line both are the same."
+    figure = picture(
+        channel.name.capitalize(), figure_uri(SIZE, 1, draw_on), "measured over predicted", caption, SIZE
+    )
+    return element("article", figure, class_="card")
+
+
+def _lives(lives: Sequence[PosteriorLife]) -> str:
+    cards = []
+    for life in lives:
+        uri = figure_uri(SIZE, 1, partial(_draw_life, life))
+        title = f"Life of the {life.body} until {life.depth_limit:g} µm"
+        cards.append(element("article", picture(title, uri, str(life), str(life), SIZE), class_="card"))
+    return f'<div class="cards small">{"".join(cards)}</div>' if cards else ""
+
+
+def _draw_life(life: PosteriorLife, axes: list[Axes]) -> None:
+    (ax,) = axes
+    ax.hist(life.meshes, bins=40, color=_COLOUR, alpha=0.8)
+    for share in QUANTILES:
+        ax.axvline(life.quantile(share), color=_LINE, lw=1.0)
+    ax.set(xlabel="Meshes", ylabel="Draws")

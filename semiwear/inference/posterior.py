@@ -1,0 +1,232 @@
+"""The posterior of an inference: intervals, what cannot be told apart, the fit, and lives."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.errors import SemiwearError
+from semiwear.inference.apart import not_told_apart
+from semiwear.inference.lives import PosteriorLife, life_of
+from semiwear.inference.sampling import Draws, Target
+from semiwear.measured.life_spread import require_share
+from semiwear.plain_text import folded, table
+from semiwear.results.provenance import version
+from semiwear.scene import Scene
+from semiwear.scene.closest import closest
+from semiwear.scene.units import unit_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from semiwear.simulate import Progress
+
+__all__ = ["HEAD", "Posterior"]
+
+FloatArray = NDArray[np.float64]
+
+HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit")
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Unknown fields of a scene given what was observed; made by `infer`, printed as a table.
+
+    Attributes
+    ----------
+    scene : Scene
+    target : Target
+        The density that was drawn from.
+    draws : Draws
+    best : (unknown,) array
+        The likeliest place, standard normal under the prior.
+    emulator_shares : (unknown,) array
+        Standard deviation that the emulator's error makes of each unknown, over the posterior's.
+    """
+
+    scene: Scene
+    target: Target
+    draws: Draws
+    best: FloatArray
+    emulator_shares: FloatArray
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Dotted keys of the unknown fields."""
+        return self.target.unknowns.keys
+
+    @property
+    def values(self) -> FloatArray:
+        """Draws of the unknown fields, (draw, unknown)."""
+        return self.target.unknowns.values(self.draws.normal)
+
+    def of(self, key: str) -> FloatArray:
+        """Draws of one field, by its dotted key or the last part of it.
+
+        Raises
+        ------
+        SemiwearError
+            It is none of the unknown ones.
+        """
+        names = [one.name for one in self.target.unknowns.every]
+        for known in (self.keys, names):
+            if key in known:
+                return np.asarray(self.values[:, list(known).index(key)])
+        meant = closest(key, [*self.keys, *names])
+        told = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
+        raise SemiwearError(f"{key} was not inferred: {told}")
+
+    def quantile(self, key: str, share: float) -> float:
+        """Value that a field falls short of with a probability."""
+        require_share(share)
+        return float(np.quantile(self.of(key), share))
+
+    def interval(self, key: str, confidence: float = 0.95) -> tuple[float, float]:
+        """Values between which a field lies with a probability, as much outside to either side."""
+        miss = 0.5 * (1.0 - confidence)
+        return self.quantile(key, miss), self.quantile(key, 1.0 - miss)
+
+    @property
+    def shares_of_prior(self) -> FloatArray:
+        """Standard deviation of each unknown over that of its prior: near 1 where nothing was learnt of it."""
+        return np.asarray(self.draws.normal.std(axis=0))
+
+    @property
+    def not_told_apart(self) -> tuple[str, ...]:
+        """Sentences on fields of which the observations say nothing, or which they cannot tell apart."""
+        return not_told_apart(self.target.unknowns.every, self.values, self.shares_of_prior)
+
+    @property
+    def inferred_scene(self) -> Scene:
+        """The scene at the posterior's medians."""
+        medians = self.target.unknowns.values(np.median(self.draws.normal, axis=0)[None])[0]
+        return self.scene.replace(dict(zip(self.keys, map(float, medians), strict=True)))
+
+    def fitted(self) -> list[tuple[str, float, float]]:
+        """Of every observation: its name, the standard deviation of its noise, and the misfit at the best place.
+
+        The misfit is how far the observed amounts of shapes lie from predicted ones, in standard deviations, over
+        what noise alone would make: about 1 where the model explains what was seen.
+        """
+        amounts = self.target.amounts(self.best[None])
+        found = []
+        for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True):
+            likeliest = int(np.argmax(one.log_weights))
+            apart = some[0] - one.centres[likeliest]
+            squares = float(apart @ one.precisions[likeliest] @ apart)
+            found.append((channel.name, one.deviation, sqrt(squares / apart.size)))
+        return found
+
+    def life(
+        self,
+        depth_limit_um: float,
+        body: str = "gear",
+        *,
+        k_scatter: float = 0.0,
+        runs: int = 32,
+        crew: int | str | Client | None = None,
+        store: str | os.PathLike[str] | None = None,
+        progress: Progress | bool | None = None,
+    ) -> PosteriorLife:
+        """Life until a flank's greatest wear is a depth, with all that the posterior leaves open.
+
+        Parameters
+        ----------
+        depth_limit_um : float
+        body : str
+        k_scatter : float
+            Coefficient of variation of the wear coefficient from part to part, for the life of the next part
+            (`semiwear.measured.life_spread`). Default 0: the life of the measured pair itself.
+        runs : int
+            Lives that are solved, at draws of the posterior; all others are emulated. One where the wear coefficient
+            alone is unknown: a life is inverse to it.
+        crew, store, progress
+            As of `infer`.
+
+        Raises
+        ------
+        SceneError
+            For a depth, body, scatter or number of runs out of range.
+        SemiwearError
+            The flank cannot be worn so deep.
+        """
+        return life_of(
+            self.scene, self.target.unknowns, self.draws.normal, (depth_limit_um, body, k_scatter, runs),
+            places=(crew, store, progress),
+        )  # fmt: skip
+
+    def to_dataset(self) -> xr.Dataset:
+        """The draws, one variable a field along `draw`, with what the summary tells in attributes."""
+        data = {
+            one.name: (
+                "draw",
+                self.of(one.key),
+                {"field": one.key, "units": unit_of(one.key), "prior": str(one.prior)},
+            )
+            for one in self.target.unknowns.every
+        }
+        attrs = {
+            "title": f"Posterior: {self.scene.title}" if self.scene.title else "Posterior",
+            "observed": "; ".join(one.name for one in self.target.channels),
+            "not_told_apart": "\n".join(self.not_told_apart),
+            "runs": self.runs,
+            "effective_draws": self.draws.effective,
+            "scene_toml": self.scene.to_toml(),
+            "scene_sha256": self.scene.sha256,
+            "source": f"semiwear {version()}",
+        }
+        return xr.Dataset(data, {"draw": np.arange(self.draws.normal.shape[0])}, attrs)
+
+    @property
+    def runs(self) -> int:
+        """Runs that were solved."""
+        return int(self.target.model.runs.values[0].shape[0])
+
+    @property
+    def sampled(self) -> str:
+        """One sentence on runs and draws."""
+        chains = "" if self.draws.settled else "; the chains are SHORT for that: intervals may be off"
+        return (
+            f"{self.runs} run{'s' if self.runs > 1 else ''}; {self.draws.effective:.0f} effective draws, "
+            f"autocorrelation time {self.draws.autocorrelation:.3g} steps{chains}"
+        )
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """A row of the summary for every unknown: field, median, interval, shares, unit."""
+        found: list[tuple[str, ...]] = []
+        for k, key in enumerate(self.keys):
+            low, high = self.interval(key)
+            shares = f"{100.0 * self.shares_of_prior[k]:.0f} %", f"{100.0 * self.emulator_shares[k]:.0f} %"
+            found.append((key, f"{self.quantile(key, 0.5):.4g}", f"{low:.4g} to {high:.4g}", *shares, unit_of(key)))
+        return found
+
+    def misfits(self) -> list[str]:
+        """A sentence for every observation, and one where the model does not explain it."""
+        lines = []
+        for name, deviation, misfit in self.fitted():
+            far = "; the scene does NOT explain it" if misfit > _FAR else ""
+            lines.append(f"{name}: noise {deviation:.3g}, misfit {misfit:.2f} times what noise makes{far}")
+        return lines
+
+    def __str__(self) -> str:
+        apart: Sequence[str] = self.not_told_apart or ("every unknown is told by the observations",)
+        return "\n".join(
+            [
+                table(HEAD, self.rows()),
+                "",
+                *(folded(f"- {line}") for line in apart),
+                "",
+                *(folded(line) for line in self.misfits()),
+                folded(self.sampled),
+            ]
+        )
+
+
+_FAR = 3.0

@@ -1,0 +1,293 @@
+"""Unknown fields of a scene from measured flanks, wear and transmission error: `infer`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from semiwear.errors import Problem, SceneError, SemiwearError
+from semiwear.inference.model import Model, Runs, model_of
+from semiwear.inference.observations import Channel, Observation, channels_of
+from semiwear.inference.posterior import Posterior
+from semiwear.inference.sampling import Target, draw_posterior
+from semiwear.inference.unknowns import COEFFICIENT, Unknowns, unknowns_of
+from semiwear.scatter.distributions import Distribution, read_distribution
+from semiwear.scatter.run import Sampling, draw
+from semiwear.scene import Scene
+from semiwear.scene.values import shown
+from semiwear.simulate import Progress
+from semiwear.sweep.bar import hearing
+from semiwear.sweep.measure import MESHES
+from semiwear.sweep.outcome import Status
+from semiwear.sweep.run import crew_of, read_job, solve_job
+from semiwear.sweep.store import open_store
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["Plan", "infer", "plan_inference", "solved_runs", "spread_over", "target_of"]
+
+FloatArray = NDArray[np.float64]
+
+_STEPS = 16  # wear states of a run
+_RUNS_A_FIELD = 10
+_LEAST_RUNS = 32
+_GROWTH = 4  # times the first runs, at most
+_REACH = 3.5  # standard deviations of the posterior that further runs span
+_LEAST_SHARE = 0.9  # of runs that have to succeed
+
+
+def infer(
+    scene: Scene,
+    unknown: Mapping[str, Distribution],
+    observed: Observation | Sequence[Observation],
+    *,
+    runs: int | None = None,
+    emulator_share: float = 0.3,
+    seed: int = 0,
+    crew: int | str | Client | None = None,
+    store: str | os.PathLike[str] | None = None,
+    progress: Progress | bool | None = None,
+) -> Posterior:
+    """The posterior of unknown fields of a scene, from what was measured on worn gears.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table [wear]. ``numerics.accuracy`` is not looked at.
+    unknown : mapping
+        From dotted key to the prior distribution of a field: `Normal`, `LogNormal`, `Uniform` or `Triangular`, such
+        as of ``"wear.coefficient_mm2_per_N"``, ``"operation.pinion_torque_Nm"``, ``"effects.misalignment.offset_mm"``
+        or ``"effects.wear_law.load.exponent"``. The outermost 0.2 % at both ends are cut off.
+    observed : WornFlank, WearAtPoints, TransmissionErrorCurve, Reading, or several
+        What was measured, all on one pair.
+    runs : int, optional
+        Runs that the emulator learns from; up to four times as many are added where the posterior is, until its error
+        is small enough. Default: 10 for each field but the wear coefficient, 32 or more. With the wear coefficient
+        alone one run tells everything, without an emulator.
+    emulator_share : float
+        Standard deviation that the emulator's error may make of an unknown, over the posterior's. It is in the
+        posterior as well.
+    seed : int
+        Of runs and draws.
+    crew : int, str or distributed.Client, optional
+        Where to run: `workers` or `client` of `sweep`.
+    store : path, optional
+        Folder that keeps every run, as of `sweep`.
+    progress : Progress or bool, optional
+        Hears of every run and of the sampling; True shows a bar (extra ``progress``).
+
+    Returns
+    -------
+    Posterior
+        Draws, intervals, what cannot be told apart, lives.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong with the arguments, before anything runs.
+    SemiwearError
+        The emulator's error stays above what was asked, or runs fail.
+    MissingExtraError
+        emcee or scikit-learn is missing; install the extra ``infer``.
+    """
+    planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
+    with hearing(progress) as hears:
+        return _inferred(planned, crew, store, hears)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An inference whose arguments are sound.
+
+    Attributes
+    ----------
+    scene : Scene
+        As it was given.
+    unknowns : Unknowns
+    channels : tuple of Channel
+    runs : int
+        The first ones.
+    emulator_share : float
+    seed : int
+    """
+
+    scene: Scene
+    unknowns: Unknowns
+    channels: tuple[Channel, ...]
+    runs: int
+    emulator_share: float
+    seed: int
+
+    @property
+    def run_scene(self) -> Scene:
+        """The scene of runs: worn so far as the greatest wear coefficient brings it."""
+        most = max(one.meshes for one in self.channels)
+        steps = self.scene.numerics.wear_steps
+        changes: dict[str, object] = {
+            "wear.until.meshes": max(most, 1.0) * self.unknowns.greatest_stretch,
+            "numerics.wear_steps": steps if isinstance(steps, int) else _STEPS,
+            "numerics.accuracy": None,
+            "effects.run_life": None,
+        }
+        return self.scene.replace(changes)
+
+
+def plan_inference(
+    scene: Scene,
+    unknown: Mapping[str, Distribution],
+    observed: Observation | Sequence[Observation],
+    *,
+    runs: int | None = None,
+    emulator_share: float = 0.3,
+    seed: int = 0,
+) -> Plan:
+    """An inference from arguments of `infer`.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong.
+    """
+    problems: list[Problem] = []
+    if runs is not None and (isinstance(runs, bool) or not isinstance(runs, int) or not _LEAST_RUNS <= runs <= 4096):
+        problems.append(Problem("runs", shown(runs), f"a whole number, {_LEAST_RUNS} to 4096", "leave it out"))
+    if isinstance(emulator_share, bool) or not isinstance(emulator_share, int | float) or not emulator_share > 0.0:
+        problems.append(Problem("emulator_share", shown(emulator_share), "greater than 0", "0.3 is usual"))
+    wear = scene.wear
+    if wear is None:
+        fix = "give wear.coefficient_mm2_per_N, a first guess"
+        raise SceneError([*problems, Problem("wear", None, "a table [wear]", fix)], "infer")
+    coefficient = wear.coefficient_mm2_per_N
+    if COEFFICIENT in (unknown or ()) and not isinstance(coefficient, float | int):
+        allowed = "one number for both bodies, where it is unknown"
+        problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
+    channels: list[Channel] = []
+    priors: dict[str, Distribution] = {}
+    try:
+        draw(scene, unknown, Sampling(64, seed, {}, False))
+        read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
+        priors = {key: prior for key, prior in read.items() if prior is not None}
+    except SceneError as error:
+        problems += error.problems
+    try:
+        channels = channels_of(scene, observed)
+    except SceneError as error:
+        problems += error.problems
+    if problems:
+        raise SceneError(problems, "infer")
+    scale = float(coefficient) if isinstance(coefficient, float | int) else 1.0
+    unknowns = unknowns_of(priors, scale)
+    fields = len(unknowns.solved)
+    count = runs or max(_LEAST_RUNS, _RUNS_A_FIELD * fields)
+    planned = Plan(scene, unknowns, tuple(channels), count if fields else 1, float(emulator_share), seed)
+    planned.run_scene.to_dict()  # its fields are checked
+    return planned
+
+
+def _inferred(
+    planned: Plan, crew: int | str | Client | None, store: str | os.PathLike[str] | None, hears: Progress
+) -> Posterior:
+    fields = len(planned.unknowns.solved)
+    box = np.tile([-1.0, 1.0], (fields, 1))
+    runs = solved_runs(planned, spread_over(box, planned.runs, planned.seed), crew, store, hears)
+    while True:
+        target = target_of(planned, model_of(runs, planned.channels))
+        best = target.best(planned.seed)
+        errors = target.emulator_errors(best)
+        shares = target.emulator_shares(best, errors)
+        widened = target.widened(best)
+        if not fields or shares.max() <= planned.emulator_share:
+            break
+        if runs.inputs.shape[0] >= (1 + _GROWTH) * planned.runs:
+            raise SemiwearError(_refusal(planned, shares, runs.inputs.shape[0]))
+        near = _box_about(planned.unknowns, widened, best, planned.seed)
+        runs = runs.joined(
+            solved_runs(
+                planned, spread_over(near, planned.runs, planned.seed + runs.inputs.shape[0]), crew, store, hears
+            )
+        )
+    draws = draw_posterior(widened, best, planned.seed, hears.step)
+    return Posterior(planned.scene, widened, draws, best, shares)
+
+
+def target_of(planned: Plan, model: Model) -> Target:
+    """Posterior density of a model; the emulator's error is not in it yet."""
+    evidence = [one.evidence(shapes) for one, shapes in zip(planned.channels, model.shapes, strict=True)]
+    return Target(planned.unknowns, model, planned.channels, evidence)
+
+
+def _refusal(planned: Plan, shares: FloatArray, count: int) -> str:
+    worst = int(np.argmax(shares))
+    return (
+        f"after {count} runs the emulator's error still makes {shares[worst]:.2g} of the posterior's standard "
+        f"deviation of {planned.unknowns.keys[worst]}, {planned.emulator_share:g} was asked: give more runs, "
+        "narrower priors, or a greater emulator_share (what it makes is in the posterior)"
+    )
+
+
+def spread_over(box: FloatArray, count: int, seed: int) -> FloatArray:
+    """Inputs spread evenly over a box (field, 2): a scrambled Sobol' sequence."""
+    if not box.shape[0]:
+        return np.zeros((1, 0))
+    power = int(np.ceil(np.log2(count)))
+    share = qmc.Sobol(box.shape[0], scramble=True, seed=np.random.default_rng(seed)).random_base2(power)[:count]
+    return np.asarray(box[:, 0] + share * (box[:, 1] - box[:, 0]))
+
+
+def _box_about(unknowns: Unknowns, target: Target, best: FloatArray, seed: int) -> FloatArray:
+    """Box of inputs that the posterior takes, (field, 2), from a short chain."""
+    draws = draw_posterior(target, best, seed, most=1)
+    inputs = unknowns.inputs(unknowns.values(draws.normal))
+    middle, spread = inputs.mean(axis=0), inputs.std(axis=0)
+    low = np.clip(middle - _REACH * spread, -1.0, 1.0)
+    high = np.clip(middle + _REACH * spread, -1.0, 1.0)
+    thin = high - low < 1e-3
+    return np.column_stack([np.where(thin, low - 1e-3, low), np.where(thin, high + 1e-3, high)]).clip(-1.0, 1.0)
+
+
+def solved_runs(
+    planned: Plan,
+    inputs: FloatArray,
+    crew: int | str | Client | None,
+    store: str | os.PathLike[str] | None,
+    hears: Progress,
+) -> Runs:
+    """Runs at inputs (run, field), read at the places of all observations.
+
+    Raises
+    ------
+    SemiwearError
+        Too many fail.
+    """
+    scene, unknowns = planned.run_scene, planned.unknowns
+    keys = [unknowns.every[k] for k in unknowns.solved]
+    table = {one.key: one.at(inputs[:, k]).tolist() for k, one in enumerate(keys)}
+    table = table or {"wear.until.meshes": [scene.wear.until.meshes if scene.wear else None]}
+    names = list(dict.fromkeys(one.path.rpartition("/")[2] for one in planned.channels))
+    job = read_job(scene, table, measure=names, combine="zip", crew=crew_of(crew))
+    kept = open_store(store)
+    solve_job(job, kept, hears)
+    values: list[list[FloatArray]] = []
+    good, levels, reasons = [], np.zeros(0), []
+    for member in job.members:
+        outcome = kept.get(member.key) if member.key else None
+        if outcome is None or outcome.status is not Status.DONE:
+            reasons.append(member.refused if outcome is None else outcome.message)
+            good.append(False)
+            continue
+        one = job.tasks[member.key].scene
+        values.append([channel.read(one, outcome.measured) for channel in planned.channels])
+        levels = outcome.measured.variables[MESHES]
+        good.append(True)
+    if not values or np.mean(good) < _LEAST_SHARE:
+        told = "; ".join(dict.fromkeys(reasons))
+        raise SemiwearError(f"{good.count(False)} of {len(good)} runs fail: {told}; give narrower priors")
+    stacked = tuple(np.stack([one[k] for one in values]) for k in range(len(planned.channels)))
+    return Runs(inputs[np.array(good)], levels, stacked)

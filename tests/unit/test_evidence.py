@@ -1,0 +1,98 @@
+"""What measured values say of amounts of shapes: against closed forms, and as often right as it says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import binom, multivariate_t
+from scipy.stats import t as student
+
+from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, known_noise, unknown_noise
+
+ROWS, COLUMNS = 17, 11
+PROFILE, FACE = np.linspace(0.0, 10.0, ROWS), np.linspace(0.0, 80.0, COLUMNS)
+P, F = np.meshgrid(PROFILE / 10.0, FACE / 80.0, indexing="ij")
+SHAPES = np.stack([np.exp(-(((P - 0.1) / 0.15) ** 2)) * (1.0 + 0.3 * F), np.sin(3.0 * P) * F], -1)
+MOVEMENTS = np.stack([np.ones_like(P), F], -1)
+
+
+def test_known_noise_is_weighted_least_squares() -> None:
+    random = np.random.default_rng(0)
+    shapes, values = random.standard_normal((20, 3)), random.standard_normal(20)
+    error = random.uniform(0.5, 2.0, 20)
+    found = known_noise(values, shapes, np.zeros((20, 0)), error)
+    amounts = random.standard_normal((5, 3))
+    expected = -0.5 * np.sum(((values - amounts @ shapes.T) / error) ** 2, axis=1)
+    told = found.log_likelihood(amounts)
+    np.testing.assert_allclose(told - told[0], expected - expected[0], rtol=1e-8)
+
+
+def test_a_movement_that_is_left_open_says_nothing() -> None:
+    """Adding any of it changes nothing, and it widens what is told of the shapes."""
+    random = np.random.default_rng(1)
+    shapes, values, error = random.standard_normal((20, 2)), random.standard_normal(20), np.ones(20)
+    free = np.ones((20, 1))
+    one, other = (known_noise(values + shift, shapes, free, error) for shift in (0.0, 7.0))
+    np.testing.assert_allclose(one.centres, other.centres)
+    tight = known_noise(values, shapes, np.zeros((20, 0)), error)
+    assert np.all(np.linalg.eigvalsh(tight.precisions[0] - one.precisions[0]) >= -1e-9)
+
+
+def test_errors_of_predictions_add_to_the_noise() -> None:
+    """The covariance of a normal likelihood and that of the prediction: their sum."""
+    random = np.random.default_rng(2)
+    found = known_noise(random.standard_normal(20), random.standard_normal((20, 3)), np.zeros((20, 0)), np.ones(20))
+    error = np.diag([0.3, 0.0, 2.0])
+    expected = np.linalg.inv(np.linalg.inv(found.precisions[0]) + error)
+    np.testing.assert_allclose(found.widened(error).precisions[0], expected)
+
+
+def test_a_mixture_of_students_t() -> None:
+    random = np.random.default_rng(3)
+    centres, roots = random.standard_normal((3, 2)), random.standard_normal((3, 2, 2))
+    precisions = np.einsum("dij,dkj->dik", roots, roots) + 0.5 * np.eye(2)
+    logs = np.log([0.2, 0.5, 0.3])
+    found = Evidence(logs, centres, precisions, 7.0, 1.0)
+    points = random.standard_normal((6, 2))
+    parts = [
+        multivariate_t(c, np.linalg.inv(p), df=7.0).pdf(points) for c, p in zip(centres, precisions, strict=True)
+    ]
+    expected = np.log(np.exp(logs) @ np.array(parts))
+    told = found.log_likelihood(points)
+    np.testing.assert_allclose(told - told[0], expected - expected[0], rtol=1e-9)
+
+
+def noise(random: np.random.Generator) -> np.ndarray:
+    factors = []
+    for place in (PROFILE, FACE):
+        step, extent = place[1] - place[0], place[-1]
+        length = np.exp(random.uniform(np.log(SHORTEST * step), np.log(LONGEST * extent)))
+        along = np.exp(-np.abs(place[:, None] - place) / length) + 1e-10 * np.eye(place.size)
+        factors.append(np.linalg.cholesky(along))
+    share = random.uniform()
+    alike = factors[0] @ random.standard_normal(P.shape) @ factors[1].T
+    return np.sqrt(share) * alike + np.sqrt(1.0 - share) * random.standard_normal(P.shape)
+
+
+@pytest.mark.slow
+def test_intervals_under_unknown_correlated_noise_hold_as_often_as_they_say() -> None:
+    """Noise parameters from their prior: 90 % intervals of two amounts hold in 90 %, as far as 80 flanks tell."""
+    random, held = np.random.default_rng(4), np.zeros(2)
+    true, count = np.array([3.0, 2.0]), 80
+    for _ in range(count):
+        values = SHAPES @ true + MOVEMENTS @ random.standard_normal(2) * 5.0 + 0.3 * noise(random)
+        found = unknown_noise(FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS))
+        deviations = np.sqrt(np.diagonal(np.linalg.inv(found.precisions), axis1=1, axis2=2))
+        weights = np.exp(found.log_weights - found.log_weights.max())
+        below = weights @ student.cdf((true - found.centres) / deviations, found.freedom) / weights.sum()
+        held += (below > 0.05) & (below < 0.95)
+    for hits in held:
+        assert binom.cdf(hits, count, 0.9) > 0.002 and binom.sf(hits - 1, count, 0.9) > 0.002
+
+
+def test_noise_parameters_are_told() -> None:
+    """Of white noise, the deviation; the share that is alike is small."""
+    random = np.random.default_rng(5)
+    values = SHAPES @ np.array([3.0, 2.0]) + 0.4 * random.standard_normal(P.shape)
+    found = unknown_noise(FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS))
+    assert found.deviation == pytest.approx(0.4, rel=0.15)

@@ -1,0 +1,320 @@
+"""Inference: closed forms, what is refused, what is told; solving is made up but for the slow tests."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import semiwear as sw
+from semiwear.cli import main
+from semiwear.errors import SceneError, SemiwearError
+from semiwear.geometry.point_grid import PointGrid, write_point_grid
+from semiwear.inference.apart import not_told_apart
+from semiwear.inference.observations import _without_holes
+from semiwear.inference.unknowns import CUT, Unknown
+from semiwear.measured.comparison import grid_of
+from semiwear.measured.nominal import nominal_flank
+from semiwear.measured.predicted import FlankReading
+from semiwear.measured.rigid import Displacement
+from semiwear.plot.posterior import posterior_corner
+from semiwear.sweep.measure import Measured
+from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
+from tests.strategies.measured import displaced, grid_on
+
+outcome = import_module("semiwear.sweep.outcome")
+K, TORQUE, OFFSET = "wear.coefficient_mm2_per_N", "operation.pinion_torque_Nm", "effects.misalignment.offset_mm"
+MESHES = 1e8
+SCENE = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": MESHES, K: 1e-13})
+COEFFICIENT = sw.LogNormal(1e-13, 0.5)
+FACE = np.linspace(485.0, 555.0, 11)
+
+
+def depth_of(torque: float, offset: float, meshes: np.ndarray) -> np.ndarray:
+    """Greatest wear [um] by a formula: k times torque times meshes, less where the pinion is offset."""
+    return 10.0 * meshes / MESHES * torque / 1600.0 * (1.0 - 2.0 * offset)
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Runs by formulas: depth times a fixed shape of the flank, transmission error with a wave that wear deepens."""
+    scenes = []
+
+    def simulate(scene):
+        scenes.append(scene)
+        misaligned = scene.effects.misalignment
+        meshes = np.linspace(0.0, scene.wear.until.meshes, scene.numerics.wear_steps + 1)
+        offset = misaligned.offset_mm if misaligned else 0.0
+        depth = depth_of(scene.operation.pinion_torque_Nm, offset, meshes)
+        shape = np.linspace(1.0, 0.0, 31)[:, None] * np.linspace(1.0, 0.5, 11)
+        phase = np.arange(8) / 8.0
+        curve = (2.0 + 0.3 * depth)[:, None] * np.sin(2.0 * np.pi * phase) + 100.0
+        wear = np.stack([np.zeros((meshes.size, 31, 11)), depth[:, None, None] * shape], axis=1)
+        steps = {"meshes": ("wear_step", meshes)}
+        amplitude = ("wear_step", np.ptp(curve, axis=1))
+        return xr.DataTree.from_dict(
+            {
+                "/history": xr.Dataset({"transmission_error_amplitude": amplitude}, steps),
+                "/flank": xr.Dataset(
+                    {"wear_depth": (("wear_step", "body", "profile", "face"), wear)},
+                    {"body": ["pinion", "gear"], "face": FACE, "profile": np.arange(31)},
+                ),
+                "/mesh_cycle": xr.Dataset(
+                    {"transmission_error_loaded": (("wear_step", "mesh_position"), curve)}, {"mesh_position": phase}
+                ),
+            }
+        )
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    return scenes
+
+
+def amplitude(depth: float, error: float, **options: float) -> sw.Reading:
+    return sw.Reading("transmission_error_amplitude", 2.0 * (2.0 + 0.3 * depth), error, **options)
+
+
+def infer(unknown, observed, **options):
+    return sw.infer(SCENE, unknown, observed, crew=0, **options)
+
+
+# ---------------------------------------------------------------------- closed forms
+
+
+def test_one_reading_of_the_coefficient_alone_is_the_normal_posterior(solved):
+    """Depth 8 +- 0.16 um tells k times 1e13 as 0.8 +- 0.016, the prior hardly anything beside it: in one run."""
+    found = infer({K: sw.Uniform(2e-14, 2e-13)}, amplitude(8.0, 0.6 * 0.16))
+    assert len(solved) == 1
+    draws = found.of(K) * 1e13
+    assert draws.mean() == pytest.approx(0.8, abs=0.002) and draws.std() == pytest.approx(0.016, rel=0.08)
+    assert found.interval(K) == pytest.approx((0.8e-13 - 1.96 * 1.6e-15, 0.8e-13 + 1.96 * 1.6e-15), rel=5e-3)
+    assert found.not_told_apart == () and found.draws.settled
+
+
+def test_a_reading_that_says_nothing_leaves_the_prior(solved):
+    found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 1e3))
+    assert np.std(np.log(found.of(K))) == pytest.approx(np.sqrt(np.log(1.25)), rel=0.05)
+    assert found.of(TORQUE).std() == pytest.approx(100.0, rel=0.05)
+    assert len(found.not_told_apart) == 2 and all("hardly told" in line for line in found.not_told_apart)
+
+
+def test_coefficient_and_torque_that_appear_as_a_product_are_told_as_such(solved):
+    found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 200)}, amplitude(8.0, 0.02))
+    product = found.of(K) * found.of(TORQUE)
+    assert product.std() / product.mean() < 0.01 and found.of(TORQUE).std() / 1600.0 > 0.08
+    told = "\n".join(found.not_told_apart)
+    assert "cannot be told apart" in told and "pinion_torque_Nm^1.0" in told
+    assert told in str(found).replace("\n    ", " ") or "cannot be told apart" in str(found)
+
+
+def test_an_unworn_reading_says_nothing_of_wear(solved):
+    """Its amplitude is that of unworn flanks for any k."""
+    found = infer({K: COEFFICIENT}, amplitude(0.0, 0.01, meshes=0))
+    assert found.shares_of_prior[0] == pytest.approx(1.0, abs=0.06)
+
+
+def test_points_and_a_curve_tell_together(solved):
+    """k, torque and offset: a curve of a mean that is open, and points of the flank, of twice the meshes."""
+    k, torque = 1.2e-13, 1700.0
+    depth = float(depth_of(torque, 0.0, np.array(MESHES * 1.2)))
+    phase = np.array([0.0, 0.25, 0.5, 0.75])
+    curve = sw.TransmissionErrorCurve(phase, (2.0 + 0.3 * depth) * np.sin(2.0 * np.pi * phase) - 7.0, 0.02)
+    flank = nominal_flank(SCENE)
+    face, profile = flank.places(np.array([0.2, 0.5, 0.8]), np.array([0.3, 0.3, 0.6]))
+    height, _ = flank.place(face, profile)
+    grid = grid_of(SCENE, FACE, 31, "gear")
+    shape = np.linspace(1.0, 0.0, 31)[:, None] * np.linspace(1.0, 0.5, 11)
+    wear = 2.0 * depth * FlankReading.of(grid, face, profile).read(shape.T)
+    points = sw.WearAtPoints(face, height, wear, 0.05, meshes=2.0 * MESHES)
+    found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, [curve, points])
+    low, high = np.quantile(found.of(K) * found.of(TORQUE), [0.001, 0.999])
+    assert low < k * torque < high and high / low < 1.1
+    assert [round(misfit) for _, _, misfit in found.fitted()] in ([0, 0], [0, 1], [1, 0], [1, 1])
+
+
+def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
+    """The life at every draw: of the formula, emulated over torque, and inverse to k."""
+
+    def life(scene):
+        meshes = MESHES * scene.effects.run_life.depth_limit_um / 10.0 * 1600.0 / scene.operation.pinion_torque_Nm
+        return Measured({"/life/meshes_to_limit": np.array(meshes), "/life/depth_limit": np.array(20.0)})
+
+    monkeypatch.setattr(outcome, "_life", life)
+    found = infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 0.05))
+    lives = found.life(20.0, crew=0)
+    expected = MESHES * 2.0 * 1600.0 / found.of(TORQUE) * 1e-13 / found.of(K)
+    np.testing.assert_allclose(lives.meshes, expected, rtol=1e-3)
+    assert lives.error < 1e-3 and "of this pair" in str(lives)
+    next_part = found.life(20.0, crew=0, k_scatter=0.5)
+    spread = np.std(np.log(next_part.meshes / expected))
+    assert spread == pytest.approx(np.sqrt(2.0 * np.log(1.25)), rel=0.05)
+    assert lives.quantile(0.1) < lives.quantile(0.5)
+    for call in (lambda: found.life(20.0, k_scatter=-1), lambda: found.life(20.0, runs=3), lambda: lives.quantile(1)):
+        with pytest.raises(SceneError):
+            call()
+
+
+# ---------------------------------------------------------------------- parts
+
+
+def test_holes_are_left_out_by_rows_and_columns():
+    inside = np.ones((6, 5), dtype=bool)
+    inside[0] = inside[3, 2] = False
+    rows, columns = _without_holes(inside)
+    assert inside[np.ix_(rows, columns)].all() and rows.sum() * columns.sum() == 20
+
+
+@pytest.mark.parametrize("prior", [sw.LogNormal(1e-13, 0.5), sw.Normal(0.0, 0.05), sw.Uniform(1.0, 3.0)])
+def test_places_and_values_of_a_prior(prior):
+    one = Unknown("a.b", prior)
+    values = one.values(np.linspace(-8.0, 8.0, 9))
+    np.testing.assert_allclose(values[[0, -1]], one.ends, rtol=1e-6)
+    np.testing.assert_allclose(one.at(one.places(values)), values, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(prior.quantile(np.array([CUT]))[0], one.ends[0])
+
+
+def test_fields_that_go_together_by_differences():
+    random = np.random.default_rng(0)
+    first = random.standard_normal(500)
+    pair = [Unknown("x.offset_mm", sw.Normal(0, 1)), Unknown("x.angle_mrad", sw.Normal(0, 1))]
+    values = np.column_stack([first, -first + 0.1 * random.standard_normal(500)])
+    (line,) = not_told_apart(pair, values, np.array([0.5, 0.5]))
+    assert "together rather than apart" in line and "-1.00" in line and "mm" in line
+
+
+# ---------------------------------------------------------------------- refused
+
+
+@pytest.mark.parametrize(
+    "unknown, observed, options, parts",
+    [
+        ({}, amplitude(8, 1), {}, ["a mapping from dotted keys"]),
+        ([K], amplitude(8, 1), {}, ["a mapping from dotted keys"]),
+        (None, amplitude(8, 1), {}, ["a mapping from dotted keys"]),
+        ({"operation.torque": sw.Normal(9, 1)}, [], {}, ["did you mean pinion_torque_Nm", "one observation or more"]),
+        ({K: 3}, "worn.nc", {"runs": 3}, ["Normal, LogNormal", "goes into WornFlank", "32 to 4096"]),
+        ({K: COEFFICIENT}, sw.Reading("wear_depth", 1, 1), {}, ["did you mean"]),
+        ({K: COEFFICIENT}, sw.Reading("transmission_error_mean[worst]", 1, 1), {}, ["without a time"]),
+        ({K: COEFFICIENT}, sw.Reading("transmission_error_mean", 1, -1.0), {}, ["uncertainty"]),
+        ({K: COEFFICIENT}, sw.WornFlank("nothing.nc", body="pinion"), {}, ["wear.worn_bodies"]),
+        ({K: COEFFICIENT}, sw.WornFlank("nothing.nc"), {"emulator_share": 0.0}, ["no such file", "0.3 is usual"]),
+        ({K: COEFFICIENT}, sw.WearAtPoints([400], [0], [1], 1), {}, ["a coordinate along the face"]),
+        ({K: COEFFICIENT}, sw.WearAtPoints([500], [50], [1], 1), {}, ["height above the pitch surface"]),
+        ({K: COEFFICIENT}, sw.WearAtPoints([500, 510], [0, 0], [1, 2, 3], 1), {}, ["2 finite numbers"]),
+        ({K: COEFFICIENT}, sw.TransmissionErrorCurve([0, 0.5], [1, 2], 1), {}, ["three or more"]),
+        ({K: COEFFICIENT}, amplitude(8, 1, meshes=-1), {}, ["0 or more"]),
+    ],
+)
+def test_everything_wrong_is_told_before_anything_runs(solved, unknown, observed, options, parts):
+    with pytest.raises(SceneError) as error:
+        infer(unknown, observed, **options)
+    for part in parts:
+        assert part in str(error.value)
+    assert not solved
+
+
+def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
+    """Runs that scatter by far more than the measurement's error."""
+    simulate, rough = outcome.simulate, np.random.default_rng(0)
+
+    def noisy(scene):
+        tree = simulate(scene)
+        history = tree["history"].to_dataset()
+        factor = 1.0 + 0.2 * rough.standard_normal()
+        tree["history"] = xr.DataTree(
+            history.assign(transmission_error_amplitude=history["transmission_error_amplitude"] * factor)
+        )
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", noisy)
+    monkeypatch.setattr(import_module("semiwear.inference.run"), "_GROWTH", 1)
+    with pytest.raises(SemiwearError, match="after 64 runs the emulator's error still makes"):
+        infer({K: COEFFICIENT, TORQUE: sw.Normal(1600, 100)}, amplitude(8.0, 0.001), emulator_share=0.05)
+
+
+def test_a_field_that_was_not_inferred_is_told(solved):
+    found = infer({K: COEFFICIENT}, amplitude(8.0, 0.1))
+    with pytest.raises(SemiwearError, match="did you mean"):
+        found.of("coefficient_mm2")
+    with pytest.raises(SceneError, match="share"):
+        found.quantile(K, 0.0)
+
+
+# ---------------------------------------------------------------------- command line, page
+
+
+STUDY = f"""
+scene = "scene.toml"
+[unknown]
+{K} = {{distribution = "lognormal"}}
+{TORQUE} = {{distribution = "normal", mean = 1600, deviation = 100}}
+[[reading]]
+quantity = "transmission_error_amplitude"
+value = 8.8
+error = 0.05
+[[transmission_error]]
+file = "curve.csv"
+"""
+
+
+def test_a_study_file(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    (tmp_path / "study.toml").write_text(STUDY)
+    lines = [f"{x},{4.4 * np.sin(2 * np.pi * x)},0.1" for x in (0.0, 0.25, 0.5, 0.75)]
+    (tmp_path / "curve.csv").write_text("\n".join(["mesh_position,error_arcsec,uncertainty_arcsec", *lines]))
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--report", "page.html"]) == 0
+    told = capsys.readouterr().out
+    assert "cannot be told apart" in told and "page.html" in told
+    with xr.open_dataset("draws.nc") as draws:
+        assert draws["pinion_torque_Nm"].attrs["field"] == TORQUE and draws.sizes["draw"] > 1000
+        axes = posterior_corner(draws)
+        assert len(axes) == 4 and not axes[1].get_visible()
+    page = (tmp_path / "page.html").read_text()
+    for part in ("What is not told apart", "Transmission error at 4 mesh positions", "scene SHA-256"):
+        assert part in page
+
+
+def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "life_um = [0]\nscene =", 1)
+    (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
+    assert main(["infer", "study.toml", "-o", "draws.txt"]) == 2
+    told = capsys.readouterr().err
+    for part in ("draws.txt", "did you mean value?", "reading[0].value: missing", "curve.csv", "life_um", "[vary]"):
+        assert part in told
+    assert not solved
+
+
+# ---------------------------------------------------------------------- real flanks
+
+
+@pytest.mark.slow
+def test_what_wore_a_flank_is_found_again(tmp_path):
+    """k, torque and offset of a simulated flank, through points of a displaced tooth; and k alone as `calibrate`."""
+    scene = SCENE.replace({"numerics.face_slices": 15, "numerics.profile_points": 51, "wear.until.meshes": 5e8})
+    truth = {K: 1.3e-13, TORQUE: 1450.0, OFFSET: 0.03}
+    tree = sw.simulate(scene.replace(truth | {"numerics.wear_steps": 32}))
+    flank = nominal_flank(scene)
+    face, profile, *_ = grid_on(flank, 25, 15)
+    flank_set = tree["flank"].to_dataset()
+    wear = 1e-3 * flank_set["wear_depth"].isel(wear_step=-1).sel(body="gear").transpose("face", "profile").values
+    nodes = grid_of(scene, flank_set["face"].values, 51, "gear")
+    depth = FlankReading.of(nodes, face.ravel(), profile.ravel()).read(wear).reshape(face.shape)
+    error = 3e-4 * np.random.default_rng(0).standard_normal(face.shape)
+    points = displaced(flank, face, profile, error - depth, Displacement.about_axis(0.3, 0.01))
+    write_point_grid(tmp_path / "worn.nc", PointGrid(points))
+    priors = {K: COEFFICIENT, TORQUE: sw.Normal(1600, 200), OFFSET: sw.Normal(0, 0.05)}
+    found = sw.infer(scene, priors, sw.WornFlank(tmp_path / "worn.nc"), crew=0)
+    for key, true in truth.items():
+        low, high = found.interval(key, 0.999)
+        assert low < true < high, key
+    assert found.emulator_shares.max() <= 0.3 and found.shares_of_prior.max() < 0.5
+    assert found.fitted()[0][1] == pytest.approx(0.3, rel=0.2)
+    placed = scene.replace({TORQUE: 1450.0, OFFSET: 0.03})
+    alone = sw.infer(placed, {K: COEFFICIENT}, sw.WornFlank(points), crew=0)
+    quick = sw.calibrate(placed, points)
+    assert alone.quantile(K, 0.5) == pytest.approx(quick.coefficient, rel=0.02)
+    assert alone.runs == 1

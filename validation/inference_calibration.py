@@ -1,0 +1,207 @@
+"""Simulation-based calibration of `sw.infer`: are its posteriors as wide as they should be?
+
+    python -m validation.inference_calibration [--flanks 200] [--runs 128] [--store FOLDER] [-o FILE.csv]
+
+Talts et al. 2018 (arXiv:1804.06788): unknown fields are drawn from their priors, the flank that they wear is solved
+in a run of its own (not emulated; in steps of half the length), and measured: with noise that is alike at
+neighbouring points by a share and over lengths that are drawn, too, and displaced by a rotation and a shift along
+the axis. The rank of each true value among the draws of its posterior is uniform where the posterior is right.
+
+The test is stated: Pearson's chi-square of the ranks in 10 equal bins, at 1 % for all unknowns together
+(Bonferroni); and 90 % intervals hold the truth in 86 to 94 % of the flanks. All flanks share the runs of the
+emulator, which lie all over the prior; `sw.infer` adds runs where a posterior is.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+import xarray as xr
+from scipy.stats import chisquare
+
+import semiwear as sw
+from semiwear.inference.evidence import LONGEST, SHORTEST
+from semiwear.inference.model import model_of
+from semiwear.inference.observations import channels_of
+from semiwear.inference.run import Plan, plan_inference, solved_runs, spread_over, target_of
+from semiwear.inference.sampling import draw_posterior
+from semiwear.measured.comparison import grid_of
+from semiwear.measured.nominal import NominalFlank, nominal_flank
+from semiwear.measured.predicted import FlankReading
+from semiwear.measured.quantities import labelled
+from semiwear.measured.rigid import DATUM, motions_of
+from semiwear.simulate import NoProgress
+
+MESHES = 5e8
+SCENE = sw.load_scene("face_gear_25x160").replace(
+    {
+        "numerics.face_slices": 21,
+        "numerics.roll_positions": 12,
+        "numerics.profile_points": 71,
+        "numerics.harmonics": 5,
+        "wear.until.meshes": MESHES,
+        "wear.control_point": None,
+        "wear.coefficient_mm2_per_N": 1e-13,
+        "effects.wear_law.load.exponent": 0.5,
+        "effects.misalignment.offset_mm": 0.0,
+    }
+)
+UNKNOWN = {
+    "wear.coefficient_mm2_per_N": sw.LogNormal(1e-13, 0.5),
+    "operation.pinion_torque_Nm": sw.Normal(1600.0, 150.0),
+    "effects.misalignment.offset_mm": sw.Normal(0.0, 0.05),
+    "effects.wear_law.load.exponent": sw.Uniform(0.2, 0.8),
+}
+ROWS, COLUMNS, MARGIN = 31, 21, 0.04
+NOISE = sw.LogNormal(0.5, 0.5)  # um
+BINS, LEVEL = 10, 0.01
+CONFIDENCE, COVERED = 0.9, (0.86, 0.94)
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """Calibration of one unknown.
+
+    Attributes
+    ----------
+    key : str
+    p_value : float
+        Of uniform ranks.
+    covered : float
+        Share of flanks whose 90 % interval holds the truth.
+    """
+
+    key: str
+    p_value: float
+    covered: float
+
+    def holds(self, unknowns: int) -> bool:
+        """Whether ranks are uniform and intervals hold, by the stated test."""
+        return self.p_value >= LEVEL / unknowns and COVERED[0] <= self.covered <= COVERED[1]
+
+
+def ranked(key: str, ranks: np.ndarray) -> Ranked:
+    """Calibration of an unknown from the shares of draws below its true values."""
+    counts = np.histogram(ranks, BINS, (0.0, 1.0))[0]
+    miss = 0.5 * (1.0 - CONFIDENCE)
+    covered = float(np.mean((ranks > miss) & (ranks < 1.0 - miss)))
+    return Ranked(key, float(chisquare(counts).pvalue), covered)
+
+
+def places(flank: NominalFlank) -> tuple[np.ndarray, np.ndarray]:
+    """Face and profile coordinates of the measured points [mm], both (profile, face)."""
+    across, along = (np.linspace(MARGIN, 1.0 - MARGIN, count) for count in (ROWS, COLUMNS))
+    return flank.places(*np.meshgrid(along, across))
+
+
+def noise(random: np.random.Generator, profile: np.ndarray, face: np.ndarray) -> np.ndarray:
+    """Noise [um] of a flank, alike at neighbouring points by a share and over lengths that are drawn."""
+    shape, share = (profile.size, face.size), random.uniform()
+    factors = []
+    for place in (profile, face):
+        extent = float(np.ptp(place))
+        low, high = np.log(SHORTEST * extent / (place.size - 1)), np.log(LONGEST * extent)
+        correlation = np.exp(-np.abs(place[:, None] - place) / np.exp(random.uniform(low, high)))
+        factors.append(np.linalg.cholesky(correlation + 1e-10 * np.eye(place.size)))
+    alike = factors[0] @ random.standard_normal(shape) @ factors[1].T
+    size = float(NOISE.quantile(np.array([random.uniform()]))[0])
+    return size * (np.sqrt(share) * alike + np.sqrt(1.0 - share) * random.standard_normal(shape))
+
+
+def measured(found: xr.Dataset, k: int, random: np.random.Generator) -> xr.Dataset:
+    """The k-th true flank as it is measured."""
+    flank = nominal_flank(SCENE)
+    face, profile = places(flank)
+    one = found.isel(sample=k)
+    depth = one["wear_depth"].sel(body="gear").values
+    grid = grid_of(SCENE, found["face"].values, depth.shape[0], "gear")
+    wear = FlankReading.of(grid, face.ravel(), profile.ravel()).read(depth.T).reshape(face.shape)
+    points, normals = flank.points(face, profile)
+    motion = motions_of(flank, DATUM).modes(points, normals) @ np.array([2e-5, 5e-3] * random.standard_normal(2))
+    inside = np.ones(face.shape, dtype=bool)
+    error = noise(random, profile.mean(axis=1), face.mean(axis=0))
+    height, radius = flank.place(face, profile)
+    values: dict[str, object] = {
+        "wear_depth": wear + 1e3 * motion + error, "flank_profile": profile, "flank_face": face, "inside": inside,
+        "flank_height": height, "flank_radius": radius, "points": inside.sum(),
+    }  # fmt: skip
+    return labelled(values, {"body": "gear"}, "synthetic flank")
+
+
+def true_runs(planned: Plan, count: int, random: np.random.Generator, store: Path) -> tuple[np.ndarray, xr.Dataset]:
+    """True values (flank, unknown) and the flanks that they wear, each run by itself."""
+    values = planned.unknowns.values(random.standard_normal((count, len(UNKNOWN))))
+    table = {key: values[:, k].tolist() for k, key in enumerate(UNKNOWN)}
+    scene = SCENE.replace({"numerics.wear_steps": 32})
+    found = sw.sweep(scene, table, combine="zip", measure="wear_depth", wear_states="last", store=store / "true")
+    return values, found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the calibration; 0 where the stated tests hold."""
+    parser = argparse.ArgumentParser(prog="python -m validation.inference_calibration")
+    parser.add_argument("--flanks", type=int, default=200)
+    parser.add_argument("--runs", type=int, default=128, help="runs of the emulator")
+    parser.add_argument("--store", type=Path, default=Path("inference-calibration"), help="folder of solved runs")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("-o", "--output", type=Path, default=Path("inference_calibration.csv"))
+    options = parser.parse_args(arguments)
+    random = np.random.default_rng(options.seed)
+    options.store.mkdir(parents=True, exist_ok=True)
+
+    flank = nominal_flank(SCENE)
+    face, profile = places(flank)
+    blank = labelled(
+        {"wear_depth": np.zeros(face.shape), "flank_profile": profile, "flank_face": face,
+         "inside": np.ones(face.shape, dtype=bool)}, {"body": "gear"}, "places",
+    )  # fmt: skip
+    planned = plan_inference(SCENE, UNKNOWN, sw.WornFlank(blank), runs=options.runs)
+    box = np.tile([-1.0, 1.0], (len(planned.unknowns.solved), 1))
+    runs = solved_runs(planned, spread_over(box, planned.runs, 0), None, options.store / "runs", NoProgress())
+    model = model_of(runs, planned.channels)
+    values, found = true_runs(planned, options.flanks, random, options.store)
+
+    ranks, times, short = np.full(values.shape, np.nan), [], 0
+    for k in range(options.flanks):
+        if int(found["status"][k]):
+            continue
+        begin = time.process_time()
+        seen = channels_of(SCENE, [sw.WornFlank(measured(found, k, random))])
+        target = target_of(Plan(SCENE, planned.unknowns, tuple(seen), planned.runs, 1.0, k), model)
+        best = target.best(k)
+        draws = draw_posterior(target.widened(best), best, k)
+        drawn = planned.unknowns.values(draws.normal)
+        ranks[k] = np.mean(drawn < values[k], axis=0)
+        short += not draws.settled
+        times.append(time.process_time() - begin)
+        print(f"{k + 1}: ranks {np.round(ranks[k], 3)}, {times[-1]:.1f} s", flush=True)
+    whole = np.isfinite(ranks).all(axis=1)
+    with options.output.open("w", newline="", encoding="utf-8") as opened:
+        writer = csv.writer(opened)
+        writer.writerow(UNKNOWN)
+        writer.writerows(np.round(ranks[whole], 5).tolist())
+    results = [ranked(key, ranks[whole, k]) for k, key in enumerate(UNKNOWN)]
+    told = ", ".join(f"{100 * one.relative_error:.2g} %" for one in model.emulators[:3])
+    print(
+        f"{int(whole.sum())} flanks, {runs.inputs.shape[0]} runs, first components emulated within {told} of their "
+        f"deviation; {short} chains short; median {np.median(times):.1f} processor seconds a flank"
+    )
+    for one in results:
+        verdict = "holds" if one.holds(len(results)) else "FAILS"
+        print(f"{one.key}: p of uniform ranks {one.p_value:.3f}, 90 % intervals hold in {one.covered:.1%}: {verdict}")
+    return 0 if all(one.holds(len(results)) for one in results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
