@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from semiwear import plot
     from semiwear.accuracy import simulate
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.check.margins import check_geometry
+    from semiwear.citing import citations
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
     from semiwear.export import (
         export,
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.results.life_axis import life_in
     from semiwear.rexs import read_rexs
     from semiwear.scatter import (
         LogNormal,
@@ -73,12 +76,15 @@ __all__ = [
     "Triangular",
     "Uniform",
     "calibrate",
+    "check_geometry",
+    "citations",
     "compare_wear",
     "export",
     "export_flank",
     "flank_from_points",
     "flank_from_traces",
     "in_zone",
+    "life_in",
     "load_scene",
     "loaded_contact",
     "measured_load",
@@ -111,6 +117,8 @@ __all__ = [
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "check.margins": ("check_geometry",),
+    "citing": ("citations",),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
     "export": (
         "export",
@@ -135,6 +143,7 @@ _MODULES = {
     "measured_load": ("measured_load",),
     "optimise": ("optimise",),
     "plan": ("plan",),
+    "results.life_axis": ("life_in",),
     "results": ("open_results", "save"),
     "rexs": ("read_rexs",),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),

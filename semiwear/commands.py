@@ -18,7 +18,9 @@ import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.optimise.command import run_optimise
+from semiwear.plot.geometry import geometry_figure
 from semiwear.results.checkpoint import peek, remove_checkpoint
+from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
@@ -33,7 +35,7 @@ from semiwear.untyped import Table
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "export", "kept", "new", "optimise", "report", "rexs", "run", "screen", "sweep"]
+__all__ = ["calibrate", "export", "geometry", "kept", "new", "optimise", "report", "rexs", "run", "screen", "sweep"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -153,7 +155,7 @@ def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against:
     if options.output:
         print(f"result: {options.output}")
     if options.report:
-        print(f"report: {sw.report(tree, options.report, against)}")
+        print(f"report: {sw.report(tree, options.report, against, over=options.over)}")
 
 
 def _clear_away(checkpoint: Path, written: str) -> None:
@@ -268,10 +270,20 @@ def new(options: argparse.Namespace) -> Table:
         sw.export_flank(example, body, path)
     with naming(target):
         target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
-    print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
+    print(f"{target}: a scene to change; `semiwear check {target.name}` tells the limits of its teeth")
     for body, path in flanks.items():
         print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
     return {"scene": target, "flanks": flanks}
+
+
+def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Draw a scene's teeth and the path of contact."""
+    target = file_target("-o", options.output, (".png", ".svg", ".pdf"))
+    figure = geometry_figure(scene)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix[1:], dpi=150)
+    print(f"teeth: {options.output}")
+    return {"teeth": options.output}
 
 
 def optimise(options: argparse.Namespace) -> Table:
@@ -341,7 +353,7 @@ def report(options: argparse.Namespace) -> Table:
         {"-o": target}, {"FILE": options.file} | ({"--against": options.against} if options.against else {})
     )
     against = sw.open_results(options.against) if options.against else None
-    written = sw.report(sw.open_results(options.file), target, against)
+    written = sw.report(sw.open_results(options.file), target, against, over=options.over)
     print(f"report: {written}")
     return {"report": written}
 
@@ -351,6 +363,8 @@ def _table(tree: xr.DataTree) -> str:
     history = tree["history"].to_dataset()
     columns = [(heading, form, history[name].values) for heading, name, form in _COLUMNS if name in history.variables]
     columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
+    if (hours := hours_of(tree)) is not None:
+        columns.insert(1, ("hours", "{:.4g}", hours))
     point = control_place(tree)
     rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
     for step in range(history.sizes["wear_step"]):

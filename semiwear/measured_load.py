@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
+from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> 
 
 def _from_file(path: Path) -> dict[str, FloatArray]:
     try:
-        with path.open(encoding="utf-8-sig") as opened:
+        with no_pipe(path).open(encoding="utf-8-sig") as opened:
             names = [name.strip().strip('"') for name in opened.readline().split(",")]
             rows = np.loadtxt(opened, delimiter=",", ndmin=2)
     except (OSError, ValueError, UnicodeDecodeError) as error:

@@ -23,6 +23,7 @@ from semiwear.contact.patch_contact import PATCH
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
+from semiwear.errors import SceneError
 from semiwear.html_text import folded_html, html_table
 from semiwear.meshing.contact_lines import ContactLines, face_stations
 from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
@@ -36,6 +37,7 @@ from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
+from semiwear.plan.named_data import data_choices
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -337,8 +339,16 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     scene : Scene
     last : DataTree, optional
         An earlier result; the table then shows what share of its time each effect took.
+
+    Raises
+    ------
+    SceneError
+        `last` tells no times.
     """
-    return Plan(scene, physics_choices(scene), {} if last is None else seconds_of_effects(last))
+    seconds = {} if last is None else seconds_of_effects(last)
+    if last is not None and not seconds:
+        raise SceneError.of("last", str(last.attrs.get("title", "")), "a result of `simulate`", "it tells no times")
+    return Plan(scene, (*physics_choices(scene), *data_choices(scene)), seconds)
 
 
 def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: float, modulus: float) -> float:

@@ -1,7 +1,8 @@
 """Pictures of a result: functions that take a tree and return matplotlib axes (extra ``plot``).
 
 Each name of `__all__` draws one result; `against` holds pictures of two, `measured_wear` draws a comparison with a
-measurement, and `sweep_curves`, `sweep_map` and `sweep_samples` a sweep.
+measurement, `geometry_figure` and its parts a scene before it runs, and `sweep_curves`, `sweep_map` and
+`sweep_samples` a sweep.
 """
 
 from __future__ import annotations
@@ -14,6 +15,10 @@ from semiwear.plot.engagement import (
     transmission_error_curves,
 )
 from semiwear.plot.flank import contact_pattern, wear_map, wear_profiles
+from semiwear.plot.geometry import geometry_figure as geometry_figure
+from semiwear.plot.geometry import path_on_flank as path_on_flank
+from semiwear.plot.geometry import teeth_in_mesh as teeth_in_mesh
+from semiwear.plot.geometry import tooth_sections as tooth_sections
 from semiwear.plot.history import (
     contact_stress_history,
     meshes_against_depth,

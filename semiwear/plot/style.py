@@ -153,8 +153,10 @@ def legend_above(ax: Axes, columns: int) -> None:
 
 
 def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Meshes of each wear step over a power of ten, and the label that names the power."""
+    """Meshes of each wear step over a power of ten, and the label that names the power; or what `life_in` counts."""
     meshes = np.asarray(array["meshes"].values, dtype=float)
+    if array["meshes"].attrs.get("units", "1") != "1":
+        return meshes, label(array["meshes"])
     exponent = _exponent(meshes.max(initial=0.0))
     power = f"{power_of_ten(exponent)} " if exponent else ""
     return meshes / 10.0**exponent, f"Engagements of a gear tooth ({power}meshes)"
@@ -167,6 +169,8 @@ def step_name(array: xr.DataArray, step: int) -> str:
     meshes = float(array["meshes"].values[step])
     if meshes == 0:
         return "unworn"
+    if (units := array["meshes"].attrs.get("units", "1")) != "1":
+        return f"{meshes:.4g} {units}"
     exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
     return f"{meshes / 10.0**exponent:.2f}·{power_of_ten(exponent)} meshes"
 

@@ -18,13 +18,16 @@ from semiwear.report.markup import badge, counts, element, picture, verdict_clas
 from semiwear.report.pictures import Drawn, draw_all
 from semiwear.report.trends import RULES
 from semiwear.report.writing import document, page_target, write_page
+from semiwear.results.life_axis import life_in
 from semiwear.results.wearing import scene_tables
 from semiwear.untyped import Table
 
 __all__ = ["write_report"]
 
 
-def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
+def write_report(
+    tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None, *, over: str = "meshes"
+) -> Path:
     """Write a result as one self-contained HTML page.
 
     Pictures are inside the file and nothing is loaded from elsewhere. Where the scene names
@@ -40,6 +43,8 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     against : DataTree, optional
         Another result on the same flank grid, such as that of the other fidelity: the page then says where the two
         differ, by how much and why.
+    over : str
+        What pictures count a life in: ``"meshes"``, ``"hours"`` or ``"km"`` of sliding, see `life_in`.
 
     Returns
     -------
@@ -59,18 +64,18 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
         if given is not None and "schema_version" not in given.attrs:
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
     target = page_target(path)
-    write_page(target, _page(tree, against))
+    write_page(target, _page(tree, against, life_in(tree, over)))
     return Path(path)
 
 
-def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
+def _page(tree: xr.DataTree, against: xr.DataTree | None, drawn_over: xr.DataTree) -> str:
     attrs = {str(name): str(value) for name, value in tree.attrs.items()}
     scene = scene_tables(tree)
     other = ""
     if against is not None:
         other = _section(heading(against), against_section(tree, against))
     comparison = _comparison_of(tree, scene)
-    drawn = draw_all(tree)
+    drawn = draw_all(drawn_over)
     title = attrs.get("title", "Gear tooth wear")
     parts = [
         f"<header><h1>{escape(title)}</h1><p>{escape(attrs.get('history', ''))}</p></header><main>",

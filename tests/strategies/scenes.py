@@ -7,6 +7,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_sets
 from semiwear.scene import EFFECTS, Placement, Scene
 from tests.scenes import SHIPPED
 
@@ -196,3 +197,20 @@ def effects(draw: st.DrawFn, scene: Scene = SHIPPED) -> dict[str, Any]:
             elif need.startswith("effects.") and need not in changes:
                 chosen.append(need.removeprefix("effects."))
     return changes
+
+
+def named_changes() -> st.SearchStrategy[dict[str, object]]:
+    """Named data of every kind, and a run that ends after hours."""
+    names = {kind: st.sampled_from(list(named_sets(kind))) for kind in (MATERIALS, WEAR, OILS)}
+    oil = st.fixed_dictionaries({"data": names[OILS], "oil_temperature_C": _between(0.0, 120.0)})
+    return st.fixed_dictionaries(
+        {
+            "material.gear": names[MATERIALS],
+            "wear.coefficient_mm2_per_N": st.none(),
+            "wear.data": st.one_of(names[WEAR], st.fixed_dictionaries({"gear": names[WEAR]})),
+            "wear.until.hours": _between(1.0, 1e5),
+            "operation.pinion_speed_rpm": _between(1.0, 1e4),
+            "effects.lubrication": oil,
+            "effects.friction": oil,
+        }
+    )

@@ -31,7 +31,7 @@ LAYERS = (
     ("plan", "collect"),
     ("life",),
     ("simulate",),
-    ("analyses", "screen", "loading", "measured_load", "rexs"),
+    ("analyses", "citing", "screen", "loading", "measured_load", "rexs"),
     ("measured",),
     ("plot", "export"),
     ("report", "sweep", "accuracy"),
@@ -154,6 +154,7 @@ def test_no_circle_of_imports():
 LATE = {
     "semiwear",
     "semiwear.check",
+    "semiwear.check.margins",
     "semiwear.cli",
     "semiwear.contact",
     "semiwear.plan",
