@@ -119,10 +119,7 @@ def tapered(
         What error messages call the sections.
     """
     heights, harmonics = prisms[0].load_profile.size, prisms[0].deflection.shape[0]
-    meshes = [
-        section_mesh(section, heights=heights, land_elements=1, name=name)
-        for section in sections
-    ]
+    meshes = [section_mesh(section, heights=heights, land_elements=1, name=name) for section in sections]
     elastic = youngs_modulus, poissons_ratio
     pitches = _Pitches.of(meshes[0])
     few = np.unique(np.linspace(0, len(meshes) - 1, 3).round().astype(int))
