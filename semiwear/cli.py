@@ -23,12 +23,12 @@ from semiwear.references.named_data import named_sets
 from semiwear.scene import load_scene
 from semiwear.scene.guide import fields_text, json_schema
 from semiwear.scene.schema import SCHEMAS
+from semiwear.scene.units import LIFE_UNITS
+from semiwear.targets import RESULTS
 from semiwear.untyped import Table, Value
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-from semiwear.scene.units import LIFE_UNITS
-from semiwear.targets import RESULTS
 
 __all__ = ["main"]
 
@@ -60,7 +60,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             given = (options, _scene(options)) if checked else (options,)
             command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
             with hidden_output(options.json):
-                end = command(*given) or {}
+                end: Table | tuple[int, Table] = command(*given)
+            status, told = end if isinstance(end, tuple) else (0, end)
         except (SemiwearError, OSError) as error:
             print(error_as_json(error) if options.json else f"semiwear: {error}", file=sys.stderr)
             return 2
@@ -68,8 +69,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             print(f"semiwear: stopped{_commands().kept(options)}", file=sys.stderr)
             return 130
     if options.json:
-        print(as_json({"command": options.command} | end))
-    return 1 if end.get("holds") is False else 0  # a limit that `check` found broken
+        print(as_json({"command": options.command} | told))
+    return status
 
 
 def _plan(options: argparse.Namespace, scene: sw.Scene) -> Table:
@@ -100,15 +101,15 @@ def _cite(options: argparse.Namespace) -> Table:
     return {"bibtex": found}
 
 
-def _check(options: argparse.Namespace) -> Table:
-    """Tell every limit of a scene's teeth, also of one that breaks them."""
+def _check(options: argparse.Namespace) -> tuple[int, Table]:
+    """Every limit of a scene's teeth, also of one that breaks them; 1 where it does."""
     scene = load_scene(options.scene)
     checked = sw.check_geometry(scene.replace(options.changes) if options.changes else scene)
     print(checked)
-    return checked.to_dict()
+    return (0 if checked.holds else 1), checked.to_dict()
 
 
-_LIGHT: dict[str, Callable[..., Table]] = {
+_LIGHT: dict[str, Callable[..., Table | tuple[int, Table]]] = {
     "plan": _plan,
     "fields": _fields,
     "materials": _materials,
@@ -262,7 +263,12 @@ class _Commands:
         self._commands, self._common = commands, common
 
     def add_parser(
-        self, name: str, *, help: str, parents: Sequence[argparse.ArgumentParser] = (), epilog: str | None = None
+        self,
+        name: str,
+        *,
+        help: str,
+        parents: Sequence[argparse.ArgumentParser] = (),
+        epilog: str | None = None,
     ) -> argparse.ArgumentParser:
         """A command."""
         return self._commands.add_parser(name, help=help, parents=[self._common, *parents], epilog=epilog)

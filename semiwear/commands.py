@@ -297,7 +297,7 @@ def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:
     with replacing(target) as temporary:
         figure.savefig(temporary, format=target.suffix[1:], dpi=150)
     print(f"teeth: {options.output}")
-    return {"picture": target}
+    return {"teeth": options.output}
 
 
 def optimise(options: argparse.Namespace) -> Table:

@@ -3,7 +3,7 @@
     python -m validation.inference_calibration [--flanks 200] [--runs 128] [--store FOLDER] [-o FILE.csv]
 
 Talts et al. 2018 (arXiv:1804.06788): unknown fields are drawn from their priors, the flank that they wear is solved
-in a run of its own (not emulated; in steps of half the length), and measured: with noise that is alike at
+in a run of its own (not emulated; in plain steps of its own lengths), and measured: with noise that is alike at
 neighbouring points by a share and over lengths that are drawn, too, and displaced by a rotation and a shift along
 the axis. The rank of each true value among the draws of its posterior is uniform where the posterior is right.
 
@@ -139,12 +139,17 @@ def measured(found: xr.Dataset, k: int, random: np.random.Generator) -> xr.Datas
     return labelled(values, {"body": "gear"}, "synthetic flank")
 
 
-def true_runs(planned: Plan, count: int, random: np.random.Generator, store: Path) -> tuple[np.ndarray, xr.Dataset]:
+def true_runs(
+    planned: Plan, count: int, random: np.random.Generator, place: tuple[int | None, Path]
+) -> tuple[np.ndarray, xr.Dataset]:
     """True values (flank, unknown) and the flanks that they wear, each run by itself."""
     values = planned.unknowns.values(random.standard_normal((count, len(UNKNOWN))))
     table = {key: values[:, k].tolist() for k, key in enumerate(UNKNOWN)}
     scene = SCENE.replace({"numerics.wear_steps": 32})
-    found = sw.sweep(scene, table, combine="zip", measure="wear_depth", wear_states="last", store=store / "true")
+    workers, store = place
+    found = sw.sweep(
+        scene, table, combine="zip", measure="wear_depth", wear_states="last", store=store / "true", workers=workers
+    )
     return values, found
 
 
@@ -155,6 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=128, help="runs of the emulator")
     parser.add_argument("--store", type=Path, default=Path("inference-calibration"), help="folder of solved runs")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, help="processes of the runs; default: one a core")
     parser.add_argument("-o", "--output", type=Path, default=Path("inference_calibration.csv"))
     options = parser.parse_args(arguments)
     random = np.random.default_rng(options.seed)
@@ -168,9 +174,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     planned = plan_inference(SCENE, UNKNOWN, sw.WornFlank(blank), runs=options.runs)
     box = np.tile([-1.0, 1.0], (len(planned.unknowns.solved), 1))
-    runs = solved_runs(planned, spread_over(box, planned.runs, 0), None, options.store / "runs", NoProgress())
+    runs = solved_runs(
+        planned, spread_over(box, planned.runs, 0), options.workers, options.store / "runs", NoProgress()
+    )
     model = model_of(runs, planned.channels)
-    values, found = true_runs(planned, options.flanks, random, options.store)
+    values, found = true_runs(planned, options.flanks, random, (options.workers, options.store))
 
     ranks, times, short = np.full(values.shape, np.nan), [], 0
     for k in range(options.flanks):

@@ -76,9 +76,9 @@ def noise(random: np.random.Generator) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_under_unknown_correlated_noise_hold_as_often_as_they_say() -> None:
-    """Noise parameters from their prior: 90 % intervals of two amounts hold in 90 %, as far as 80 flanks tell."""
+    """Noise parameters from their prior: 90 % intervals of two amounts hold in 90 %, as far as 60 flanks tell."""
     random, held = np.random.default_rng(4), np.zeros(2)
-    true, count = np.array([3.0, 2.0]), 80
+    true, count = np.array([3.0, 2.0]), 60
     for _ in range(count):
         values = SHAPES @ true + MOVEMENTS @ random.standard_normal(2) * 5.0 + 0.3 * noise(random)
         found = unknown_noise(FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS))
