@@ -73,7 +73,9 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
         meshes = f"{figure_text(life['hours_to_limit'])} h"
     ended_by = str(told["ended_by"].values) if "ended_by" in told else "wear"
     if ended_by != "wear" and "meshes_to_end" in life:
-        meaning += f"; {ended_by} ends it earlier, after {figure_text(life['meshes_to_end'])} meshes"
+        meaning += (
+            f"; {ended_by.replace('_', ' ')} ends it earlier, after {figure_text(life['meshes_to_end'])} meshes"
+        )
     return [(f"Life until {life['depth_limit']:g} µm of wear", meshes, meaning)]
 
 
