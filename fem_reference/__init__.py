@@ -15,5 +15,6 @@ from fem_reference.abaqus import write_inp
 from fem_reference.influence import tooth_influence
 from fem_reference.loaded import loaded_contact
 from fem_reference.simulation import simulate
+from fem_reference.worn_meshes import FlankLoad, WornBody, worn_body
 
-__all__ = ["loaded_contact", "simulate", "tooth_influence", "write_inp"]
+__all__ = ["FlankLoad", "WornBody", "loaded_contact", "simulate", "tooth_influence", "worn_body", "write_inp"]

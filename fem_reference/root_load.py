@@ -23,7 +23,7 @@ from semiwear.scene import CylindricalPair, Scene
 if TYPE_CHECKING:
     from fem_reference.mesh_position import PairResult
 
-__all__ = ["BODIES", "RootStress"]
+__all__ = ["BODIES", "RootStress", "carried"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -143,11 +143,11 @@ class RootStress:
             at = (found.pinion_face, found.pinion_profile) if name == "pinion" else (found.face, found.profile)
             sign = 1.0 if name == "pinion" else -1.0
             vector = found.force_vector @ pose.rotation @ motion.turned_to_zero(name, observed).T
-            force += sign * (_carry(mesh.flanks[tooth, LOADED], *at, len(body.points)).T @ vector)
+            force += sign * (carried(mesh.flanks[tooth, LOADED], *at, len(body.points)).T @ vector)
         return force.ravel()
 
 
-def _carry(grid: FlankGrid, face: FloatArray, profile: FloatArray, nodes: int) -> csr_matrix:
+def carried(grid: FlankGrid, face: FloatArray, profile: FloatArray, nodes: int) -> csr_matrix:
     """Shares (k, nodes) in which forces at places of a flank act on the nodes of its 8-node facets."""
     column = np.clip(np.searchsorted(grid.face[::2], face) - 1, 0, (len(grid.face) - 1) // 2 - 1)
     left, right = grid.face[2 * column], grid.face[2 * column + 2]

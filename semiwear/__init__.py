@@ -18,16 +18,37 @@ if TYPE_CHECKING:
     from semiwear import plot
     from semiwear.accuracy import simulate
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
+    from semiwear.check.margins import check_geometry
+    from semiwear.citing import citations
     from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
-    from semiwear.export import export_flank
+    from semiwear.export import (
+        export,
+        export_flank,
+        in_zone,
+        mesh_stiffness,
+        stiffness_over_angle,
+        to_frame,
+        worn_flank,
+        worn_tooth,
+    )
     from semiwear.inference import Reading, TransmissionErrorCurve, WearAtPoints, WornFlank, infer
     from semiwear.loading import load_scene
-    from semiwear.measured import calibrate, compare_wear, measured_wear, register
+    from semiwear.measured import (
+        calibrate,
+        compare_wear,
+        flank_from_points,
+        flank_from_traces,
+        measured_wear,
+        read_traces,
+        register,
+    )
     from semiwear.measured_load import measured_load
     from semiwear.optimise import optimise
     from semiwear.plan import plan
     from semiwear.report import write_report as report
     from semiwear.results import open_results, save
+    from semiwear.results.life_axis import life_in
+    from semiwear.rexs import read_rexs
     from semiwear.scatter import (
         LogNormal,
         Normal,
@@ -60,17 +81,27 @@ __all__ = [
     "WearAtPoints",
     "WornFlank",
     "calibrate",
+    "check_geometry",
+    "citations",
     "compare_wear",
+    "export",
     "export_flank",
+    "flank_from_points",
+    "flank_from_traces",
+    "in_zone",
     "infer",
+    "life_in",
     "load_scene",
     "loaded_contact",
     "measured_load",
     "measured_wear",
+    "mesh_stiffness",
     "open_results",
     "optimise",
     "plan",
     "plot",
+    "read_rexs",
+    "read_traces",
     "register",
     "report",
     "save",
@@ -79,24 +110,49 @@ __all__ = [
     "sensitivities",
     "shipped_scenes",
     "simulate",
+    "stiffness_over_angle",
     "sweep",
+    "to_frame",
     "tooth_contact_analysis",
     "usual_wear_coefficient",
+    "worn_flank",
+    "worn_tooth",
 ]
 
 # Loaded when they are asked for (SPEC 1): to read a scene takes none of the compiled kernels.
 _MODULES = {
     "accuracy": ("simulate",),
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
+    "check.margins": ("check_geometry",),
+    "citing": ("citations",),
     "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
-    "export": ("export_flank",),
+    "export": (
+        "export",
+        "export_flank",
+        "in_zone",
+        "mesh_stiffness",
+        "stiffness_over_angle",
+        "to_frame",
+        "worn_flank",
+        "worn_tooth",
+    ),
     "inference": ("Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "infer"),
     "loading": ("load_scene",),
-    "measured": ("calibrate", "compare_wear", "measured_wear", "register"),
+    "measured": (
+        "calibrate",
+        "compare_wear",
+        "flank_from_points",
+        "flank_from_traces",
+        "measured_wear",
+        "read_traces",
+        "register",
+    ),
     "measured_load": ("measured_load",),
     "optimise": ("optimise",),
     "plan": ("plan",),
+    "results.life_axis": ("life_in",),
     "results": ("open_results", "save"),
+    "rexs": ("read_rexs",),
     "scatter": ("LogNormal", "Normal", "Scatter", "Triangular", "Uniform", "scatter", "usual_wear_coefficient"),
     "scene": ("Placement", "Scene", "shipped_scenes"),
     "screen": ("screen",),

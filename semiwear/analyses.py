@@ -37,6 +37,13 @@ def tooth_contact_analysis(scene: Scene, placement: Placement | None = None) -> 
         `path_of_contact` [mm, fixed frame], `transmission_error` [arcsec, gear side], `contact_ellipse_angle` [deg
         off the pinion axis] and `principal_relative_curvature` [1/mm] over `roll_position`; `contact_ratio`,
         `undercut_radius`, `pointing_radius` [mm].
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> found = sw.tooth_contact_analysis(sw.load_scene("spur_fzg_c"))
+    >>> print(f"{float(found.contact_ratio):.3f}")
+    1.438
     """
     physics = plan(scene)
     pair = physics.flank_pair(placement)
@@ -83,6 +90,14 @@ def loaded_contact(
     -------
     DataTree
         Groups `/engagement`, `/mesh_cycle` and `/diagnostics`, with a `wear_step` of length one.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8}
+    >>> contact = sw.loaded_contact(sw.load_scene("spur_fzg_c").replace(coarse), [0.0])
+    >>> print(f"{float(contact['engagement'].load_share.sum()):.6f}")
+    1.000000
     """
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))

@@ -104,7 +104,7 @@ class _Zones:
         Where a slice's path of contact does not cross the band, all of it is on one side.
         """
         own, lines = cls.of(teeth), teeth.lines
-        inside = _on_path(teeth)
+        inside = teeth.on_path
         borders = np.empty((2, lines.profile.shape[1]))
         for i in range(borders.shape[1]):
             on = np.flatnonzero(inside[:, i])
@@ -161,16 +161,6 @@ class _Zones:
             for z in zones:
                 best[z] = max(best[z], at_border)
         return best
-
-
-def _on_path(teeth: LoadedTeeth) -> BoolArray:
-    """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
-    lines = teeth.lines
-    inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
-    inside &= lines.separation[0] < teeth.problem.reach
-    # where a line stops or turns at a border its speed is none of the flank's
-    inside[1:-1] &= inside[2:] & inside[:-2]
-    return np.asarray(inside)
 
 
 def _by_position(teeth: LoadedTeeth, values: FloatArray) -> FloatArray:
@@ -332,8 +322,8 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
     pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
     zones = {DRIVING: _Zones.of_driving(teeth), DRIVEN: _Zones.of(teeth)}
-    inside = _on_path(teeth)
-    driving = _driving_profile(teeth)
+    inside = teeth.on_path
+    driving = teeth.driving_profile
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
     parts = {
@@ -361,15 +351,6 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     if isinstance(pair, PointFlankMesh):
         found["surface_error"] = _UM * np.array(pair.surface_errors)
     return found
-
-
-def _driving_profile(teeth: LoadedTeeth) -> FloatArray:
-    """Nodes of the driving flank, (face, profile): those of its wear, or even from its root to its tip end."""
-    if teeth.driving is not None:
-        return teeth.driving.grid.profile
-    borders = teeth.pair.borders(teeth.grid.face)
-    nodes = np.linspace(borders.driving_root, borders.driving_tip, teeth.grid.profile.shape[1])
-    return np.broadcast_to(nodes, teeth.grid.profile.shape)
 
 
 def wear_maps(teeth: LoadedTeeth, states: Sequence[LoadedState]) -> np.ndarray:

@@ -1,10 +1,10 @@
-"""Commands of the command line, as functions of its options."""
+"""Commands of the command line as functions of its options; each prints its end and gives it to machines."""
 
 from __future__ import annotations
 
 import argparse
+import logging
 import os
-import sys
 import time
 import uuid
 from glob import escape
@@ -19,7 +19,9 @@ from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.inference.command import run_inference
 from semiwear.optimise.command import run_optimise
+from semiwear.plot.geometry import geometry_figure
 from semiwear.results.checkpoint import peek, remove_checkpoint
+from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, main_body, worn_bodies
@@ -28,12 +30,28 @@ from semiwear.scene import scene_files
 from semiwear.scene.guide import EXAMPLES, new_scene
 from semiwear.sweep.command import run_study, store_of
 from semiwear.sweep.store import kept_scenes
-from semiwear.targets import PAGES, RESULTS, file_target, naming, require_apart
+from semiwear.targets import PAGES, RESULTS, file_target, naming, replacing, require_apart
+from semiwear.untyped import Table
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-__all__ = ["calibrate", "infer", "kept", "new", "optimise", "report", "run", "screen", "sweep"]
+__all__ = [
+    "calibrate",
+    "export",
+    "geometry",
+    "infer",
+    "kept",
+    "new",
+    "optimise",
+    "report",
+    "rexs",
+    "run",
+    "screen",
+    "sweep",
+]
+
+_LOG = logging.getLogger(__name__)
 
 _COLUMNS = (
     ("meshes", "meshes", "{:.3e}"),
@@ -65,7 +83,7 @@ def kept(options: argparse.Namespace) -> str:
     return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
 
 
-def run(options: argparse.Namespace, scene: sw.Scene) -> None:
+def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
     """Simulate a scene, save and report the result."""
     _require_options(options)
     _require_outputs(options, scene)
@@ -89,7 +107,7 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> None:
     try:
         _tell(tree, spent, options, against)
     except BaseException:
-        print(f"semiwear: {_kept_result(tree, options)}", file=sys.stderr)
+        _LOG.warning("semiwear: %s", _kept_result(tree, options))
         raise
     if stopped is not None:
         if checkpoint is not None:
@@ -97,6 +115,27 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> None:
         raise stopped
     if checkpoint is not None:
         _clear_away(checkpoint, options.output)
+    return _end_of_run(tree, options, spent)
+
+
+def _end_of_run(tree: xr.DataTree, options: argparse.Namespace, spent: float) -> Table:
+    """Files, seconds, and the last wear step's quantities in the units of the result."""
+    last = tree["history"].to_dataset().isel(wear_step=-1)
+    history = {"meshes": last["meshes"].item()} if "meshes" in last.coords else {}
+    for name, array in last.data_vars.items():
+        bodies = array["body"].values if "body" in array.dims else [None]
+        history |= {
+            str(name) if body is None else f"{name}[{body}]": (array if body is None else array.sel(body=body)).item()
+            for body in bodies
+        }
+    life = (
+        {str(name): array.item() for name, array in tree["life"].data_vars.items()}
+        if "life" in tree.children
+        else None
+    )
+    steps = tree["history"].sizes["wear_step"] - 1
+    return {"result": options.output, "report": options.report, "seconds": spent, "wear_steps": steps,
+            "history": history, "life": life}  # fmt: skip
 
 
 def _tell_what_is_kept(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
@@ -106,7 +145,7 @@ def _tell_what_is_kept(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
     by_depth = scene.wear is not None and scene.wear.until.control_depths_um is not None
     depths = "with other wear.until.control_depths_um after those that were reached, or " if by_depth else ""
     told = _AFTER_A_STOP.format(steps=steps, s="s are" if steps > 1 else " is", path=checkpoint, depths=depths)
-    print(told, file=sys.stderr)
+    _LOG.warning(told)
 
 
 def _require_options(options: argparse.Namespace) -> None:
@@ -130,7 +169,7 @@ def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against:
     if options.output:
         print(f"result: {options.output}")
     if options.report:
-        print(f"report: {sw.report(tree, options.report, against)}")
+        print(f"report: {sw.report(tree, options.report, against, over=options.over)}")
 
 
 def _clear_away(checkpoint: Path, written: str) -> None:
@@ -191,20 +230,32 @@ def _checkpoint(options: argparse.Namespace) -> Path | None:
             told += "; what follows them is damaged and computed again"
         if not options.resume:
             told += " of an earlier run, for --resume to go on from; this run starts anew and will replace them"
-        print(told, file=sys.stderr)
+        _LOG.warning(told)
     elif options.resume and (found is not None or not path.exists()):
-        print(f"no steps in {path}: starting from the beginning", file=sys.stderr)
+        _LOG.warning("no steps in %s: starting from the beginning", path)
     return path
 
 
-def screen(options: argparse.Namespace, scene: sw.Scene) -> None:
+def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
     """Print which effects a scene calls for."""
     with _Bar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
         screening = sw.screen(scene, options.threshold, progress=bar)
     print(screening)
+    rows = [
+        {
+            "effect": row.effect,
+            "present": row.present,
+            "changes": dict(row.changes),
+            "time": row.time,
+            "note": row.note,
+        }
+        for row in screening.rows
+    ]
+    base = dict(screening.base)
+    return {"called_for": screening.called_for, "could_go": screening.could_go, "base": base, "effects": rows}
 
 
-def sweep(options: argparse.Namespace) -> None:
+def sweep(options: argparse.Namespace) -> Table:
     """Solve the scenes of a study file."""
     begin = time.perf_counter()
     with _Bar("reading the study ...", "scene", "sweep") as bar:
@@ -212,11 +263,13 @@ def sweep(options: argparse.Namespace) -> None:
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
         )  # fmt: skip
+    spent = time.perf_counter() - begin
     print(told)
-    print(f"\n{time.perf_counter() - begin:.1f} s")
+    print(f"\n{spent:.1f} s")
+    return {"dataset": options.output, "report": options.report, "seconds": spent}
 
 
-def new(options: argparse.Namespace) -> None:
+def new(options: argparse.Namespace) -> Table:
     """Write a commented scene to start from; beside flanks as points, the two files that it names."""
     target = file_target("-o", options.output or f"my_{options.kind}.toml", (".toml",))
     flanks = {}
@@ -231,12 +284,23 @@ def new(options: argparse.Namespace) -> None:
         sw.export_flank(example, body, path)
     with naming(target):
         target.write_text(new_scene(options.kind, os.path.dirname(options.output or "")), encoding="utf-8")
-    print(f"{target}: a scene to change; `semiwear plan {target.name}` says what it would run")
+    print(f"{target}: a scene to change; `semiwear check {target.name}` tells the limits of its teeth")
     for body, path in flanks.items():
         print(f"{path}: the {body}'s flank of {EXAMPLES['cylindrical']}, to be replaced by your own points")
+    return {"scene": target, "flanks": flanks}
 
 
-def optimise(options: argparse.Namespace) -> None:
+def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Draw a scene's teeth and the path of contact."""
+    target = file_target("-o", options.output, (".png", ".svg", ".pdf"))
+    figure = geometry_figure(scene)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix[1:], dpi=150)
+    print(f"teeth: {options.output}")
+    return {"teeth": options.output}
+
+
+def optimise(options: argparse.Namespace) -> Table:
     """Find the best design of a study file."""
     begin = time.perf_counter()
     with _Bar("reading the study ...", "design", "search") as bar:
@@ -244,11 +308,13 @@ def optimise(options: argparse.Namespace) -> None:
             options.study, options.output, workers=options.workers, designs=options.designs,
             report=options.report, progress=bar,
         )  # fmt: skip
+    spent = time.perf_counter() - begin
     print(told)
-    print(f"\n{time.perf_counter() - begin:.1f} s")
+    print(f"\n{spent:.1f} s")
+    return {"best": options.output, "designs": options.designs, "report": options.report, "seconds": spent}
 
 
-def infer(options: argparse.Namespace) -> None:
+def infer(options: argparse.Namespace) -> Table:
     """Infer the unknown fields of a study file."""
     begin = time.perf_counter()
     with _Bar("reading the study ...", "step", "inference") as bar:
@@ -256,11 +322,13 @@ def infer(options: argparse.Namespace) -> None:
             options.study, options.output, workers=options.workers, store=options.store, report=options.report,
             progress=bar,
         )  # fmt: skip
+    spent = time.perf_counter() - begin
     print(told)
-    print(f"\n{time.perf_counter() - begin:.1f} s")
+    print(f"\n{spent:.1f} s")
+    return {"output": options.output, "report": options.report, "seconds": spent}
 
 
-def calibrate(options: argparse.Namespace, scene: sw.Scene) -> None:
+def calibrate(options: argparse.Namespace, scene: sw.Scene) -> Table:
     """Print the wear coefficient that measured flanks tell."""
     with _Bar(unit="step") as bar:
         found = sw.calibrate(
@@ -268,11 +336,44 @@ def calibrate(options: argparse.Namespace, scene: sw.Scene) -> None:
             robust=options.robust, confidence=options.confidence, progress=bar,
         )  # fmt: skip
     print(found)
-    if options.life is not None:
-        print(f"\n{found.life(options.life, k_scatter=options.k_scatter)}")
+    life = None if options.life is None else found.life(options.life, k_scatter=options.k_scatter)
+    if life is not None:
+        print(f"\n{life}")
+    return {
+        "body": found.body,
+        "coefficient_mm2_per_N": found.coefficient,
+        "coefficients_mm2_per_N": found.coefficients,
+        "interval_mm2_per_N": found.interval,
+        "confidence": found.confidence,
+        "life": None if life is None else str(life),
+    }
 
 
-def report(options: argparse.Namespace) -> None:
+def rexs(options: argparse.Namespace) -> Table:
+    """Write the scene of a stage in a REXS file."""
+    target = file_target("-o", options.output, (".toml",))
+    require_apart({"-o": target}, {"FILE": options.file})
+    found = sw.read_rexs(options.file, stage=options.stage, pinion_torque_Nm=options.torque, changes=options.changes)
+    with replacing(target) as part:
+        part.write_text(found.scene.to_toml(), encoding="utf-8")
+    print(f"{found}\n\nscene: {options.output}")
+    taken = [{"field": name, "value": value, "from": where} for name, value, where in found.taken]
+    return {"scene": options.output, "taken": taken, "left_out": found.left_out}
+
+
+def export(options: argparse.Namespace) -> Table:
+    """Write a saved result for another tool."""
+    require_apart({"-o": options.output}, {"FILE": options.file})
+    sw.export(
+        sw.open_results(options.file), options.output, body=options.body, wear_step=options.wear_step,
+        part=options.part, exaggeration=options.exaggeration, table=options.table,
+        roll_position=options.roll_position, teeth=options.teeth,
+    )  # fmt: skip
+    print(f"export: {options.output}")
+    return {"export": options.output}
+
+
+def report(options: argparse.Namespace) -> Table:
     """Write the page of a saved result."""
     target = options.output or Path(options.file).with_suffix(".html")
     file_target("-o", target, PAGES)
@@ -280,7 +381,9 @@ def report(options: argparse.Namespace) -> None:
         {"-o": target}, {"FILE": options.file} | ({"--against": options.against} if options.against else {})
     )
     against = sw.open_results(options.against) if options.against else None
-    print(f"report: {sw.report(sw.open_results(options.file), target, against)}")
+    written = sw.report(sw.open_results(options.file), target, against, over=options.over)
+    print(f"report: {written}")
+    return {"report": written}
 
 
 def _table(tree: xr.DataTree) -> str:
@@ -288,6 +391,8 @@ def _table(tree: xr.DataTree) -> str:
     history = tree["history"].to_dataset()
     columns = [(heading, form, history[name].values) for heading, name, form in _COLUMNS if name in history.variables]
     columns[2 if "wear_depth_control_point" in history else 1 : 0] = _wear_columns(tree, history)
+    if (hours := hours_of(tree)) is not None:
+        columns.insert(1, ("hours", "{:.4g}", hours))
     point = control_place(tree)
     rows = [[heading.format(point.body if point else "point") for heading, *_ in columns]]
     for step in range(history.sizes["wear_step"]):
@@ -336,7 +441,7 @@ class _Bar:
         self._bar: tqdm | None = None
 
     def __enter__(self) -> _Bar:
-        print(self._begin, file=sys.stderr, flush=True)
+        _LOG.info(self._begin)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -344,10 +449,12 @@ class _Bar:
             self._bar.close()
 
     def step(self, done: int, total: int, text: str) -> None:
+        if not _LOG.isEnabledFor(logging.INFO):
+            return
         try:
             from tqdm import tqdm
         except ImportError:
-            print(f"{self._what}, {self._unit} {done} of {total}: {text}", file=sys.stderr, flush=True)
+            _LOG.info("%s, %s %d of %d: %s", self._what, self._unit, done, total, text)
             return
         if self._bar is None:
             # what an earlier sweep has left is done, but not at the rate of this one

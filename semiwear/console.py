@@ -1,14 +1,23 @@
-"""Standard output and error that may break, at no one's loss: a run goes on when its reader has gone."""
+"""Standard output and error: streams that may break at no one's loss, notes, and ends that a machine reads."""
 
 from __future__ import annotations
 
+import io
+import json
+import logging
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from typing import TextIO
 
-__all__ = ["Streams", "tolerant_streams"]
+from semiwear.errors import SceneError
+from semiwear.untyped import Table, Value
+
+__all__ = ["Streams", "as_json", "error_as_json", "hidden_output", "notes_on_standard_error", "tolerant_streams"]
+
+_OF_THE_COMMAND_LINE = ("semiwear.commands", "semiwear.cli", "semiwear.console")
 
 
 class _Tolerant:
@@ -82,3 +91,65 @@ def tolerant_streams() -> Iterator[Streams]:
             if failure is not None and not isinstance(failure, BrokenPipeError):
                 streams.error.write(f"semiwear: standard output cannot be written ({failure.strerror})\n")
             streams.error.flush()
+
+
+class _Notes(logging.Handler):
+    """Notes of the command line, and warnings of the package, on standard error as it is then."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print the note."""
+        if record.levelno >= logging.WARNING or record.name in _OF_THE_COMMAND_LINE:
+            print(record.getMessage(), file=sys.stderr, flush=True)
+
+
+@contextmanager
+def notes_on_standard_error(quiet: bool) -> Iterator[None]:
+    """Show what the loggers under ``semiwear`` note; of a quiet command warnings alone."""
+    logger, handler = logging.getLogger("semiwear"), _Notes()
+    level, propagate = logger.level, logger.propagate
+    logger.addHandler(handler)
+    logger.setLevel(logging.WARNING if quiet else logging.INFO)
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
+        logger.propagate = propagate
+
+
+def hidden_output(hidden: bool) -> redirect_stdout[io.StringIO] | nullcontext[None]:
+    """Let what a command prints for people go nowhere, where a machine reads its end."""
+    return redirect_stdout(io.StringIO()) if hidden else nullcontext()
+
+
+def as_json(end: Table) -> str:
+    """A command's end as one JSON document; what is no number or missing is null."""
+    return json.dumps(_plain(end), indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def error_as_json(error: Exception) -> str:
+    """An error as one JSON document: its kind, its message, and the problems of a scene one by one."""
+    told: Table = {"error": type(error).__name__, "message": str(error)}
+    if isinstance(error, SceneError):
+        told["problems"] = [
+            {"field": one.field, "found": _told(one.value), "allowed": one.allowed, "fix": one.fix}
+            for one in error.problems
+        ]
+    return as_json(told)
+
+
+def _told(value: Value) -> Value:
+    return value if value is None or isinstance(value, bool | int | float | str) else repr(value)
+
+
+def _plain(value: Value) -> Value:
+    if isinstance(value, dict):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if hasattr(value, "tolist"):  # of numpy
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if value is None or isinstance(value, bool | int | float) else str(value)

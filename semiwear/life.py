@@ -32,6 +32,7 @@ __all__ = ["Life", "find_life", "hours_per_mesh", "life_group", "step_lengths_to
 Heard = Callable[[int, int, str], None]
 """Hears how many steps are done, of how many, and what they are."""
 
+_WEAR = "wear"  # what ends a life that no failure mode ends
 _TORQUE_CHANGE = 0.05  # to either side: from one node to the next the greatest depth leaves 0.2 % of the life open
 _TOLERANCE = 1e-5  # of the limit
 _ITERATIONS = 40
@@ -56,6 +57,8 @@ class Life:
         the coefficient only times the meshes, and every law is a factor on that product.
     sensitivity_to_torque : float
         Relative change of the life over that of the torque, or of all torques of a spectrum together.
+    states : tuple of WearState
+        From unworn flanks to the limit, after the steps in which it was found.
     """
 
     limit: float
@@ -63,6 +66,7 @@ class Life:
     hours: float | None
     sensitivity_to_wear_coefficient: float
     sensitivity_to_torque: float
+    states: tuple[WearState, ...] = ()
 
 
 def life_group(
@@ -87,13 +91,29 @@ def life_group(
         return {}
     with physics.clock.measure("run_life"):
         life = find_life(physics, teeth, stepper, heard)
+    ended = _end_of(physics, stepper, life) if physics.scene.effects.run_life.ends_at == "first_failure" else {}
     arrays = {
         "depth_limit": np.asarray(1e3 * life.limit),
         "meshes_to_limit": np.asarray(life.meshes),
         "sensitivity_to_wear_coefficient": np.asarray(life.sensitivity_to_wear_coefficient),
         "sensitivity_to_torque": np.asarray(life.sensitivity_to_torque),
     }
-    return arrays | ({} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)})
+    arrays |= {} if life.hours is None else {"hours_to_limit": np.asarray(life.hours)}
+    return arrays | ended
+
+
+def _end_of(physics: Plan, stepper: WearStepper, life: Life) -> dict[str, np.ndarray]:
+    """The end of a life by the first of its depth of wear and the failure modes."""
+    per_mesh = hours_per_mesh(physics.scene, stepper.teeth.pair)
+    rated = physics.ratings(replace(stepper, implicit=True), life.states, per_mesh)
+    assert rated is not None  # a rule of the scene
+    end, ended_by = life.meshes, _WEAR
+    modes = rated.arrays["meshes_to_failure"]
+    if np.isfinite(modes).any() and np.nanmin(modes) < end:
+        end = float(np.nanmin(modes))
+        ended_by = rated.modes[int(np.nanargmin(modes)) // modes.shape[1]]
+    arrays = {"meshes_to_end": np.asarray(end), "ended_by": np.asarray(ended_by)}
+    return arrays | ({} if per_mesh is None else {"hours_to_end": np.asarray(end * per_mesh)})
 
 
 def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: Heard | None = None) -> Life:
@@ -129,7 +149,7 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
         ) from error
     meshes, per_mesh = sum(way.lengths), hours_per_mesh(scene, teeth.pair)
     hours = None if per_mesh is None else meshes * per_mesh
-    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]))
+    return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]), tuple(way.states))
 
 
 def hours_per_mesh(scene: Scene, pair: FlankPair) -> float | None:
@@ -192,15 +212,17 @@ class _Told:
 
 @dataclass(frozen=True)
 class _Way:
-    """Steps to the limit [meshes], and the wear rate at their end [mm a mesh]."""
+    """Steps to the limit [meshes], the wear rate at their end [mm a mesh], and the states that they pass."""
 
     lengths: list[float]
     rate: float
+    states: list[WearState]
 
 
 def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[float] | None, told: _Told) -> _Way:
     scheme, now, taken = TwoStageStepper(stepper), 0.0, list[float]()
     state = scheme.start()
+    passed = [state]
 
     def worn(begin: WearState, length: float) -> WearState:
         end = scheme.step(begin, length)
@@ -219,11 +241,15 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
         rate = (depth - now) / length
         state, now = ahead, depth
         taken.append(length)
+        passed.append(state)
     _must_wear(rate, body, now, limit)
     depths = [(0.0, now)]
 
+    tried: dict[float, WearState] = {}
+
     def beyond(length: float) -> float:
-        depths.append((length, _greatest(worn(state, length), body)))
+        tried[length] = worn(state, length)
+        depths.append((length, _greatest(tried[length], body)))
         return depths[-1][1] - limit
 
     last = _zero_of(beyond, now - limit, (limit - now) / rate, _TOLERANCE * limit)
@@ -233,7 +259,7 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
     apart = (one for one in depths[-2::-1] if not jumped or abs(one[1] - depth_1) > _JUMP * limit)
     length_0, depth_0 = next(apart, depths[0])
     slope = (depth_1 - depth_0) / (length_1 - length_0) if length_1 != length_0 else rate
-    return _Way([*taken, last], slope if slope > 0.0 else rate)
+    return _Way([*taken, last], slope if slope > 0.0 else rate, [*passed, tried[last]])
 
 
 def _life_along(stepper: WearStepper, body: int, limit: float, way: _Way, factor: float, told: _Told) -> float:

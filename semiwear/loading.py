@@ -18,5 +18,12 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     ------
     SceneError
         With every problem at once.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> scene = sw.load_scene("face_gear_25x160")
+    >>> scene.gear_pair.pinion_teeth, scene.gear_pair.gear_teeth
+    (25, 160)
     """
     return load_unchecked(name_or_path, check=geometric_problems)

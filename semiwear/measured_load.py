@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
+from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
 if TYPE_CHECKING:
@@ -158,6 +159,13 @@ def measured_load(
     ------
     SceneError
         With everything that is wrong: columns, lengths, missing values, times that do not rise.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> load = sw.measured_load([100.0, 200.0, -50.0, 300.0])
+    >>> [round(torque) for torque in load.spectrum(levels=3)["torques_Nm"]]
+    [100, 233]
     """
     columns = _columns(torque, time, speed)
     problems: list[Problem] = []
@@ -205,7 +213,7 @@ def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> 
 
 def _from_file(path: Path) -> dict[str, FloatArray]:
     try:
-        with path.open(encoding="utf-8-sig") as opened:
+        with no_pipe(path).open(encoding="utf-8-sig") as opened:
             names = [name.strip().strip('"') for name in opened.readline().split(",")]
             rows = np.loadtxt(opened, delimiter=",", ndmin=2)
     except (OSError, ValueError, UnicodeDecodeError) as error:

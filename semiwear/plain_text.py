@@ -45,5 +45,5 @@ def _wrapped(rows: Iterable[tuple[str, ...]], wide: list[int]) -> Iterator[str]:
     for row in rows:
         left = "  ".join(text.ljust(width) for text, width in zip(row[:-1], wide, strict=True))
         lines = textwrap.wrap(row[-1], max(_COLUMNS - indent, _LEAST)) or [""]
-        yield f"{left}  {lines[0]}"
+        yield f"{left}  {lines[0]}".rstrip()
         yield from (" " * indent + line for line in lines[1:])

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from html import escape
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
+from semiwear.html_text import html_table
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, table
 from semiwear.plan import plan
@@ -26,6 +28,8 @@ from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
+from semiwear.scene.rating_tables import RatingTable
+from semiwear.screen_ratings import nearness
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table
@@ -48,6 +52,7 @@ QUANTITIES = (
 
 _SPEED = "operation.pinion_speed_rpm"
 _HARDNESS, _LIFE = "wear_law.hardness", "run_life"
+_UNRATED = "not run: tells a safety and changes nothing; its table needs data of the materials"
 _RUNS = 2  # before and after the effects; other work on the machine only adds to the time
 _HEAD = ("effect", "on", "wear", "pressure", "root p", "root g", "TE mean", "TE ampl", "time", "verdict")
 
@@ -143,6 +148,12 @@ class Screening:
             parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
         return "\n\n".join(parts)
 
+    def _repr_html_(self) -> str:
+        caption = f"as it is: {self._as_it_is()}; change in % when an effect is added or removed"
+        called = ", ".join(self.called_for) or "none"
+        told = f"<p>called for at {100.0 * self.threshold:g} %: <b>{escape(called)}</b></p>"
+        return told + html_table(_HEAD, [self._cells(row) for row in self.rows], caption)
+
     def _counts(self, row: ScreenedEffect) -> bool:
         return row.greatest >= self.threshold
 
@@ -211,6 +222,14 @@ def screen(
         If the threshold is not above 0.
     ConvergenceError
         If the scene as it is cannot be solved; an effect that cannot is listed with the reason.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "wear": None}
+    >>> found = sw.screen(sw.load_scene("spur_fzg_c").replace(coarse))
+    >>> "called for at 2 %" in str(found)
+    True
     """
     if not 0.0 < threshold < np.inf:
         raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")
@@ -245,6 +264,8 @@ def _cost_of_life(scene: Scene) -> str:
 def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
     """The row of an effect; its time in seconds."""
     present = scene.effects.get(name) is not None
+    if issubclass(EFFECTS[name], RatingTable):
+        return ScreenedEffect(name, present, {}, None, nearness(scene, name) if present else _UNRATED)
     if name == _LIFE:
         note = _cost_of_life(scene) if scene.wear is not None else "not run: needs [wear]"
         return ScreenedEffect(name, present, {}, None, note)

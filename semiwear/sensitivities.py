@@ -87,6 +87,15 @@ def sensitivities(
     Notes
     -----
     It takes four runs a field, and one more.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace({"wear.until.meshes": 1e6} | coarse)
+    >>> slopes = sw.sensitivities(scene, "wear_depth_max", ["wear.coefficient_mm2_per_N"], workers=0)
+    >>> print(f"{float(slopes.relative[0, 0]):.1f}")  # so little wear leaves the flanks as they are
+    1.0
     """
     problems: list[Problem] = []
     names = [of] if isinstance(of, str) else list(of)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -14,11 +15,13 @@ import xarray as xr
 from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
-from semiwear.life import life_group
+from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Plan, plan
 from semiwear.results import build_tree, provenance
 from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_checkpoint
+from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, step_errors
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
@@ -28,10 +31,12 @@ from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
-from semiwear.wear.swept_line import fresh_sweep
+from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
+
+_LOG = logging.getLogger(__name__)
 
 _ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
 _WEARING = "contact and wear"  # the stage
@@ -94,6 +99,7 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
             kept.add(KeptStep(step.total, seconds, state_arrays(stepper, step.state)))
             if step.done:
                 progress.step(step.done, step.total, step.text)
+                _LOG.info("wear step %d of %d: %s", step.done, step.total, step.text)
         life = life_group(physics, teeth, stepper, progress.step)
     except ConvergenceError as error:
         if not states:
@@ -193,13 +199,56 @@ def _result(
     life: collect.Arrays,
 ) -> xr.DataTree:
     contacts = [state.contact for state in states]
-    poissons_ratio = physics.scene.material.gear.poissons_ratio
-    point = physics.control_point(teeth)
     fresh = fresh_sweep(teeth.pair, teeth.lines)
+    pressures = [teeth.pressures(contact) for contact in contacts]
+    parts = _parts(physics, stepper, states, pressures, fresh)
+    groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
+    groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
+    groups["flank"] |= collect.contact_patterns(teeth, contacts)
+    groups["engagement"] |= collect.slices(teeth)
+    if life:
+        groups["life"] = life
+    known = [(own, part["engagement"].get("root_stress")) for own, part in zip(pressures, parts, strict=True)]
+    rated = physics.ratings(stepper, states, hours_per_mesh(physics.scene, teeth.pair), known)
+    if rated is not None:
+        groups["ratings"] = rated.arrays
+    clock.lap("stress and results")
+    groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
+    told = groups["history"] if rated is None else groups["history"] | rated.quantities
+    estimates = _step_errors(physics, states, told)
+    if estimates:
+        groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
+    spent = physics.clock.seconds
+    if spent:
+        groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
+    coords = collect.coordinates(teeth) | {
+        "meshes": np.array([state.meshes for state in states]),
+        "stage": np.array(list(clock.seconds)),
+    }
+    if spent:
+        coords["effect"] = np.array(list(spent))
+    if estimates:
+        coords["quantity"] = np.array(list(estimates))
+    if rated is None:
+        return build_tree(groups, coords, attributes(physics, "simulate"))
+    coords["mode"] = np.array(rated.modes)
+    return with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
+
+
+def _parts(
+    physics: Plan,
+    stepper: WearStepper,
+    states: Sequence[WearState],
+    pressures: Sequence[SlicePressures],
+    fresh: Sweep,
+) -> list[dict[str, collect.Arrays]]:
+    """Arrays of every wear state by itself, group by group."""
+    teeth, point = stepper.teeth, physics.control_point(stepper.teeth)
+    poissons_ratio = physics.scene.material.gear.poissons_ratio
     observers = physics.observers(teeth)
     parts: list[dict[str, collect.Arrays]] = []
-    for state, contact in zip(states, contacts, strict=True):
-        pressure = teeth.pressures(contact)
+    for state, pressure in zip(states, pressures, strict=True):
+        contact = state.contact
         part = {
             "engagement": collect.engagement(teeth, contact, pressure, fresh),
             "mesh_cycle": collect.mesh_cycle(teeth, contact),
@@ -219,29 +268,7 @@ def _result(
         if stepper.depth_factor is None:
             part["diagnostics"] |= collect.volume_residual(teeth, state)
         parts.append(part)
-    groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
-    groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
-    groups["flank"] |= collect.contact_patterns(teeth, contacts)
-    groups["engagement"] |= collect.slices(teeth)
-    if life:
-        groups["life"] = life
-    clock.lap("stress and results")
-    groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
-    estimates = _step_errors(physics, states, groups["history"])
-    if estimates:
-        groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
-    spent = physics.clock.seconds
-    if spent:
-        groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
-    coords = collect.coordinates(teeth) | {
-        "meshes": np.array([state.meshes for state in states]),
-        "stage": np.array(list(clock.seconds)),
-    }
-    if spent:
-        coords["effect"] = np.array(list(spent))
-    if estimates:
-        coords["quantity"] = np.array(list(estimates))
-    return build_tree(groups, coords, attributes(physics, "simulate"))
+    return parts
 
 
 def _step_errors(physics: Plan, states: Sequence[WearState], history: collect.Arrays) -> Errors:

@@ -9,10 +9,23 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["MOST_VALUES", "oversized", "read_dataset"]
+__all__ = ["MOST_VALUES", "no_pipe", "oversized", "read_dataset"]
 
 MOST_VALUES = 10_000_000
 """Of one variable: far beyond any flank, and loaded within a second."""
+
+
+def no_pipe(file: Path) -> Path:
+    """The path of a file that is to be read: to open a pipe that nobody writes to would wait for ever.
+
+    Raises
+    ------
+    OSError
+        It is a pipe or a socket.
+    """
+    if file.is_fifo() or file.is_socket():
+        raise OSError("it is a pipe or a socket, which may have no writer: save its content, and give that file")
+    return file
 
 
 def oversized(file: Path) -> str:

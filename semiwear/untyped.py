@@ -13,7 +13,7 @@ Value: TypeAlias = Any
 """A value of a scene or of another TOML file: of which type it is, the rule of its field says when it is read."""
 
 Table: TypeAlias = dict[str, Value]
-"""A table of a TOML file, with values and tables by name."""
+"""A table of a TOML file, or an object of JSON: values and tables by name."""
 
 Options: TypeAlias = dict[str, Any]
 """Keyword arguments for another library's function, or for a constructor; each value has that argument's type."""

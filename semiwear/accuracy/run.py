@@ -21,6 +21,7 @@ from xarray import DataTree
 
 from semiwear.accuracy.resolution import Contribution, chosen_resolution, contributions_at, parameters_of, together
 from semiwear.errors import ConvergenceError
+from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
 from semiwear.simulate import NoProgress, Progress, require_checkpoint
@@ -80,6 +81,17 @@ def simulate(
         change, and its `result` holds what was found.
     ResultFileError
         If the checkpoint is of another run, damaged, in use, or cannot be written.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(coarse))
+    >>> depth = tree["history"].wear_depth_max.isel(wear_step=-1)
+    >>> bool(depth.sel(body="pinion") > depth.sel(body="gear"))
+    True
+    >>> depth.attrs["units"]
+    'um'
     """
     if fidelity is not None:
         scene = scene.replace({"numerics.fidelity": fidelity})
@@ -232,6 +244,8 @@ def _tell(tree: DataTree, errors: Errors, asked: float) -> None:
     estimates = group["error_estimate"]
     told = np.array([errors[str(name)] for name in estimates["quantity"].values])
     tree["diagnostics"].dataset = group.assign(error_estimate=estimates.copy(data=told))
+    if "ratings" in tree.children:
+        with_rating_errors(tree)
     tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.2g} estimated"
 
 

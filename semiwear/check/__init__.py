@@ -6,16 +6,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from importlib import import_module
 
-from semiwear.errors import Problem
+from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
 
-__all__ = ["geometric_problems"]
+__all__ = ["KINDS", "geometric_problems"]
 
-# Kinds of gear pairs with a module of that name here, and in it `<kind>_problems`; another kind has no limits but
-# those of its fields. Loaded when a scene's fields are sound: they need the geometry of flanks in mesh.
-_KINDS = ("face_gear", "cylindrical", "flank_points")
+KINDS = ("face_gear", "cylindrical", "flank_points")
+"""Kinds of gear pairs with a module of that name here, in it `<kind>_problems`, and a module `<kind>_margins`.
+
+Another kind has no limits but those of its fields. Loaded when a scene's fields are sound: they need the geometry of
+flanks in mesh.
+"""
 
 
 def geometric_problems(scene: Scene) -> list[Problem]:
@@ -33,7 +37,21 @@ def geometric_problems(scene: Scene) -> list[Problem]:
         numbers in a message are rounded to the safe side: such a limit, typed in, is accepted.
     """
     kind = scene.gear_pair.type
-    if kind not in _KINDS:
-        return []
-    problems: list[Problem] = getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
-    return problems
+    problems: list[Problem] = []
+    if kind in KINDS:
+        problems += getattr(import_module(f"semiwear.check.{kind}"), f"{kind}_problems")(scene)
+    return [*problems, *_deviation_problems(scene)]
+
+
+def _deviation_problems(scene: Scene) -> Iterator[Problem]:
+    """Problems of the files with deviations of flanks that a scene names."""
+    for name, table in scene.effects.present():
+        file = getattr(table, "file", None)
+        if file is None:
+            continue
+        from semiwear.meshing.deviation_grid import read_deviation_grid  # few scenes name such a file
+
+        try:
+            read_deviation_grid(file, f"effects.{name}.file")
+        except SceneError as error:
+            yield from error.problems

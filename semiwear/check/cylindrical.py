@@ -9,19 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import acos, atan, cos, isfinite, pi, sin
+from math import cos, isfinite
 from typing import cast
 
 import numpy as np
 
+from semiwear.check.cylindrical_limits import (
+    deepest_rolls,
+    edge_limits,
+    least_profile_shift,
+    pointed_diameter,
+    root_limits,
+    teeth_of,
+    tight_distance,
+    tip_limits,
+    tip_passage,
+)
 from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up
 from semiwear.errors import Problem
-from semiwear.geometry.cylindrical import CylindricalTooth
-from semiwear.geometry.involute import involute_function
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.scene import CylindricalControlPoint, CylindricalPair, Placement, Scene
-from semiwear.scene.cylindrical import zero_backlash_distance
 
 __all__ = ["cylindrical_problems"]
 
@@ -42,7 +50,7 @@ def cylindrical_problems(scene: Scene) -> list[Problem]:
 def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iterator[Problem]:
     """The centre distance is one at which the base circles leave a line of action, and the teeth do not jam."""
     t = table
-    tight = _tight_distance(t, 0.0)
+    tight = tight_distance(t)
     side = -1.0 if t.internal else 1.0
     if not isfinite(tight):
         fix = f"there is no centre distance for such shifts: {'lower' if t.internal else 'raise'} their sum"
@@ -61,32 +69,18 @@ def _teeth_fit_the_centre_distance(scene: Scene, table: CylindricalPair) -> Iter
         yield problem_of(scene, "centre_distance_mm", allowed, fix)
 
 
-def _tight_distance(t: CylindricalPair, more_shift: float) -> float:
-    shift = t.pinion_profile_shift + more_shift
-    return zero_backlash_distance(
-        t.normal_module_mm, t.pressure_angle_deg, t.helix_angle_deg, t.pinion_teeth, t.gear_teeth, shift,
-        t.gear_profile_shift,
-    )  # fmt: skip
-
-
-def _teeth(mesh: CylindricalMesh) -> tuple[tuple[str, CylindricalTooth], ...]:
-    return ("pinion", mesh.pinion), ("gear", mesh.gear)
-
-
 def _rack_does_not_undercut(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The rack's straight flank ends before the point in which the line of action touches the base circle."""
-    for body, tooth in _teeth(mesh):
+    for body, tooth in teeth_of(mesh):
         if tooth.internal or tooth.form_roll_angle >= 0.0:
             continue
-        deepest = tooth.reference_radius * sin(tooth.pressure_angle) ** 2
-        least = tooth.profile_shift + (tooth.straight_depth - deepest) / tooth.normal_module
         fix = f"{tooth.teeth} teeth are below the limit of undercut: they need a profile shift, or more teeth"
-        yield problem_of(scene, f"{body}_profile_shift", f"at least {up(least)}", fix)
+        yield problem_of(scene, f"{body}_profile_shift", f"at least {up(least_profile_shift(tooth))}", fix)
 
 
 def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The two flanks of a tooth do not meet below its tip."""
-    for body, tooth in _teeth(mesh):
+    for body, tooth in teeth_of(mesh):
         field = f"{body}_tip_diameter_mm"
         if tooth.internal and tooth.tip_radius < tooth.base_radius:
             fix = "an involute ends at the base circle: give more, or a positive profile shift"
@@ -95,7 +89,7 @@ def _teeth_are_not_pointed(scene: Scene, mesh: CylindricalMesh) -> Iterator[Prob
             fix = "the tip lies below the root: leave it out for its default, or give a profile shift nearer to zero"
             yield problem_of(scene, field, f"{'below' if tooth.internal else 'above'} the root diameter", fix)
         elif tooth.half_thickness(tooth.tip_radius) <= 0.0:
-            limit = 2.0 * crossing(tooth.half_thickness, tooth.reference_radius, tooth.tip_radius)
+            limit = pointed_diameter(tooth)
             fix = "the teeth are pointed: give " + ("more" if tooth.internal else "less, or less profile shift")
             allowed = f"above {up(limit)} mm" if tooth.internal else f"below {down(limit)} mm"
             yield problem_of(scene, field, allowed, fix)
@@ -122,9 +116,7 @@ def _internal_fillet_fits(scene: Scene, mesh: CylindricalMesh) -> Iterator[Probl
 def _roots_are_clear(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """A tip does not reach the other body's root."""
     pinion, gear = mesh.pinion, mesh.gear
-    distance = mesh.table.centre_distance_mm
-    pinion_limit = gear.side * (distance - gear.root_radius)
-    gear_limit = distance - pinion.root_radius if not gear.internal else distance + pinion.root_radius
+    pinion_limit, gear_limit = root_limits(mesh)
     if pinion.tip_radius >= pinion_limit:
         fix = "its tips need bottom clearance in the gear's roots: give less, or raise gear_rack_addendum_mm"
         yield problem_of(scene, "pinion_tip_diameter_mm", f"below {down(2.0 * pinion_limit)} mm", fix)
@@ -136,25 +128,16 @@ def _roots_are_clear(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 
 def _tips_clear_the_fillets(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """On the path of contact each tip meets the other's involute: not its fillet, nor inside its base circle."""
-    first, last = mesh.path_limits
     pinion, gear = mesh.pinion, mesh.gear
-    pinion_working, gear_working = mesh.working_radii
-    # deepest roll angles that the tips reach
-    on_pinion = pinion.roll_at(pinion_working) - first / pinion.base_radius
-    on_gear = gear.roll_at(gear_working) + gear.side * last / gear.base_radius
+    on_pinion, on_gear = deepest_rolls(mesh)
+    pinion_limit, gear_limit = tip_limits(mesh)
     if on_pinion < pinion.form_roll_angle:
-        reach = pinion.base_radius * (pinion.roll_at(pinion_working) - max(pinion.form_roll_angle, 0.0))
-        roll = gear.roll_at(gear_working) + gear.side * reach / gear.base_radius
-        limit = 2.0 * gear.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
         fix = "the gear's tip would touch the pinion's fillet: lower pinion_rack_tip_radius_mm, or shift the profiles"
-        allowed = f"at least {up(limit)} mm" if gear.internal else f"up to {down(limit)} mm"
+        allowed = f"at least {up(gear_limit)} mm" if gear.internal else f"up to {down(gear_limit)} mm"
         yield problem_of(scene, "gear_tip_diameter_mm", allowed, fix)
     if gear.side * (on_gear - gear.form_roll_angle) < 0.0:
-        reach = gear.side * gear.base_radius * (gear.roll_at(gear_working) - max(gear.form_roll_angle, 0.0))
-        roll = pinion.roll_at(pinion_working) + reach / pinion.base_radius
-        limit = 2.0 * pinion.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
         fix = "the pinion's tip would touch the gear's fillet: lower gear_rack_tip_radius_mm, or shift the profiles"
-        yield problem_of(scene, "pinion_tip_diameter_mm", f"up to {down(limit)} mm", fix)
+        yield problem_of(scene, "pinion_tip_diameter_mm", f"up to {down(pinion_limit)} mm", fix)
 
 
 def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
@@ -185,12 +168,12 @@ def _teeth_hand_over(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The pinion's tip leaves the gear's tooth space without touching the gear's tips, away from the path of contact.
 
-    Where the tip cylinders cross, the pinion must have turned out of the space (ISO 21771; "fouling").
+    See `tip_passage`.
     """
     pinion, gear = mesh.pinion, mesh.gear
     if not gear.internal:
         return
-    if _passing(mesh) >= 0.0:
+    if tip_passage(mesh) >= 0.0:
         return
     difference = gear.teeth - pinion.teeth
     fix = (
@@ -199,31 +182,13 @@ def _tips_of_an_internal_pair_pass(scene: Scene, mesh: CylindricalMesh) -> Itera
 
     def passing(diameter: float) -> float:
         table = replace(mesh.table, pinion_tip_diameter_mm=diameter)
-        return _passing(CylindricalMesh(table, Placement()))
+        return tip_passage(CylindricalMesh(table, Placement()))
 
     low = 2.0 * pinion.reference_radius
     allowed = "a gear with more teeth"
     if passing(low) >= 0.0:
         allowed = f"below {down(crossing(passing, low, 2.0 * pinion.tip_radius))} mm"
     yield problem_of(scene, "pinion_tip_diameter_mm", allowed, fix)
-
-
-def _passing(mesh: CylindricalMesh) -> float:
-    """Angle of the gear by which tips pass each other where the tip cylinders cross [rad]; negative: they foul."""
-    pinion, gear = mesh.pinion, mesh.gear
-    distance = mesh.table.centre_distance_mm
-    r1, r2 = pinion.tip_radius, gear.tip_radius
-    cosine_1 = (r2**2 - r1**2 - distance**2) / (2.0 * distance * r1)
-    cosine_2 = (distance**2 + r2**2 - r1**2) / (2.0 * distance * r2)
-    if not (abs(cosine_1) < 1.0 and abs(cosine_2) < 1.0):
-        return pi
-    working = involute_function(mesh.table.working_pressure_angle)
-
-    def involute_at(tooth: CylindricalTooth) -> float:
-        return tooth.tip_roll_angle - atan(tooth.tip_roll_angle)
-
-    turned = (acos(cosine_1) + involute_at(pinion) - working) * pinion.teeth / gear.teeth
-    return turned + working - involute_at(gear) - acos(cosine_2)
 
 
 def _rims_are_there(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
@@ -238,17 +203,12 @@ def _rims_are_there(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
 
 def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The roundings of a tooth's two tip edges leave a top land and a flank."""
-    middle = np.zeros(1)
-    sharp, rounded = mesh.borders(middle, sharp=True), mesh.borders(middle)
-    radii = sharp.driving_tip_edge_radius, sharp.tip_edge_radius
-    insets = sharp.driving_tip - rounded.driving_tip, float((sharp.tip - rounded.tip)[0])
-    flanks = sharp.driving_tip - sharp.driving_root, float((sharp.tip - sharp.root)[0])
-    for (body, tooth), radius, inset, flank in zip(_teeth(mesh), radii, insets, flanks, strict=True):
-        room = min(tooth.half_thickness(tooth.tip_radius), flank)
+    radii = mesh.table.pinion_tip_edge_radius_mm, mesh.table.gear_tip_edge_radius_mm
+    for (body, tooth), radius, limit in zip(teeth_of(mesh), radii, edge_limits(mesh), strict=True):
         # a tooth without a land is pointed, which is another limit
-        if inset > 0.0 and 0.0 < room < inset:
+        if 0.0 < limit < radius and tooth.half_thickness(tooth.tip_radius) > 0.0:
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower tip"
-            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(radius * room / inset)} mm", fix)
+            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:

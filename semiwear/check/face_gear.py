@@ -25,7 +25,7 @@ from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.scene import ControlPoint, FaceGearPair, Placement, Scene
 
-__all__ = ["face_gear_problems"]
+__all__ = ["edge_limits", "face_gear_problems"]
 
 FloatArray = NDArray[np.float64]
 
@@ -212,8 +212,8 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
         yield problem_of(scene, "rack_addendum_mm", f"{up(low)} to below {down(high)} mm", fix)
 
 
-def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
-    """The roundings of a tooth's two tip edges leave a top land and a flank."""
+def edge_limits(mesh: FaceGearMesh) -> tuple[float, float]:
+    """Tip edge radii of pinion and gear at which no top land, or no flank, would be left [mm]; 0 of a sharp edge."""
     tooth, pinion = mesh.gear, mesh.pinion
     ends = np.array(mesh.face_limits)
     sharp, rounded = mesh.borders(ends, sharp=True), mesh.borders(ends)
@@ -221,14 +221,17 @@ def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     land = np.array([tooth.half_thickness(float(end), tooth.gear_addendum) for end in ends])
     pinion_inset = sharp.driving_tip - rounded.driving_tip
     pinion_room = min(pinion.tip_half_thickness, sharp.driving_tip - sharp.driving_root)
-    for field, radius, fit in (
-        ("gear_tip_edge_radius_mm", sharp.tip_edge_radius, np.min(np.minimum(flank, land) / inset)),
-        ("pinion_tip_edge_radius_mm", sharp.driving_tip_edge_radius, pinion_room / np.float64(pinion_inset)),
-    ):
+    fits = pinion_room / np.float64(pinion_inset), np.min(np.minimum(flank, land) / inset)
+    return sharp.driving_tip_edge_radius * float(fits[0]), sharp.tip_edge_radius * float(fits[1])
+
+
+def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
+    """The roundings of a tooth's two tip edges leave a top land and a flank."""
+    for body, limit in zip(BODIES, edge_limits(mesh), strict=True):
         # a tooth without a land is pointed, which is another limit
-        if 0.0 < fit < 1.0:
+        if 0.0 < limit < getattr(mesh.table, f"{body}_tip_edge_radius_mm"):
             fix = "the roundings of both flanks would meet on the top land: give less, or a lower addendum"
-            yield problem_of(scene, field, f"0 to {down(radius * float(fit))} mm", fix)
+            yield problem_of(scene, f"{body}_tip_edge_radius_mm", f"0 to {down(limit)} mm", fix)
 
 
 # ---- the control point

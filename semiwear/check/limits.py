@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from semiwear.errors import Problem
 from semiwear.scene import Scene
 
-__all__ = ["Limit", "crossing", "down", "find_problems", "problem_of", "up"]
+__all__ = ["FAILURES", "Limit", "crossing", "down", "find_problems", "problem_of", "up"]
 
 _Mesh = TypeVar("_Mesh")
 
@@ -20,7 +20,8 @@ Limit = Callable[[Scene, _Mesh], Iterator[Problem]]
 """From a scene and its flanks in mesh to what is wrong."""
 
 _DIGITS = 6  # of the limits that messages state
-_FAILURES = (ArithmeticError, ValueError, RuntimeError, IndexError)
+FAILURES = (ArithmeticError, ValueError, RuntimeError, IndexError)
+"""Errors of numbers that a tooth which cannot be cut does not have."""
 
 
 def find_problems(
@@ -49,7 +50,7 @@ def find_problems(
             try:
                 for problem in limit(scene, mesh):
                     found.setdefault(problem.field, problem)
-            except _FAILURES:
+            except FAILURES:
                 allowed = "a tooth that can be cut; for this one the limit cannot even be computed"
                 fix = f"compare with the scene {usual}, which is usual in every proportion"
                 failed.append(problem_of(scene, field, allowed, fix))

@@ -24,7 +24,14 @@ FloatArray = NDArray[np.float64]
 def effective_modulus(
     youngs_modulus_1: float, poissons_ratio_1: float, youngs_modulus_2: float, poissons_ratio_2: float
 ) -> float:
-    """Effective modulus E* [MPa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson 1985, eq. 4.20)."""
+    """Effective modulus E* [MPa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson 1985, eq. 4.20).
+
+    Examples
+    --------
+    >>> from semiwear.closed_forms import effective_modulus
+    >>> print(f"{effective_modulus(206e3, 0.3, 206e3, 0.3):.0f}")
+    113187
+    """
     return 1.0 / ((1.0 - poissons_ratio_1**2) / youngs_modulus_1 + (1.0 - poissons_ratio_2**2) / youngs_modulus_2)
 
 
@@ -38,12 +45,25 @@ def line_contact_half_width(line_load: FloatArray, curvature: FloatArray, modulu
         Relative curvature 1/R across the line.
     modulus : float [MPa]
         Effective modulus E*.
+
+    Examples
+    --------
+    >>> from semiwear.closed_forms import line_contact_half_width
+    >>> print(f"{line_contact_half_width(300.0, 0.1, 113e3):.4f}")
+    0.1839
     """
     return np.sqrt(4.0 * line_load / (pi * modulus * curvature))
 
 
 def line_contact_pressure(line_load: FloatArray, curvature: FloatArray, modulus: float) -> FloatArray:
-    """Greatest pressure p0 = sqrt(q E* / (pi R)) of a line contact [MPa] (Johnson 1985, eq. 4.45)."""
+    """Greatest pressure p0 = sqrt(q E* / (pi R)) of a line contact [MPa] (Johnson 1985, eq. 4.45).
+
+    Examples
+    --------
+    >>> from semiwear.closed_forms import line_contact_pressure
+    >>> print(f"{line_contact_pressure(300.0, 0.1, 113e3):.0f}")
+    1039
+    """
     return np.sqrt(line_load * modulus * curvature / pi)
 
 
@@ -74,6 +94,13 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
         Relative principal curvatures.
     modulus : float [MPa]
         Effective modulus E*.
+
+    Examples
+    --------
+    >>> from semiwear.closed_forms import elliptic_contact
+    >>> found = elliptic_contact(1000.0, 0.05, 0.05, 115e3)  # a sphere of 20 mm radius
+    >>> print(f"{found.major_half_axis:.4f} {found.minor_half_axis:.4f} {found.peak_pressure:.0f}")
+    0.5071 0.5071 1856
     """
     low, high = sorted((curvature_1, curvature_2))
     if low <= 0.0 or load <= 0.0:

@@ -106,8 +106,8 @@ def love_coefficients(shape: tuple[int, int], cell: tuple[float, float]) -> Floa
     (nx, ny) array [mm]
         Displacement at (i dx, j dy), to be divided by E* and multiplied by the pressure.
 
-    Source
-    ------
+    References
+    ----------
     Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, *Contact Mechanics* (1985), eq. 3.25.
     """
     (nx, ny), (dx, dy) = shape, cell

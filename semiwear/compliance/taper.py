@@ -139,7 +139,7 @@ def tapered(
 
 
 def _knots(start: float, width: float, spans: int) -> FloatArray:
-    """Knots about as short as the prisms' shortest half wave, and half as long beside the ends, where stress drops."""
+    """Knots about as far apart as the prisms' shortest half wave is long, and half as far beside the ends."""
     even = np.arange(spans + 1.0)
     beside = np.array([0.5, 1.5])
     places = start + width * np.sort(np.concatenate([even, beside, spans - beside])) / spans

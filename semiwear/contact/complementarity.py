@@ -274,8 +274,8 @@ def solve_complementarity(  # noqa: C901
     -------
     Complementarity
 
-    Source
-    ------
+    References
+    ----------
     Polonsky & Keer, Wear 231 (1999) 206; Bugnicourt et al., Tribol. Int. 121 (2018) on preconditioning.
     """
     if (load is None) == (approach is None):

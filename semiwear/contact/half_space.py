@@ -128,9 +128,21 @@ def solve_half_space(
     coarser grids, the iterations run in a box around the contact, a few cells are solved directly; in the end the
     conditions are checked on the whole grid, and the box grows if contact was missed.
 
-    Source
-    ------
+    References
+    ----------
     Love (1929) for the kernel; Polonsky & Keer, Wear 231 (1999) 206, for the iteration.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from semiwear.contact import solve_half_space
+    >>> x = np.linspace(-0.5, 0.5, 65)
+    >>> gap = (x[:, None] ** 2 + x**2) / 40.0  # a sphere of 20 mm radius
+    >>> contact = solve_half_space(gap, cell=(x[1] - x[0],) * 2, effective_modulus=115e3, load=500.0)
+    >>> contact.status.name
+    'CONVERGED'
+    >>> print(f"{contact.pressure.max() / 1500.0:.1f}")
+    1.0
     """
     heights, allowed = _checked_surface(gap, mask)
     dx, dy = _checked_cell(cell)

@@ -93,6 +93,25 @@ class LoadedTeeth:
     modification: FloatArray | None = None
     driving: DrivingFlank | None = None
 
+    @property
+    def on_path(self) -> BoolArray:
+        """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
+        lines = self.lines
+        inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
+        inside &= lines.separation[0] < self.problem.reach
+        # where a line stops or turns at a border its speed is none of the flank's
+        inside[1:-1] &= inside[2:] & inside[:-2]
+        return np.asarray(inside)
+
+    @property
+    def driving_profile(self) -> FloatArray:
+        """Nodes of the driving flank, (face, profile) [mm]: those of its wear, or even from root to tip."""
+        if self.driving is not None:
+            return self.driving.grid.profile
+        borders = self.pair.borders(self.grid.face)
+        nodes = np.linspace(borders.driving_root, borders.driving_tip, self.grid.profile.shape[1])
+        return np.broadcast_to(nodes, self.grid.profile.shape)
+
     def removed(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:

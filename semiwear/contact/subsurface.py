@@ -91,8 +91,8 @@ def subsurface_stress(
     ValueError
         An argument is out of its range; the message names it.
 
-    Source
-    ------
+    References
+    ----------
     Love (1929), *The stress produced in a semi-infinite solid by pressure on part of the boundary*.
     """
     pressure = _checked_pressure(pressure)

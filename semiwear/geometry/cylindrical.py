@@ -146,6 +146,36 @@ class CylindricalTooth:
         space = pi / self.teeth - self.half_thickness_angle + involute_function(self.pressure_angle)
         return space - self.rack_tip_radius / self.base_radius - roll + atan(roll)
 
+    def transverse_outline(self) -> FloatArray:
+        """Half the outline of a tooth in the transverse section, from the tip to the middle of the tooth space.
+
+        The flank is exact; the fillet of a helical tooth is that of a transverse rack whose crest is round.
+
+        Returns
+        -------
+        (n, 2) array
+            Radius [mm] and angle from the middle of the tooth [rad].
+        """
+        if self.internal:
+            drawn = self._internal_section()
+            radius = self.reference_radius - np.concatenate([drawn.flank[:, 1], drawn.fillet[1:, 1]])
+            angle = np.concatenate([drawn.flank[:, 0], drawn.fillet[1:, 0]]) / radius
+        else:
+            module = self.normal_module / cos(self.helix_angle)
+            drawn = InvoluteTooth(
+                teeth=self.teeth,
+                module=module,
+                pressure_angle=self.pressure_angle,
+                addendum=self.tip_radius - self.reference_radius,
+                rack_addendum=self.rack_addendum,
+                rack_tip_radius=self.rack_tip_radius,
+                bore_radius=self.root_radius - self.rim_thickness,
+                profile_shift=self._shift,
+            ).section()
+            x, y = np.concatenate([drawn.flank, drawn.fillet[1:]]).T
+            radius, angle = np.hypot(x, y), np.arctan2(x, y)
+        return np.column_stack([np.append(radius, self.root_radius), np.append(angle, pi / self.teeth)])
+
     # ---- the section normal to the teeth
 
     def section(self, profile_of_radius: FloatArray, radii: FloatArray) -> ToothSection:

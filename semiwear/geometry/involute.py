@@ -20,7 +20,15 @@ FloatArray = NDArray[np.float64]
 
 
 def involute_function(angle: float) -> float:
-    """Involute function inv(angle) = tan(angle) - angle [rad] (ISO 21771, 4.2.3)."""
+    """Involute function inv(angle) = tan(angle) - angle [rad] (ISO 21771, 4.2.3).
+
+    Examples
+    --------
+    >>> from math import radians
+    >>> from semiwear.geometry import involute_function
+    >>> print(f"{involute_function(radians(20.0)):.6f}")
+    0.014904
+    """
     return tan(angle) - angle
 
 

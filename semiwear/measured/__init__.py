@@ -10,7 +10,22 @@
 from semiwear.measured.calibration import Calibration, calibrate
 from semiwear.measured.comparison import compare_wear
 from semiwear.measured.life_spread import LifeSpread
+from semiwear.measured.point_cloud import flank_from_points
 from semiwear.measured.registration import register
+from semiwear.measured.trace_files import read_traces
+from semiwear.measured.traces import Trace, TracedFlank, flank_from_traces
 from semiwear.measured.worn import measured_wear
 
-__all__ = ["Calibration", "LifeSpread", "calibrate", "compare_wear", "measured_wear", "register"]
+__all__ = [
+    "Calibration",
+    "LifeSpread",
+    "Trace",
+    "TracedFlank",
+    "calibrate",
+    "compare_wear",
+    "flank_from_points",
+    "flank_from_traces",
+    "measured_wear",
+    "read_traces",
+    "register",
+]

@@ -291,6 +291,17 @@ def calibrate(
         nothing of the coefficient.
     ConvergenceError
         If the scene cannot be worn as deep as was measured.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 2}
+    >>> scene, path = sw.load_scene("spur_fzg_c").replace(coarse), pathlib.Path(tempfile.mkdtemp(), "worn.nc")
+    >>> sw.export_flank(scene, "gear", path, points=(31, 9), worn=sw.simulate(scene))
+    >>> found = sw.calibrate(scene, path, meshes=scene.wear.until.meshes)
+    >>> print(f"{found.coefficient / 1e-13:.1f}")  # worn with 1e-13 mm2/N
+    1.0
     """
     if not 0.0 < confidence < 1.0:
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")

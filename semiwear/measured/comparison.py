@@ -66,6 +66,17 @@ def compare_wear(
         If the result has no worn flank, or of another grid than its scene makes.
     SceneError
         As `measured_wear`.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene, path = sw.load_scene("spur_fzg_c").replace(coarse), pathlib.Path(tempfile.mkdtemp(), "worn.nc")
+    >>> tree = sw.simulate(scene)
+    >>> sw.export_flank(scene, "gear", path, points=(21, 9), worn=tree)
+    >>> print(f"{float(sw.compare_wear(tree, path).scale):.1f}")
+    1.0
     """
     flank = group_of(tree, "flank")
     if "wear_depth" not in flank:

@@ -184,6 +184,18 @@ def register(
     ------
     SceneError
         For points that are not finite, too few, in other units, of another flank or beside it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import semiwear as sw
+    >>> import tempfile, pathlib
+    >>> scene = sw.load_scene("spur_fzg_c")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "gear.nc")
+    >>> sw.export_flank(scene, "gear", path, points=(21, 9))
+    >>> deviations = sw.register(scene, path)
+    >>> bool(np.abs(deviations.deviation).max() < 0.1)  # um: it is the nominal flank
+    True
     """
     flank = nominal_flank(scene, body)
     found = registered(flank, read_measured(measured), datum=datum, fit=fit, unworn=unworn, motions=motions)

@@ -82,6 +82,17 @@ def measured_wear(
     ------
     SceneError
         As `register`; also where the two measurements share no place.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene, path = sw.load_scene("spur_fzg_c").replace(coarse), pathlib.Path(tempfile.mkdtemp(), "worn.nc")
+    >>> sw.export_flank(scene, "gear", path, points=(21, 9), worn=sw.simulate(scene))
+    >>> wear = sw.measured_wear(scene, path)
+    >>> wear.wear_depth.dims, wear.wear_depth.attrs["units"]
+    (('profile', 'face'), 'um')
     """
     found = as_wear(scene, after, before, body, datum=datum, fit=fit)
     return found.to_dataset({"body": body, "datum": datum, "against": "nominal" if before is None else "before"})

@@ -27,6 +27,7 @@ from semiwear.optimise.run import optimise
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
+from semiwear.sources import no_pipe
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import flat_fields, read_study
 from semiwear.targets import PAGES, file_target, naming, require_apart
@@ -107,7 +108,7 @@ def _problems_of(field: str, path: str | None, endings: tuple[str, ...]) -> list
 def _design_of(study: str) -> object:
     """The table `[design]` of a file in which something else is wrong; empty where it cannot be read."""
     try:
-        return tomllib.loads(Path(study).read_text(encoding="utf-8-sig")).get("design")
+        return tomllib.loads(no_pipe(Path(study)).read_text(encoding="utf-8-sig")).get("design")
     except (OSError, ValueError):
         return {"": []}
 

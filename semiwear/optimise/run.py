@@ -74,6 +74,16 @@ def optimise(
     ------
     SceneError
         With everything that is wrong with the arguments, before anything runs; also where no design can be solved.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 7, "numerics.roll_positions": 8, "numerics.harmonics": 3}
+    >>> scene = sw.load_scene("spur_fzg_c").replace({"wear.until.meshes": 1e6} | coarse)
+    >>> relief = {"effects.modification.pinion.tip_relief_um": (0.0, 60.0)}
+    >>> best = sw.optimise(scene, vary=relief, minimise="transmission_error_amplitude", most=6, workers=0)
+    >>> 0.0 < best.scene.effects.modification.pinion.tip_relief_um <= 60.0
+    True
     """
     problems: list[Problem] = []
     space = None

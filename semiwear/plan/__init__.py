@@ -5,9 +5,10 @@ What is not chosen is not constructed. `choices` says what was chosen, `teeth` a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,8 @@ from semiwear.contact.patch_contact import PATCH
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
+from semiwear.errors import SceneError
+from semiwear.html_text import folded_html, html_table
 from semiwear.meshing.contact_lines import ContactLines, face_stations
 from semiwear.meshing.driving_flank import DrivingFlank, driving_flank
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
@@ -34,13 +37,15 @@ from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
+from semiwear.plan.named_data import data_choices
+from semiwear.plan.ratings import Known, Ratings, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping, WearMultipliers
 from semiwear.wear.step_count import steps_of_life
-from semiwear.wear.stepping import ControlPoint, LoadCase, WearStepper
+from semiwear.wear.stepping import ControlPoint, LoadCase, WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
 if TYPE_CHECKING:
@@ -82,6 +87,13 @@ class Plan:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
         physics = table(("physics", "runs", "chosen", "why"), rows)
         return f"{physics}\n\n{effects_table(self.scene, self.last, self._costs())}"
+
+    def _repr_html_(self) -> str:
+        rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
+        physics = html_table(("physics", "runs", "chosen", "why"), rows, "what runs, and why")
+        return physics + folded_html(
+            "effects", f"<pre>{escape(effects_table(self.scene, self.last, self._costs()))}</pre>"
+        )
 
     def _costs(self) -> dict[str, str]:
         """Cost of effects that take wear steps of their own."""
@@ -242,6 +254,19 @@ class Plan:
             found.append(observers.Film(speeds, film))
         return tuple(found)
 
+    def ratings(
+        self,
+        stepper: WearStepper,
+        states: Sequence[WearState],
+        hours_per_mesh: float | None,
+        known: Sequence[Known] = (),
+    ) -> Ratings | None:
+        """Failure modes of worn states, the first of them unworn; None where the scene names none.
+
+        Arguments are those of `semiwear.plan.ratings.rated_states`.
+        """
+        return rated_states(self.scene, stepper, states, hours_per_mesh, self.clock, known)
+
     # ---- parts
 
     def _shape(self, pair: FlankPair, rolls: RollGrid, face: FloatArray) -> _Shape:
@@ -328,8 +353,22 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     scene : Scene
     last : DataTree, optional
         An earlier result; the table then shows what share of its time each effect took.
+
+    Raises
+    ------
+    SceneError
+        `last` tells no times.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> print(str(sw.plan(sw.load_scene("spur_fzg_c"))).splitlines()[2])
+    geometry          yes   spur gears 16/24, profile shifts 0.1817, 0.1715  gear_pair.type = "cylindrical"
     """
-    return Plan(scene, physics_choices(scene), {} if last is None else seconds_of_effects(last))
+    seconds = {} if last is None else seconds_of_effects(last)
+    if last is not None and not seconds:
+        raise SceneError.of("last", str(last.attrs.get("title", "")), "a result of `simulate`", "it tells no times")
+    return Plan(scene, (*physics_choices(scene), *data_choices(scene)), seconds)
 
 
 def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: float, modulus: float) -> float:

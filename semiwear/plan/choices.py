@@ -167,7 +167,10 @@ def _end_choice(scene: Scene) -> Choice:
         why = f"wear.until.control_depths_um on the {scene.wear.watched_body}: meshes found for each"
         return Choice("end of the run", end, True, why)
     end = f"{until.meshes:g} meshes, steps: {scene.numerics.wear_steps}"
-    return Choice("end of the run", end, True, "wear.until.meshes")
+    if until.hours is None:
+        return Choice("end of the run", end, True, "wear.until.meshes")
+    speed = f"{scene.operation.pinion_speed_rpm:g} rpm of the pinion"
+    return Choice("end of the run", f"{until.hours:g} h: {end}", True, f"wear.until.hours at {speed}")
 
 
 def _accuracy_choice(scene: Scene) -> Choice:

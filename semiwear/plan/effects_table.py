@@ -43,7 +43,7 @@ def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, s
     for name, kind in EFFECTS.items():
         own = scene.effects.get(name)
         told = "no table" if own is None else f"{_values(own)}{_cost(name, costs)}{_share(name, last)}"
-        needs = ", ".join(_needs(kind, own)) or "-"
+        needs = ", ".join(_needs(name, kind, own)) or "-"
         rows.append((name, "no" if own is None else "yes", kind.acts_in, needs, f"{kind.title}: {told}"))
     return table(head, rows)
 
@@ -66,9 +66,10 @@ def _cost(name: str, costs: Mapping[str, str]) -> str:
     return f"; {costs[name]}" if name in costs else ""
 
 
-def _needs(kind: type[EffectTable], own: EffectTable | None) -> list[str]:
+def _needs(name: str, kind: type[EffectTable], own: EffectTable | None) -> list[str]:
+    """Needs of an effect outside its own table."""
     needs = kind.needed_with(lambda name: None if own is None else getattr(own, name))
-    return [key for key in needs if key != "wear"]
+    return [key for key in needs if key != "wear" and not key.startswith(f"effects.{name}.")]
 
 
 def _share(name: str, last: Mapping[str, float]) -> str:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.meshing.flank_pair import BODIES
+from semiwear.plot.curve_names import name_curves, name_place
 from semiwear.plot.flank import along_tooth, chosen_body, flank_axes, mark_pitch_band
 from semiwear.plot.flank_places import flank_places
 from semiwear.plot.style import (
@@ -16,7 +17,6 @@ from semiwear.plot.style import (
     axes_for,
     colour_bar,
     label,
-    legend_above,
     need,
     pressure_scale,
     step_name,
@@ -72,8 +72,6 @@ def wear_difference(
             _mark_strips(ax, results, tree)
         ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
         colour_bar(ax, mesh, label(wear, "Difference in wear depth"))
-        legend_above(ax, 2)
-        ax.set_title(ax.get_title(loc="left"), pad=22.0)
     return ax
 
 
@@ -108,8 +106,8 @@ def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = 
                     highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
         pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
         pressure = need(tree, "engagement", "contact_pressure_max")
-        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure))
-        legend_above(ax, 2)
+        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
+        name_curves(ax)
     return ax
 
 
@@ -122,7 +120,10 @@ def _mark_strips(ax: Axes, results: TwoResults, tree: xr.DataTree) -> None:
     along = gear.values.mean(axis=0)
     ends = np.interp((places.first, places.last), gear["face"].values, along)
     style: Options = {"color": "#117733", "lw": 0.9, "ls": ":"}
-    ax.plot(along, places.lower, **style, label=f"{places.width:.2g} mm from the borders")
+    ax.plot(along, places.lower, **style)
+    last = int(np.argmax(along))
+    width = f"{places.width:.2g} mm from the borders"
+    name_place(ax, float(along[last]), float(places.lower[last]), width, colour="#117733", above=True)
     ax.plot(along, places.upper, **style)
     for end in ends:
         ax.axvline(end, **style)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from semiwear.plot.curve_names import name_curves
 from semiwear.plot.style import (
     BODY_COLOUR,
     ROLL_LABEL,
@@ -15,7 +16,6 @@ from semiwear.plot.style import (
     axes_for,
     chosen_steps,
     label,
-    legend_above,
     meshes_axis,
     need,
     pressure_scale,
@@ -65,7 +65,7 @@ def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None =
             ax.plot(*_curve(curves, shown, where), color=colour, label=name)
         ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
         ax.set_ylim(bottom=0.0)
-        legend_above(ax, 2)
+        name_curves(ax)
     return ax
 
 
@@ -90,7 +90,7 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
         over_roll, over_meshes = axes_for(ax, 2, SIZE_PAIR)
         _step_curves(over_roll, share, _loaded(tree))
         over_roll.set(xlabel=ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
-        over_roll.legend(loc="lower center")
+        name_curves(over_roll)
         meshes, meshes_label = meshes_axis(greatest)
         over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
         over_meshes.set(xlabel=meshes_label, ylabel=label(greatest, "Greatest load share"))
@@ -113,7 +113,7 @@ def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) 
         greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
         pressure_scale(ax, greatest, _edge_curves(ax, engagement, clear, where))
         ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
-        legend_above(ax, 2)
+        name_curves(ax)
     return ax
 
 
@@ -131,7 +131,7 @@ def _edge_curves(ax: Axes, engagement: xr.Dataset, clear: xr.DataArray, where: n
         shown = np.where(pressed > np.nan_to_num(beside), pressed, np.nan)
         if np.isnan(shown).all():
             continue
-        name = None if named else "an edge presses harder"
+        name = None if named else "dotted: an edge\npresses harder"
         ax.plot(roll, shown, color=colours[step], lw=1.0, ls=":", marker=".", ms=4.0, label=name)
         highest, named = float(np.fmax.reduce(shown, initial=highest)), True
     _hatch(ax, engagement["roll_position"].values[where], alone)
@@ -144,9 +144,13 @@ def _hatch(ax: Axes, roll: np.ndarray, alone: np.ndarray) -> None:
         return
     ends = np.concatenate([roll[:1], 0.5 * (roll[1:] + roll[:-1]), roll[-1:]])
     turns = np.flatnonzero(np.diff(np.concatenate([[False], alone, [False]]).astype(int)))
-    for k, (start, stop) in enumerate(turns.reshape(-1, 2)):
-        text = None if k else "edges alone bear (at some step)"
-        ax.axvspan(ends[start], ends[stop], fc="none", ec="#999999", hatch="////", lw=0.0, label=text)
+    for start, stop in turns.reshape(-1, 2):
+        ax.axvspan(ends[start], ends[stop], fc="none", ec="#999999", hatch="////", lw=0.0)
+    start, stop = max(turns.reshape(-1, 2), key=lambda turn: ends[turn[1]] - ends[turn[0]])
+    ax.text(
+        0.5 * (ends[start] + ends[stop]), 0.97, "edges alone bear", rotation=90, fontsize=9.0, ha="center", va="top",
+        transform=ax.get_xaxis_transform(), bbox={"fc": "white", "ec": "none", "pad": 1.0},
+    )  # fmt: skip
 
 
 def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
@@ -170,7 +174,7 @@ def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes
                 label=step_name(error, step) if step in named else None,
             )
         ax.set(xlabel="Mesh position (base pitches)", ylabel=label(error, "Loaded transmission error"))
-        legend_above(ax, 3)
+        name_curves(ax)
     return ax
 
 

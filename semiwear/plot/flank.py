@@ -10,7 +10,8 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.plot.style import SIZE_PAIR, axes_for, colour_bar, label, legend_above, need, step_name, styled
+from semiwear.plot.curve_names import name_curves, name_place
+from semiwear.plot.style import SIZE_PAIR, axes_for, colour_bar, label, need, step_name, styled
 from semiwear.results.missing import away_from_edges
 from semiwear.results.schema import Zone
 from semiwear.results.wearing import control_place, main_body, pitch_name, pitch_surface
@@ -66,14 +67,16 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
         marker: Options = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
         if greatest > 0:
             place = np.unravel_index(int(wear.argmax()), wear.shape)
-            ax.plot(along[place], height[place], "o", ms=7, label="greatest wear", **marker)
+            ax.plot(along[place], height[place], "o", ms=7, **marker)
+            name_place(ax, float(along[place]), float(height[place]), "greatest wear")
         point = control_place(tree)
         if point is not None and point.body == body:
-            ax.plot(_along_at(tree, body, point.along), point.height, "D", ms=6, label="control point", **marker)
+            at = _along_at(tree, body, point.along)
+            ax.plot(at, point.height, "D", ms=6, **marker)
+            name_place(ax, at, point.height, "control point")
         name = step_name(need(tree, "flank", "wear_depth"), wear_step)
         colour_bar(ax, mesh, label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
-        legend_above(ax, 3)
-        ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm", pad=22.0)
+        ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm")
     return ax
 
 
@@ -95,7 +98,6 @@ def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = No
         ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
         beyond = "max" if pattern.values.max() > scale else "neither"
         colour_bar(ax, mesh, label(pattern, "Greatest pressure in a mesh"), {"extend": beyond})
-        ax.legend(loc="upper right", labelcolor="white")
     return ax
 
 
@@ -107,7 +109,7 @@ def wear_profiles(
     *,
     body: str | None = None,
 ) -> tuple[Axes, Axes]:
-    """Wear of a flank along the height at a few places, and along the width at a few heights.
+    """Sections through the wear of a flank at its deepest place, and others beside: along the height and the width.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def wear_profiles(
     wear_step : int
         Index of the wear step; the last unless given.
     count : int
-        Curves a panel.
+        Curves a panel: the one through the deepest place, thick, and even ones over the flank.
     ax : two Axes, optional
         Where to draw; a new figure unless given.
     body : str, optional
@@ -131,35 +133,41 @@ def wear_profiles(
         body = chosen_body(tree, body)
         along, height, wear = on_flank(tree, body, wear_step)
         along_height, along_width = axes_for(ax, 2, SIZE_PAIR)
-        colours = _line_colours(count)
+        deepest = np.unravel_index(int(wear.argmax()), wear.shape)
         faces = wear.shape[1]
-        stations = np.unique(np.linspace(0.08 * faces, 0.92 * faces - 1, count).round().astype(int))
-        for colour, station in zip(colours, stations, strict=False):
+        stations = np.linspace(0.08 * faces, 0.92 * faces - 1, max(count - 1, 0)).round().astype(int)
+        for place, look in _looks(stations, int(deepest[1])):
+            station = int(place)
             order = np.argsort(height[:, station])
-            along_height.plot(
-                height[order, station],
-                wear[order, station],
-                color=colour,
-                label=f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−"),
-            )
+            name = f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−")
+            along_height.plot(height[order, station], wear[order, station], label=name, **look)
         low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
         margin = 0.06 * (high - low)
-        for colour, level in zip(colours, np.linspace(low + margin, high - margin, count), strict=True):
-            along_width.plot(
-                *_along_width(along, height, wear, float(level)),
-                color=colour,
-                label=f"height {level:+.1f} mm".replace("-", "−"),
-            )
+        levels = np.linspace(low + margin, high - margin, max(count - 1, 0))
+        for level, look in _looks(levels, float(height[deepest])):
+            name = f"height {level:+.1f} mm".replace("-", "−")
+            along_width.plot(*_along_width(along, height, wear, float(level)), label=name, **look)
         depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
         along_height.set(
             xlabel=height_label(tree, body), ylabel=depth, title=f"{body.capitalize()}: along the tooth height"
         )
-        along_width.set(xlabel=label_along(tree, body), ylabel=depth, title="Along the face width")
+        along_width.set(
+            xlabel=label_along(tree, body), ylabel=depth, title="Along the face width (thick: the deepest place)"
+        )
         for panel in (along_height, along_width):
             panel.set_ylim(bottom=0.0)
-            legend_above(panel, 2)
-            panel.set_title(panel.get_title(loc="left"), pad=34.0)
+            name_curves(panel)
     return along_height, along_width
+
+
+def _looks(others: np.ndarray, deepest: float) -> list[tuple[float, Options]]:
+    """Places of sections with the look of their curves: the deepest one thick, the others without what repeats it."""
+    spacing = float(np.ptp(others)) / max(others.size - 1, 1)
+    apart = [other for other in dict.fromkeys(others.tolist()) if abs(other - deepest) > 0.25 * spacing]
+    looks: list[tuple[float, Options]] = [
+        (other, {"color": colour, "lw": 1.2}) for other, colour in zip(apart, _line_colours(len(apart)), strict=True)
+    ]
+    return [*looks, (deepest, {"color": "#C1272D", "lw": 2.6, "zorder": 3})]
 
 
 def chosen_body(tree: xr.DataTree, body: str | None) -> str:
@@ -174,12 +182,12 @@ def chosen_body(tree: xr.DataTree, body: str | None) -> str:
 def _along_width(
     along: np.ndarray, height: np.ndarray, wear: np.ndarray, level: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Place along the tooth and wear at one height, station by station."""
+    """Place along the tooth and wear at one height, station by station; NaN where the flank does not reach it."""
     at_place, at_level = np.empty(wear.shape[1]), np.empty(wear.shape[1])
     for station in range(wear.shape[1]):
         order = np.argsort(height[:, station])
         at_place[station] = np.interp(level, height[order, station], along[order, station])
-        at_level[station] = np.interp(level, height[order, station], wear[order, station])
+        at_level[station] = np.interp(level, height[order, station], wear[order, station], left=np.nan, right=np.nan)
     return at_place, at_level
 
 
@@ -221,11 +229,23 @@ def on_flank(tree: xr.DataTree, body: str, wear_step: int) -> tuple[np.ndarray, 
 
 
 def flank_axes(
-    ax: Axes, tree: xr.DataTree, values: np.ndarray, colours: str, low: float, high: float, body: str = "gear"
+    ax: Axes,
+    tree: xr.DataTree,
+    values: np.ndarray,
+    colours: str,
+    low: float,
+    high: float,
+    body: str = "gear",
+    *,
+    smooth: bool = True,
 ) -> QuadMesh:
-    """Draw values over (profile, face) as colours along the tooth and over the height of a flank."""
+    """Draw values over (profile, face) as colours along the tooth and over the height of a flank.
+
+    `smooth` colours need a value everywhere.
+    """
     along, height, _ = on_flank(tree, body, 0)
-    mesh = ax.pcolormesh(along, height, values, cmap=colours, vmin=low, vmax=high, shading="gouraud", rasterized=True)
+    scale: Options = {"cmap": colours, "vmin": low, "vmax": high, "shading": "gouraud" if smooth else "nearest"}
+    mesh = ax.pcolormesh(along, height, values, rasterized=True, **scale)
     ax.set(
         xlabel=label_along(tree, body),
         ylabel=height_label(tree, body),
@@ -257,11 +277,15 @@ def mark_pitch_band(ax: Axes, tree: xr.DataTree, colour: str = "#0072B2", *, bod
     if not stations:
         return
     below, above = np.array(borders).T
-    ax.plot(stations, below, color=colour, lw=1.0, ls="--", label=f"{pitch_name(tree)}'s band")
+    ax.plot(stations, below, color=colour, lw=1.0, ls="--")
     ax.plot(stations, above, color=colour, lw=1.0, ls="--")
+    first = int(np.argmin(stations))
+    name_place(
+        ax, float(stations[first]), float(above[first]), f"{pitch_name(tree)}'s band", colour=colour, above=True
+    )
 
 
 def _line_colours(count: int) -> list[tuple[float, ...]]:
     import matplotlib
 
-    return [tuple(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0.0, 0.88, count))]
+    return [tuple(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0.0, 0.7, count))]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from semiwear.plot.curve_names import name_curves, name_place
 from semiwear.plot.style import (
     BODY_COLOUR,
     SIZE_PAIR,
@@ -55,7 +56,7 @@ def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
                 if (name := f"{stem}_{zone}") in history:
                     ax.plot(meshes, history[name].values, dashes, color=colour, lw=1.0, label=f"{body}, {zone}")
         ax.set_ylim(bottom=0.0)
-        ax.legend()
+        name_curves(ax)
     return ax
 
 
@@ -79,7 +80,7 @@ def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         meshes = _meshes_below(ax, stress, "Greatest root stress")
         for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
             ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
-        ax.legend()
+        name_curves(ax)
     return ax
 
 
@@ -98,7 +99,7 @@ def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
             if why_missing(pressure):
                 name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
             ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=name)
-        ax.legend()
+        name_curves(ax)
     return ax
 
 
@@ -137,12 +138,12 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         depth = need(tree, "history", "wear_depth_control_point")
         (ax,) = axes_for(ax)
         meshes, meshes_label = meshes_axis(depth)
-        ax.plot(depth.values, meshes, "o-", color="#333333", label="computed")
-        if meshes[-1] > 0:
-            ends = [0.0, depth.values[-1]], [0.0, meshes[-1]]
-            ax.plot(*ends, color="#888888", lw=1.0, ls="--", label="constant rate")
-            ax.legend()
+        ax.plot(depth.values, meshes, "o-", color="#333333")
         ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
+        if meshes[-1] > 0:
+            middle = 0.5 * depth.values[-1], 0.5 * meshes[-1]
+            ax.plot([0.0, depth.values[-1]], [0.0, meshes[-1]], color="#888888", lw=1.0, ls="--")
+            name_place(ax, *middle, "constant rate", colour="#555555", above=True)
     return ax
 
 

@@ -31,7 +31,6 @@ __all__ = [
     "chosen_steps",
     "colour_bar",
     "label",
-    "legend_above",
     "meshes_axis",
     "need",
     "pressure_scale",
@@ -148,14 +147,11 @@ def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
         ax.set_ylim(bottom=0.0)
 
 
-def legend_above(ax: Axes, columns: int) -> None:
-    """Legend above the axes, where curves fill them."""
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
-
-
 def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Meshes of each wear step over a power of ten, and the label that names the power."""
+    """Meshes of each wear step over a power of ten, and the label that names the power; or what `life_in` counts."""
     meshes = np.asarray(array["meshes"].values, dtype=float)
+    if array["meshes"].attrs.get("units", "1") != "1":
+        return meshes, label(array["meshes"])
     exponent = _exponent(meshes.max(initial=0.0))
     power = f"{power_of_ten(exponent)} " if exponent else ""
     return meshes / 10.0**exponent, f"Engagements of a gear tooth ({power}meshes)"
@@ -168,6 +164,8 @@ def step_name(array: xr.DataArray, step: int) -> str:
     meshes = float(array["meshes"].values[step])
     if meshes == 0:
         return "unworn"
+    if (units := array["meshes"].attrs.get("units", "1")) != "1":
+        return f"{meshes:.4g} {units}"
     exponent = int(f"{meshes:.2e}".partition("e")[2])  # as it is shown: 9.999 may be written as 10
     return f"{meshes / 10.0**exponent:.2f}·{power_of_ten(exponent)} meshes"
 
@@ -182,7 +180,7 @@ def step_colours(count: int) -> list[tuple[float, ...]]:
     """A colour a wear step, dark for the first to light for the last."""
     import matplotlib
 
-    return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 2)))]
+    return [tuple(colour) for colour in matplotlib.colormaps["viridis"](np.linspace(0.0, 0.75, max(count, 2)))]
 
 
 def _exponent(value: float) -> int:

@@ -9,6 +9,7 @@ import xarray as xr
 from semiwear.plot.history import history_of
 from semiwear.plot.style import label, styled
 from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
+from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
 
@@ -40,11 +41,11 @@ def _told(tree: xr.DataTree) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def _life(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    told = group_of(tree, "life").data_vars.items()
+    life = {str(name): float(value) for name, value in told if value.dtype.kind == "f"}
     if not life:
         return
-    hours = f"{figure_text(life['hours_to_limit'])} h" if "hours_to_limit" in life else "no speed given, so no hours"
-    yield f"Life until {life['depth_limit']:g} µm of wear", f"{figure_text(life['meshes_to_limit'])} meshes", hours
+    yield from life_numbers(tree)
     for name, what in (("wear_coefficient", "wear coefficient"), ("torque", "torque")):
         change = figure_text(life[f"sensitivity_to_{name}"], 3)
         yield f"Life against {what}", f"{change} %", f"for 1 % more {what}"

@@ -190,4 +190,6 @@ def _card(title: str, caption: str, draw: Callable[..., object], results: TwoRes
         if isinstance(reason_, ImportError):
             raise
         return element("p", f"{escape(title)} is left out: {escape(str(reason_))}.")
-    return element("article", picture(title, uri, f"{title}. {caption}", caption, SIZE), class_="card")
+    # the map of differences is the one picture here whose colours mean values
+    shown = picture(title, uri, f"{title}. {caption}", caption, SIZE, of_colours=draw is not pressure_of_both)
+    return element("article", shown, class_="card")

@@ -63,10 +63,16 @@ def element(tag: str, content: str, **attributes: str) -> str:
     return f"<{tag}{written}>{content}</{tag}>"
 
 
-def picture(title: str, uri: str, alt: str, caption: str, size: tuple[float, float]) -> str:
-    """A figure with its heading; `size` is width and height [inch]."""
+def picture(
+    title: str, uri: str, alt: str, caption: str, size: tuple[float, float], *, of_colours: bool = False
+) -> str:
+    """A figure with its heading; `size` is width and height [inch].
+
+    A picture `of_colours` that mean values keeps a light ground where the page is dark; others are turned over.
+    """
     width, height = (round(side * 100) for side in size)
-    image = f'<img src="{uri}" alt="{escape(alt)}" width="{width}" height="{height}">'
+    kept = ' class="of-colours"' if of_colours else ""
+    image = f'<img src="{uri}" alt="{escape(alt)}" width="{width}" height="{height}"{kept}>'
     return f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 

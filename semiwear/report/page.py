@@ -3,33 +3,57 @@
 from __future__ import annotations
 
 import os
-from html import escape
 from pathlib import Path
 
 import xarray as xr
 
 from semiwear.errors import SemiwearError
-from semiwear.references import stated_names
+from semiwear.plot.style import styled
 from semiwear.report import sections
-from semiwear.report.comparison import Compared, Comparison, Verdict, compare
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
-from semiwear.report.markup import badge, counts, element, picture, verdict_class
-from semiwear.report.pictures import Drawn, draw_all
-from semiwear.report.trends import RULES
+from semiwear.report.first_screen import result_section
+from semiwear.report.picture_cards import cards_of, left_out
+from semiwear.report.ratings import ratings_section
+from semiwear.report.told import Section, Told, written
+from semiwear.report.turning import script_hashes
+from semiwear.report.verdicts import verdicts_section
 from semiwear.report.writing import page_of, page_target, write_page
-from semiwear.results.wearing import scene_tables
-from semiwear.untyped import Table
+from semiwear.results.life_axis import life_in
 
-__all__ = ["write_report"]
+__all__ = ["SECTIONS", "write_report"]
+
+SECTIONS: tuple[Section, ...] = (
+    Section("Result", result_section),
+    Section("What ends the life", lambda told: ratings_section(told.tree)),
+    Section("Worn flanks", lambda told: cards_of(told, "flank")),
+    Section("Over the life", lambda told: cards_of(told, "life")),
+    Section("Through the mesh", lambda told: cards_of(told, "mesh")),
+    Section("What effects add", lambda told: effects_section(told.tree)),
+    Section(
+        lambda told: heading(told.against) if told.against is not None else "",
+        lambda told: against_section(told.tree, told.against) if told.against is not None else "",
+    ),
+    Section("Against the paper", verdicts_section),
+    Section("Every wear step", lambda told: sections.wear_steps(told.tree)),
+    Section("What ran, and why", lambda told: sections.physics(told.attrs)),
+    Section("Inputs", lambda told: sections.inputs(told.scene, told.attrs.get("scene_toml", ""))),
+    Section("Diagnostics", lambda told: sections.residual_note(told.tree) + sections.diagnostics(told.tree)),
+    Section("Left out", left_out),
+    Section("References", lambda told: sections.references(told.tree)),
+)
+"""The sections in the order of the page: what came out, how it came to be, what went in."""
 
 
-def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None) -> Path:
-    """Write a result as one self-contained HTML page.
+def write_report(
+    tree: xr.DataTree, path: str | os.PathLike[str], against: xr.DataTree | None = None, *, over: str = "meshes"
+) -> Path:
+    """Write a result as one self-contained HTML page: what has worn and what that means first, what went in last.
 
-    Pictures are inside the file and nothing is loaded from elsewhere. Where the scene names
-    ``reference = "seed_paper"``, each picture stands beside what that paper says, with a verdict computed
-    from the result.
+    Pictures are inside the file and nothing is loaded from elsewhere. With the extra ``report`` the worn flank can
+    be turned, over wear steps and roll positions; without it, without scripts and on paper there are pictures. Where
+    the scene names ``reference = "seed_paper"``, what that paper says stands beside what came out, with verdicts
+    computed from the result.
 
     Parameters
     ----------
@@ -40,6 +64,8 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
     against : DataTree, optional
         Another result on the same flank grid, such as that of the other fidelity: the page then says where the two
         differ, by how much and why.
+    over : str
+        What pictures count a life in: ``"meshes"``, ``"hours"`` or ``"km"`` of sliding, see `life_in`.
 
     Returns
     -------
@@ -59,79 +85,14 @@ def write_report(tree: xr.DataTree, path: str | os.PathLike[str], against: xr.Da
         if given is not None and "schema_version" not in given.attrs:
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
     target = page_target(path)
-    write_page(target, _page(tree, against))
+    with styled():  # asks for the extra before anything is drawn
+        page = _page(Told(tree, against, life_in(tree, over)))
+    write_page(target, page)
     return Path(path)
 
 
-def _page(tree: xr.DataTree, against: xr.DataTree | None) -> str:
-    attrs = {str(name): str(value) for name, value in tree.attrs.items()}
-    scene = scene_tables(tree)
-    comparison = _comparison_of(tree, scene)
-    drawn = draw_all(tree)
-    parts = [
-        ("Key numbers", sections.key_numbers(tree)),
-        ("Tips that press", sections.tips_that_press(tree)),
-        ("What effects add", effects_section(tree)),
-        ("What ran, and why", sections.physics(attrs)),
-        ("Inputs", sections.inputs(scene, attrs.get("scene_toml", ""))),
-        *([] if against is None else [(heading(against), against_section(tree, against))]),
-        ("Against the paper", _summary(comparison) if comparison else ""),
-        ("Pictures", _pictures(drawn, comparison.statements if comparison else ())),
-        ("Wear steps", sections.wear_steps(tree) if "history" in tree.children else ""),
-        ("Diagnostics", sections.residual_note(tree) + sections.diagnostics(tree)),
-        ("References", sections.references(tree)),
-    ]
-    return page_of(attrs.get("title", "Gear tooth wear"), attrs.get("history", ""), parts, attrs)
-
-
-def _comparison_of(tree: xr.DataTree, scene: Table) -> Comparison | None:
-    """The result beside the study that the scene names."""
-    reference = scene.get("reference")
-    return compare(reference, tree, scene) if reference in stated_names() else None
-
-
-def _summary(comparison: Comparison) -> str:
-    """Count of the verdicts, and the rules behind them."""
-    badges = counts((entry.verdict for entry in comparison.statements), Verdict)
-    rules = "".join(f"<dt>{escape(name)}</dt><dd>{escape(rule)}.</dd>" for name, rule in RULES.items())
-    return (
-        f"<p>“{escape(comparison.title)}”. Each verdict is computed from this result by the rule beside it.</p>"
-        f"{badges}<details><summary>What “rises”, “falls” and “levels” mean</summary>"
-        f"<dl>{rules}</dl></details>"
-    )
-
-
-def _pictures(drawn: list[Drawn], compared: tuple[Compared, ...]) -> str:
-    """Cards of the pictures; without a paper they stand side by side, those of one height together."""
-    if not compared:
-        drawn = sorted(drawn, key=lambda one: (not one.picture.both_ends, one.picture.panels))
-    cards = "".join(_card(one, _beside(one, compared)) for one in drawn if one.uri)
-    left_out = "".join(
-        f"<li>{escape(one.picture.title)}: {escape(one.left_out)}.</li>" for one in drawn if one.left_out
-    )
-    note = f"<p>Left out:</p><ul>{left_out}</ul>" if left_out else ""
-    return f'<div class="cards">{cards}</div>{note}'
-
-
-def _beside(drawn: Drawn, compared: tuple[Compared, ...]) -> list[Compared]:
-    """Caption of a paper's figure; of one flank it is the gear's."""
-    of_gear = drawn.picture.body in ("", "gear")
-    return [entry for entry in compared if of_gear and entry.picture == drawn.picture.name]
-
-
-def _card(drawn: Drawn, compared: list[Compared]) -> str:
-    shown = drawn.picture
-    figure = picture(shown.title, drawn.uri, drawn.alt, shown.caption, shown.size)
-    if not compared:
-        return element("article", figure, class_="card full" if shown.both_ends else "card")
-    beside = "".join(_comparison(entry) for entry in compared)
-    return element("article", f'{figure}<div class="paper">{beside}</div>', class_="card wide")
-
-
-def _comparison(entry: Compared) -> str:
-    why = f"<dt>Why</dt><dd>{escape(entry.why)}</dd>" if entry.why else ""
-    return (
-        f'<div class="comparison {verdict_class(entry.verdict)}"><p class="verdict">{badge(entry.verdict)}</p><dl>'
-        f"<dt>Paper</dt><dd>{escape(entry.statement)}</dd><dt>Here</dt><dd>{escape(entry.ours)}</dd>{why}"
-        f'<dt class="rule">Rule</dt><dd class="rule">{escape(entry.rule)}</dd></dl></div>'
-    )
+def _page(told: Told) -> str:
+    found = written(SECTIONS, told)
+    scripts = script_hashes() if any('id="turning"' in content for _, content in found) else ()
+    title, history = told.attrs.get("title", "Gear tooth wear"), told.attrs.get("history", "")
+    return page_of(title, history, found, told.attrs, scripts)

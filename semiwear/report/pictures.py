@@ -22,7 +22,10 @@ from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
+__all__ = ["OF_COLOURS", "PICTURES", "Drawn", "Picture", "draw", "draw_all", "figure_uri"]
+
+OF_COLOURS = ("wear_map", "contact_pattern", "wear_surface")
+"""Pictures whose colours mean values."""
 
 _PIXELS_PER_INCH = 170
 
@@ -37,6 +40,8 @@ class Picture:
         Function of `semiwear.plot` that draws it.
     title, caption : str
         Heading, and one sentence that says what is seen.
+    part : str
+        Where it stands: ``"first"`` screen, worn ``"flank"``, over the ``"life"``, through the ``"mesh"``.
     panels : int
         Axes that the function takes.
     needs_wear : bool
@@ -59,6 +64,7 @@ class Picture:
     title: str
     caption: str
     describe: Callable[..., str]
+    part: str
     panels: int = 1
     needs_wear: bool = False
     of_some: bool = False
@@ -144,7 +150,8 @@ def figure_uri(
     shape = (1, panels) if side_by_side else (panels // columns, columns)
     draw_on(list(figure.subplots(*shape, squeeze=False, subplot_kw=subplot).flat))
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, metadata={"Software": None})
+    # the page's ground shows through: it is light or dark
+    figure.savefig(stream, format="png", dpi=_PIXELS_PER_INCH, transparent=True, metadata={"Software": None})
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 
@@ -230,6 +237,7 @@ PICTURES: tuple[Picture, ...] = (
         "Wear depth along the tooth and over its height at the last wear step; dashed, the band of the {pitch}; "
         "round, the place of the greatest wear; a diamond, the control point where it lies on this flank.",
         _flank_text,
+        "flank",
         needs_wear=True,
         of_body=True,
     ),
@@ -239,6 +247,7 @@ PICTURES: tuple[Picture, ...] = (
         "Greatest wear of every body that wears, and in the zones of its flank: root, addendum and the band of the "
         "{pitch}.",
         _worn_text,
+        "life",
         needs_wear=True,
     ),
     Picture(
@@ -247,6 +256,7 @@ PICTURES: tuple[Picture, ...] = (
         "Greatest pressure that each point of the gear's flank feels in a mesh, at the first and the last wear step; "
         "colours end at the greatest pressure away from borders.",
         _pattern_text,
+        "flank",
         of_some=True,
         both_ends=True,
         size=SIZE_WIDE,
@@ -254,8 +264,10 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "wear_profiles",
         "Sections through the wear of the {body}",
-        "Wear depth along the tooth height at a few places, and along the face width at a few heights.",
+        "Wear depth along the tooth height at a few places, and along the face width at a few heights; thick, "
+        "through the deepest place.",
         _flank_text,
+        "flank",
         panels=2,
         needs_wear=True,
         of_body=True,
@@ -266,12 +278,14 @@ PICTURES: tuple[Picture, ...] = (
         "Sliding along the path of contact",
         "Distance by which a point of each flank slides in one mesh, where the pressure is greatest.",
         _engagement_text("sliding_distance"),
+        "mesh",
     ),
     Picture(
         "meshes_against_depth",
         "Meshes for a wear depth",
         "Engagements of a gear tooth that a wear depth at the control point takes, and a constant rate beside it.",
         _history_text("wear_depth_control_point"),
+        "life",
         needs_wear=True,
     ),
     Picture(
@@ -279,6 +293,7 @@ PICTURES: tuple[Picture, ...] = (
         "Load share",
         "Share of the load on one tooth pair over its engagement, and its greatest value over the life.",
         _history_text("load_share_max"),
+        "mesh",
         panels=2,
         needs_wear=True,
         size=SIZE_PAIR,
@@ -288,6 +303,7 @@ PICTURES: tuple[Picture, ...] = (
         "Root stress",
         "Greatest tangential stress in the root fillets of pinion and gear over the life.",
         _history_text("root_stress_max", body=True),
+        "life",
         needs_wear=True,
     ),
     Picture(
@@ -296,6 +312,7 @@ PICTURES: tuple[Picture, ...] = (
         "Greatest contact pressure at root, {pitch} and addendum of the gear over the life; its root meets the "
         "pinion's addendum.",
         _history_text("contact_pressure_root", "contact_pressure_pitch", "contact_pressure_addendum"),
+        "life",
         needs_wear=True,
     ),
     Picture(
@@ -303,6 +320,7 @@ PICTURES: tuple[Picture, ...] = (
         "Transmission error over the life",
         "Mean and amplitude of the loaded transmission error over the life; zero is the unloaded, unworn mean.",
         _history_text("transmission_error_mean", "transmission_error_amplitude"),
+        "life",
         panels=2,
         needs_wear=True,
         size=SIZE_PAIR,
@@ -312,6 +330,7 @@ PICTURES: tuple[Picture, ...] = (
         "Transmission error over the mesh cycle",
         "Loaded transmission error over one mesh cycle, a curve a wear step.",
         _curves_text,
+        "mesh",
     ),
     Picture(
         "contact_pressure_over_engagement",
@@ -319,6 +338,7 @@ PICTURES: tuple[Picture, ...] = (
         "Greatest contact pressure on one tooth pair from entry to exit, away from borders; dotted, an edge that "
         "presses harder, and hatched, where edges alone bear.",
         _engagement_text("contact_pressure_max"),
+        "mesh",
     ),
     Picture(
         "wear_surface",
@@ -326,6 +346,7 @@ PICTURES: tuple[Picture, ...] = (
         "A piece of the tooth under the flank, drawn as a plane (dashed, the unworn flank): what is gone lies below "
         "it, in colours and drawn as many times deeper than it is as the title says.",
         _flank_text,
+        "first",
         needs_wear=True,
         of_body=True,
         size=(5.8, 4.0),

@@ -9,73 +9,25 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from semiwear.report.markup import NONE, element, figure_text, table, tiles, unit_text, with_unit
+from semiwear.report.markup import NONE, element, figure_text, table, unit_text
 from semiwear.results.missing import group_of, missing_notes
-from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.schema import VARIABLES
-from semiwear.results.wearing import control_place, main_body, pitch_surface, worn_bodies
+from semiwear.results.wearing import main_body, worn_bodies
 from semiwear.untyped import Value
 
 __all__ = [
     "diagnostics",
     "inputs",
-    "key_numbers",
     "physics",
     "references",
     "residual_note",
-    "tips_that_press",
     "wear_steps",
 ]
 
 
+_STEPS_BESIDE = 7  # wear steps beside one another
+
 _OF_GEAR = tuple(f"wear_depth_max_{zone}" for zone in ("root", "addendum", "pitch"))
-
-
-def key_numbers(tree: xr.DataTree) -> str:
-    """Tiles with the main numbers of the last wear step, the first beside them."""
-    return tiles(_key_numbers(tree))
-
-
-def _key_numbers(tree: xr.DataTree) -> Iterator[tuple[str, str, str]]:
-    if "flank" in tree.children:
-        flank = tree["flank"].to_dataset().isel(wear_step=-1)
-        for body in worn_bodies(tree) or (main_body(tree),):
-            own = flank.sel(body=body)
-            values = own["wear_depth"].values
-            place = np.unravel_index(int(values.argmax()), values.shape)
-            height = float(own["flank_height"].values[place])
-            where = f"{abs(height):.2f} mm {'above' if height >= 0.0 else 'below'} the {pitch_surface(tree, body)}"
-            note = where if values.any() else "at the last wear step"
-            yield f"Greatest wear, {body}", f"{values.max():.3g} µm", note
-    if "history" not in tree.children:
-        return
-    history = tree["history"].to_dataset()
-    meshes = history["meshes"].values
-    yield "Meshes of a gear tooth", figure_text(meshes[-1], 4), f"in {meshes.size - 1} wear steps"
-    shown = {
-        "wear_depth_control_point": "Wear at the control point",
-        "load_share_max": "Greatest load share",
-        "transmission_error_mean": "Transmission error, mean",
-        "transmission_error_amplitude": "Transmission error, amplitude",
-    }
-    for name, title in shown.items():
-        if name in history:
-            point = control_place(tree) if name == "wear_depth_control_point" else None
-            yield _first_and_last(f"{title}, {point.body}" if point else title, history[name])
-    if "subsurface_stress_max" in history:
-        title, value, note = _first_and_last("Stress below the surface", history["subsurface_stress_max"])
-        if "subsurface_stress_depth" in history:
-            depth = figure_text(float(history["subsurface_stress_depth"][-1]), 3)
-            note = f"{depth} mm deep" + (f"; {note}" if note else "")
-        yield title, value, note
-    if "root_stress_max" in history:
-        for body in history["body"].values:
-            yield _first_and_last(f"Root stress, {body}", history["root_stress_max"].sel(body=body))
-
-
-def _first_and_last(title: str, series: xr.DataArray) -> tuple[str, str, str]:
-    first, last = (with_unit(float(series[step]), series.attrs["units"]) for step in (0, -1))
-    return title, last, f"{first} unworn" if series.size > 1 else ""
 
 
 def inputs(scene: Mapping[str, Value], scene_toml: str) -> str:
@@ -85,7 +37,7 @@ def inputs(scene: Mapping[str, Value], scene_toml: str) -> str:
         for name, rows in _scene_tables(scene)
         if rows
     )
-    raw = f"<details><summary>Scene as TOML</summary><pre>{escape(scene_toml)}</pre></details>"
+    raw = f"<details><summary>Scene as TOML</summary>{_text('Scene as TOML', scene_toml)}</details>"
     return element("div", tables, class_="scene") + raw
 
 
@@ -108,16 +60,18 @@ def physics(attrs: Mapping[str, str]) -> str:
     """Section on the physics that ran and why, at which fidelity and accuracy."""
     facts = f"<p>Fidelity: <b>{escape(attrs.get('fidelity', 'not stated'))}</b>; "
     facts += f"accuracy: {escape(attrs.get('accuracy', 'not asked for'))}.</p>"
-    return f"{facts}<pre>{escape(attrs.get('physics', 'not stated'))}</pre>"
+    return facts + _text("Physics", attrs.get("physics", "not stated"))
 
 
-def tips_that_press(tree: xr.DataTree) -> str:
-    """Section on tips that press, where, and the relief that frees them; empty where none does."""
-    return "".join(f"<p>{escape(text).replace(' um ', ' µm ')}</p>" for text in pressing_tips(tree))
+def _text(name: str, text: str) -> str:
+    """Text as it stands, which scrolls sideways on its own."""
+    return element("pre", escape(text), tabindex="0", role="region", aria_label=name)
 
 
 def wear_steps(tree: xr.DataTree) -> str:
-    """One row a wear step with everything that `/history` holds."""
+    """Everything that `/history` holds: a row a quantity, a column a wear step."""
+    if "history" not in tree.children:
+        return ""
     history = tree["history"].to_dataset()
     head, columns = ["wear step", "meshes"], [history["wear_step"].values, history["meshes"].values]
     worn = worn_bodies(tree) or (main_body(tree),)
@@ -127,20 +81,33 @@ def wear_steps(tree: xr.DataTree) -> str:
         if str(name) == "wear_depth_max_pinion" and "wear_depth_max" in history:
             continue  # it is there among both bodies'
         for body in history["body"].values if "body" in array.dims else ("",):
-            head.append(_head(str(name), array, str(body)))
+            head.append(_row_name(str(name), array, str(body)))
             columns.append((array.sel(body=body) if body else array).values)
-    rows = [[figure_text(value) for value in row] for row in zip(*columns, strict=True)]
     notes = "".join(
         f"<p>{NONE} {escape(name.replace('_', ' '))}: {escape(why)}.</p>"
         for name, why in missing_notes(history).items()
     )
-    return table("Every wear step", head, rows) + notes
+    return "".join(_steps(head, columns, first) for first in range(0, len(columns[0]), _STEPS_BESIDE)) + notes
 
 
-def _head(name: str, array: xr.DataArray, body: str = "") -> str:
+def _steps(head: list[str], columns: list[np.ndarray], first: int) -> str:
+    """Table of a few wear steps, a column each: none is too wide for paper."""
+    last = min(first + _STEPS_BESIDE, len(columns[0])) - 1
+    told = [[figure_text(value) for value in column[first : last + 1]] for column in columns]
+    rows = [[name, *values] for name, values in zip(head[1:], told[1:], strict=True)]
+    steps = f"{first} to {last}" if last > first else str(first)
+    return table(f"Every wear step: {steps}", ("wear step", *told[0]), rows)
+
+
+def _row_name(name: str, array: xr.DataArray, body: str) -> str:
     words = name.replace("_", " ") + (f" {body}" if body else " gear" if name in _OF_GEAR else "")
     units = unit_text(array.attrs["units"])
-    shown = escape(words) + (f"<br><small>{escape(units)}</small>" if units else "")
+    return f"{words} ({units})" if units else words
+
+
+def _head(name: str, array: xr.DataArray) -> str:
+    units = unit_text(array.attrs["units"])
+    shown = escape(name.replace("_", " ")) + (f"<br><small>{escape(units)}</small>" if units else "")
     return f'<span title="{escape(array.attrs["long_name"])}">{shown}</span>'
 
 

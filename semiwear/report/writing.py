@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -29,10 +30,15 @@ def page_target(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def document(title: str, body: str) -> str:
-    """An HTML document in the style of the reports, that loads nothing; `title` is text, `body` HTML."""
+def document(title: str, body: str, scripts: Sequence[str] = ()) -> str:
+    """An HTML document in the style of the reports, that loads nothing; `title` is text, `body` HTML.
+
+    No script runs but those of the given hashes.
+    """
     style = resources.files("semiwear.report").joinpath("page.css").read_text(encoding="utf-8")
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    if scripts:
+        policy += f"; script-src {' '.join(scripts)}"
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -41,8 +47,14 @@ def document(title: str, body: str) -> str:
     )
 
 
-def page_of(title: str, told: str, sections: Iterable[tuple[str, str]], attrs: Mapping[str, object]) -> str:
-    """An HTML document with a header, sections and a footer that names the program and the scene.
+def page_of(
+    title: str,
+    told: str,
+    sections: Iterable[tuple[str, str]],
+    attrs: Mapping[str, object],
+    scripts: Sequence[str] = (),
+) -> str:
+    """An HTML document with a header, a list of contents, sections, and a footer that names program and scene.
 
     Parameters
     ----------
@@ -52,16 +64,26 @@ def page_of(title: str, told: str, sections: Iterable[tuple[str, str]], attrs: M
         Headings and HTML; those without HTML are left out.
     attrs : mapping
         With `source` and `scene_sha256`, as a result has them.
+    scripts : sequence of str, optional
+        Hashes of the scripts that may run.
     """
-    body = "".join(f"<section><h2>{escape(heading)}</h2>{html}</section>\n" for heading, html in sections if html)
+    found = [(escape(heading), _place(heading), html) for heading, html in sections if html]
+    links = "".join(f'<li><a href="#{place}">{heading}</a></li>' for heading, place, _ in found)
+    body = "".join(f'<section id="{place}"><h2>{heading}</h2>{html}</section>\n' for heading, place, html in found)
     source, digest = (
         escape(str(attrs.get(name, other))) for name, other in (("source", "semiwear"), ("scene_sha256", ""))
     )
     return document(
         title,
-        f"<header><h1>{escape(title)}</h1><p>{escape(told)}</p></header><main>{body}</main>"
+        f"<header><h1>{escape(title)}</h1><p>{escape(told)}</p></header>"
+        f'<nav aria-label="Contents"><ul>{links}</ul></nav><main>{body}</main>'
         f"<footer><p>{source}; scene SHA-256 <code>{digest}</code></p></footer>",
+        scripts,
     )
+
+
+def _place(heading: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-")
 
 
 def write_page(target: Path, page: str) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.results.rating_errors import told_with_errors
 from semiwear.results.schema import (
     COORDINATES,
     GROUPS,
@@ -19,13 +20,14 @@ from semiwear.results.schema import (
     variables_of,
 )
 
-__all__ = ["build_dataset", "build_tree", "check_tree"]
+__all__ = ["build_dataset", "build_tree", "check_tree", "with_rating_errors"]
 
 
 def build_tree(
     groups: Mapping[str, Mapping[str, np.ndarray]],
     coords: Mapping[str, np.ndarray],
     attrs: Mapping[str, str],
+    group_attrs: Mapping[str, Mapping[str, str]] | None = None,
 ) -> xr.DataTree:
     """Wrap the arrays of a computation into a result tree.
 
@@ -40,6 +42,8 @@ def build_tree(
         by `/history`.
     attrs : mapping of str to str
         Attributes of the root (see `semiwear.results.provenance`); `schema_version` is added.
+    group_attrs : mapping of str to mapping of str to str, optional
+        Attributes of groups.
 
     Returns
     -------
@@ -55,9 +59,25 @@ def build_tree(
     for group in groups:
         if group not in GROUPS:
             raise SemiwearError(f"/{group}: not a group of a result; groups: {', '.join(GROUPS)}")
+    told = group_attrs or {}
     nodes = {"/": xr.Dataset(attrs=_strings({**attrs, "schema_version": SCHEMA_VERSION}, "/"))}
-    nodes |= {f"/{group}": build_dataset(group, groups[group], coords) for group in GROUPS if group in groups}
+    nodes |= {
+        f"/{group}": build_dataset(group, groups[group], coords, told.get(group))
+        for group in GROUPS
+        if group in groups
+    }
     return xr.DataTree.from_dict(nodes)
+
+
+def with_rating_errors(tree: xr.DataTree) -> xr.DataTree:
+    """The tree, whose `/ratings` tells the errors that its error estimates mean for safeties and lives."""
+    ratings = tree["ratings"].to_dataset()
+    errors = told_with_errors(ratings, tree["diagnostics"].to_dataset())
+    for name, values in errors.items():
+        entry = VARIABLES["ratings", name]
+        ratings[name] = _labelled(entry, _array(values, entry, entry.path))
+    tree["ratings"].dataset = ratings
+    return tree
 
 
 def build_dataset(

@@ -63,6 +63,16 @@ def save(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
         The tree is no result of semiwear, a variable is not as the schema says, or the path is no netCDF file's.
     OSError
         The file cannot be written, for want of room for instance.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "contact.nc")
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8}
+    >>> sw.save(sw.loaded_contact(sw.load_scene("spur_fzg_c").replace(coarse), [0.0]), path)
+    >>> path.is_file()
+    True
     """
     target = file_target("path", path, RESULTS)
     if "schema_version" not in tree.attrs:
@@ -116,6 +126,16 @@ def open_results(path: str | os.PathLike[str]) -> xr.DataTree:
         There is no such file.
     ResultFileError
         The file is damaged, foreign, of another schema version, or may not be read.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "contact.nc")
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8}
+    >>> sw.save(sw.loaded_contact(sw.load_scene("spur_fzg_c").replace(coarse), [0.0]), path)
+    >>> sw.open_results(path).attrs["fidelity"]
+    'line'
     """
     source = Path(path)
     try:

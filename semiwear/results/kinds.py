@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from xarray import DataTree
 
+from semiwear.results.rating_errors import safeties_of
+
 __all__ = ["Errors", "History", "difference", "greatest", "history", "kind_of", "step_errors", "worst"]
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +36,8 @@ def kind_of(name: str) -> str:
 
 
 def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
-    """Quantities of `/history` at all wear states or at some; the meshes count where depths were prescribed.
+    """Quantities of `/history` and the safeties of `/ratings` at all wear states or at some; the meshes count where
+    depths were prescribed.
 
     Parameters
     ----------
@@ -49,6 +52,9 @@ def history(tree: DataTree, states: Sequence[int] | None = None) -> History:
         for name, values in data.data_vars.items()
         if name not in _NO_FIGURES
     }
+    if "ratings" in tree.children:
+        ratings = tree["ratings"].to_dataset()
+        found |= safeties_of(ratings["mode"].values, ratings["safety"].values)
     found["meshes"] = np.asarray(data["meshes"].values, float)
     return found if states is None else {name: values[list(states)] for name, values in found.items()}
 

@@ -173,6 +173,12 @@ def usual_wear_coefficient(scene: Scene) -> LogNormal:
     ------
     SceneError
         The scene does not wear, or gives a coefficient for each body.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> sw.usual_wear_coefficient(sw.load_scene("spur_fzg_c"))
+    LogNormal(median=1e-13, variation=0.5, low=0.0, high=inf)
     """
     found = None if scene.wear is None else scene.wear.coefficient_mm2_per_N
     if not isinstance(found, float | int):

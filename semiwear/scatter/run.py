@@ -86,6 +86,15 @@ def scatter(
         With everything that is wrong, before anything runs.
     SemiwearError
         The emulator's error stays above what was asked.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace(coarse)
+    >>> found = sw.scatter(scene, {"operation.pinion_torque_Nm": sw.Normal(302.0, 15.0)}, samples=4, crew=0)
+    >>> len(found.values("load_share_max"))
+    4
     """
     problems: list[Problem] = []
     if emulate is not None and (isinstance(emulate, bool) or not isinstance(emulate, int | float) or not emulate > 0):

@@ -11,13 +11,14 @@ from semiwear.scene.gear_pair import FaceGearPair
 from semiwear.scene.kinds import GearPair
 from semiwear.scene.load import load_scene, parse_scene, shipped_scenes
 from semiwear.scene.placement import Placement
-from semiwear.scene.rules import BodyCoefficients
+from semiwear.scene.rules import BodyCoefficients, BodyData
 from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.tables import ControlPoint, Material, Materials, Numerics, Operation, Wear, WearUntil
 
 __all__ = [
     "EFFECTS",
     "BodyCoefficients",
+    "BodyData",
     "Check",
     "ControlPoint",
     "CylindricalControlPoint",

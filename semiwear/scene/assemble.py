@@ -11,6 +11,7 @@ from semiwear.scene.cross_rules import CROSS_RULES
 from semiwear.scene.cylindrical_rules import CYLINDRICAL_CROSS_RULES
 from semiwear.scene.effect_cross_rules import EFFECT_CROSS_RULES, find_missing_needs
 from semiwear.scene.flank_points_rules import FLANK_POINTS_CROSS_RULES
+from semiwear.scene.named_data import NAMED_DATA_RULES, with_named_data
 from semiwear.scene.reading import Reading, read_fields
 from semiwear.scene.schema import Schema, schema_of_data
 from semiwear.scene.tables import default_worn_bodies
@@ -21,10 +22,17 @@ __all__ = ["examined", "further_problems", "with_origin"]
 
 def examined(data: Mapping[str, Value], known: Sequence[Problem]) -> tuple[Reading, list[Problem]]:
     """Fields of nested mappings laid out like a scene file, and what is wrong with them, besides what is known."""
+    data = with_named_data(data)
     schema = schema_of_data(data)
     reading = read_fields(data, schema)
     # a rule over fields that this kind of gear pair does not have is never applied
-    rules = [*CROSS_RULES, *CYLINDRICAL_CROSS_RULES, *FLANK_POINTS_CROSS_RULES, *EFFECT_CROSS_RULES]
+    rules = [
+        *CROSS_RULES,
+        *CYLINDRICAL_CROSS_RULES,
+        *FLANK_POINTS_CROSS_RULES,
+        *EFFECT_CROSS_RULES,
+        *NAMED_DATA_RULES,
+    ]
     conflicts = find_conflicts(_with_defaults(reading, schema), rules)
     return reading, [*known, *reading.problems, *find_missing_needs(reading), *conflicts]
 

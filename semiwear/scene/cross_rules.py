@@ -13,7 +13,7 @@ from semiwear.scene.rules import BODIES, BodyCoefficients
 from semiwear.scene.tables import default_watched_body
 from semiwear.scene.values import shown
 
-__all__ = ["CROSS_RULES", "edge_fits", "mm"]
+__all__ = ["CROSS_RULES", "mm"]
 
 CROSS_RULES: RuleBook = []
 _across = partial(across, CROSS_RULES)
@@ -144,36 +144,45 @@ def _pinion_has_a_rim(module: float, pinion_teeth: int, rack_addendum: float, bo
 
 for _body in BODIES:
 
+    @_across("gear_pair", f"{_body}_face_width_mm", f"{_body}_end_edge_radius_mm")
+    def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
+        yield from _edge_fits(f"{body}_end_edge_radius_mm", radius, width / 2.0, "half the face width")
+
     @_across("gear_pair", f"{_body}_addendum_mm", f"{_body}_tip_edge_radius_mm")
     def _tip_edge_fits(addendum: float, radius: float, body: str = _body) -> Iterator[Problem]:
-        yield from edge_fits(f"{body}_tip_edge_radius_mm", radius, addendum, f"{body}_addendum_mm")
-
-
-@_across("gear_pair", "pinion_face_width_mm", "pinion_end_edge_radius_mm")
-def _pinion_end_edges_fit(width: float, radius: float) -> Iterator[Problem]:
-    yield from edge_fits("pinion_end_edge_radius_mm", radius, width / 2, "half the face width")
+        yield from _edge_fits(f"{body}_tip_edge_radius_mm", radius, addendum, f"{body}_addendum_mm")
 
 
 @_across("gear_pair", "gear_inner_radius_mm", "gear_outer_radius_mm", "gear_end_edge_radius_mm")
 def _gear_end_edges_fit(inner: float, outer: float, radius: float) -> Iterator[Problem]:
-    yield from edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
+    yield from _edge_fits("gear_end_edge_radius_mm", radius, (outer - inner) / 2, "half the face width")
 
 
-def edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
+def _edge_fits(name: str, radius: float, limit: float, what: str) -> Iterator[Problem]:
     """The problem of an edge radius that leaves no flank."""
     if radius >= limit:
         fix = "an edge radius is small, usually 0.2 mm at a module of 5"
         yield Problem(f"gear_pair.{name}", radius, f"less than {what} ({mm(limit)} mm)", fix)
 
 
-@_across("wear.until", "meshes", "control_depths_um")
-def _one_end_of_the_run(meshes: float | None, depths: tuple[float, ...] | None) -> Iterator[Problem]:
-    allowed = "exactly one of meshes and control_depths_um"
-    if meshes is None and depths is None:
+@_across("wear.until", "meshes", "hours", "control_depths_um")
+def _one_end_of_the_run(
+    meshes: float | None, hours: float | None, depths: tuple[float, ...] | None
+) -> Iterator[Problem]:
+    allowed = "exactly one of meshes, hours and control_depths_um"
+    ends = {"meshes": meshes, "hours": hours, "control_depths_um": None if depths is None else list(depths)}
+    given = {name: end for name, end in ends.items() if end is not None}
+    if not given:
         yield Problem("wear.until", None, allowed, "needed by [wear]: say where the run ends")
-    elif meshes is not None and depths is not None:
-        both = shown({"meshes": meshes, "control_depths_um": list(depths)})
-        yield Problem("wear.until", both, allowed, "remove one of them")
+    elif len(given) > 1:
+        yield Problem("wear.until", shown(given), allowed, "remove one of them")
+
+
+@_across("", "wear.until.hours", "operation.pinion_speed_rpm")
+def _hours_have_a_speed(hours: float | None, speed: float | None) -> Iterator[Problem]:
+    if hours is not None and speed is None:
+        fix = "needed by wear.until.hours: add it, or give wear.until.meshes instead"
+        yield Problem("operation.pinion_speed_rpm", None, "greater than 0 rev/min", fix)
 
 
 @_across("wear", "wear.until.control_depths_um", "wear.control_point.radius_mm")

@@ -7,7 +7,7 @@ from functools import partial
 
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
-from semiwear.scene.cross_rules import edge_fits, mm
+from semiwear.scene.cross_rules import mm
 from semiwear.scene.defaults import full_round_radius
 
 __all__ = ["CYLINDRICAL_CROSS_RULES"]
@@ -54,10 +54,6 @@ for _body in ("pinion", "gear"):
         elif radius > greatest:
             fix = f"the crest is fully round at {mm(greatest)} mm: give less, or lower {body}_rack_addendum_mm"
             yield Problem(f"gear_pair.{body}_rack_tip_radius_mm", radius, f"0 to {mm(greatest)} mm", fix)
-
-    @_across("gear_pair", f"{_body}_face_width_mm", f"{_body}_end_edge_radius_mm")
-    def _end_edges_fit(width: float, radius: float, body: str = _body) -> Iterator[Problem]:
-        yield from edge_fits(f"{body}_end_edge_radius_mm", radius, width / 2.0, "half the face width")
 
 
 @_across("wear", "wear.until.control_depths_um", "wear.control_point.face_mm")

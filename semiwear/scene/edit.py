@@ -6,17 +6,15 @@ from collections.abc import Mapping
 
 from semiwear.errors import Problem
 from semiwear.scene.model import SceneTables
+from semiwear.scene.named_data import NAMING, dropped_with
 from semiwear.scene.reading import MOST_UNKNOWN, more_unknown, unknown_key
 from semiwear.scene.schema import NEVER_EMPTY, SCHEMAS, Schema, parent, schema_of_scene, to_dict
 from semiwear.untyped import Table, Value
 
 __all__ = ["edited"]
 
-# Setting one of these removes the other: a run has one end.
-_RIVALS = {
-    "wear.until.meshes": "wear.until.control_depths_um",
-    "wear.until.control_depths_um": "wear.until.meshes",
-}
+# Setting one of these removes the others: a run has one end.
+_ENDS = ("wear.until.meshes", "wear.until.hours", "wear.until.control_depths_um")
 
 
 def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, list[Problem]]:
@@ -32,10 +30,15 @@ def edited(scene: SceneTables, changes: Mapping[str, Value]) -> tuple[Table, lis
             if len(unknown) <= MOST_UNKNOWN:
                 problems.append(_unknown(str(key), value, schema))
             continue
+        if key in NAMING and isinstance(value, str):
+            key = f"{key}.data"
+        for other in dropped_with(key):
+            if other not in changes:
+                _set(data, other, None)
         _set(data, key, value)
-        rival = _RIVALS.get(key)
-        if rival is not None and value is not None and changes.get(rival) is None:
-            _set(data, rival, None)
+        for rival in _ENDS if key in _ENDS and value is not None else ():
+            if rival != key and changes.get(rival) is None:
+                _set(data, rival, None)
     if len(unknown) > MOST_UNKNOWN:
         problems.append(more_unknown(str(unknown[MOST_UNKNOWN]), len(unknown) - MOST_UNKNOWN))
     return data, problems

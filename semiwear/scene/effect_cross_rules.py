@@ -10,6 +10,7 @@ from functools import partial
 from semiwear.errors import Problem
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.effects import EFFECTS
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.reading import Reading
 from semiwear.scene.rule import Rule
 from semiwear.scene.values import shown
@@ -40,7 +41,17 @@ def find_missing_needs(reading: Reading) -> list[Problem]:
     return [
         Problem(need, None, _allowed(need, reading.schema.rules), f"needed by {' and '.join(users)}: add it")
         for need, users in needed_by.items()
-    ]
+    ] + _no_mode_to_fail(reading)
+
+
+def _no_mode_to_fail(reading: Reading) -> list[Problem]:
+    """The problem of a life that is to end at a failure of which the scene rates none."""
+    key = "effects.run_life.ends_at"
+    modes = [f"[effects.{name}]" for name, kind in EFFECTS.items() if issubclass(kind, RatingTable)]
+    rated = any(mode.strip("[]") in reading.tables for mode in modes)
+    if reading.given.get(key) != "first_failure" or rated:
+        return []
+    return [Problem(key, "first_failure", f"needs one of {', '.join(modes)}", 'add one of them, or give "depth"')]
 
 
 def _needs(effect: str, reading: Reading) -> tuple[str, ...]:
@@ -101,6 +112,46 @@ def _no_more_deviations_than_teeth(teeth: int, deviations: tuple[float, ...]) ->
     if len(deviations) > teeth:
         fix = f"there are {len(deviations)}: one for each tooth of the pinion, or a few that repeat around it"
         yield Problem("effects.pitch_error.pinion_um", shown(list(deviations)), f"at most {teeth} deviations", fix)
+
+
+def _oil_thins(table: str, cold: float, hot: float) -> Iterator[Problem]:
+    if hot >= cold:
+        fix = "swap them" if hot > cold else "give both of the oil's data sheet"
+        yield Problem(f"{table}.viscosity_100_mm2_per_s", hot, f"below viscosity_40_mm2_per_s ({cold:g})", fix)
+
+
+@_across("effects.micropitting", "viscosity_40_mm2_per_s", "viscosity_100_mm2_per_s")
+def _oil_of_micropitting_thins(cold: float, hot: float) -> Iterator[Problem]:
+    yield from _oil_thins("effects.micropitting", cold, hot)
+
+
+@_across("effects.scuffing", "viscosity_40_mm2_per_s", "viscosity_100_mm2_per_s")
+def _oil_of_scuffing_thins(cold: float, hot: float) -> Iterator[Problem]:
+    yield from _oil_thins("effects.scuffing", cold, hot)
+
+
+def _as_many(body: str, depths: Value, hardness: Value) -> Iterator[Problem]:
+    if depths is not None and hardness is not None and len(depths) != len(hardness):
+        allowed = f"as many as {body}_hardness_depths_mm ({len(depths)})"
+        fix = f"there are {len(hardness)}: one for each depth"
+        yield Problem(f"effects.flank_fracture.{body}_hardness_HV", shown(list(hardness)), allowed, fix)
+
+
+@_across("effects.flank_fracture", "pinion_hardness_depths_mm", "pinion_hardness_HV")
+def _pinion_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[Problem]:
+    yield from _as_many("pinion", depths, hardness)
+
+
+@_across("effects.flank_fracture", "gear_hardness_depths_mm", "gear_hardness_HV")
+def _gear_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[Problem]:
+    yield from _as_many("gear", depths, hardness)
+
+
+@_across("effects.bending", "required_safety", "numerics.tooth_compliance")
+def _root_stress_needs_compliant_teeth(_: float, compliance: str) -> Iterator[Problem]:
+    if compliance == "rigid":
+        fix = 'rigid teeth have no root stress, which [effects.bending] needs: give "prism", or remove that table'
+        yield Problem("numerics.tooth_compliance", compliance, 'other than "rigid"', fix)
 
 
 @_across("effects.run_life", "body", "wear.worn_bodies")

@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import get_args, get_type_hints
 
 from semiwear.scene.effect_table import EffectTable
+from semiwear.scene.flank_fracture_table import FlankFracture
 from semiwear.scene.mechanical_effects import (
     FlankModification,
     FreeEdges,
@@ -17,13 +18,17 @@ from semiwear.scene.mechanical_effects import (
     RunLife,
     ShaftCompliance,
 )
+from semiwear.scene.oil_rating_tables import Micropitting, Scuffing
+from semiwear.scene.rating_tables import Bending, Pitting, RatingTable
 from semiwear.scene.tribological_effects import FlashTemperature, Friction, Lubrication
 from semiwear.scene.wear_laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
 
 __all__ = [
     "EFFECTS",
+    "Bending",
     "EffectTable",
     "Effects",
+    "FlankFracture",
     "FlankModification",
     "FlashTemperature",
     "FreeEdges",
@@ -33,10 +38,14 @@ __all__ = [
     "LoadSpectrum",
     "Lubrication",
     "LubricationLaw",
+    "Micropitting",
     "Misalignment",
     "Modifications",
     "PitchError",
+    "Pitting",
+    "RatingTable",
     "RunLife",
+    "Scuffing",
     "ShaftCompliance",
     "TemperatureLaw",
     "WearLaws",
@@ -65,6 +74,11 @@ class Effects:
     load_spectrum: LoadSpectrum | None = None
     pitch_error: PitchError | None = None
     shaft_compliance: ShaftCompliance | None = None
+    pitting: Pitting | None = None
+    bending: Bending | None = None
+    micropitting: Micropitting | None = None
+    scuffing: Scuffing | None = None
+    flank_fracture: FlankFracture | None = None
     run_life: RunLife | None = None
 
     def get(self, name: str) -> EffectTable | None:

@@ -16,6 +16,7 @@ from semiwear.errors import SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.effects import EFFECTS
 from semiwear.scene.load import load_scene
+from semiwear.scene.named_data import NAMING
 from semiwear.scene.schema import INLINE_TABLES, OPTIONAL_TABLES, SCHEMAS, Schema
 from semiwear.scene.toml_io import read_toml, write_toml
 from semiwear.scene.units import unit_of
@@ -151,7 +152,8 @@ def new_scene(kind: str, folder: str = "") -> str:
     given, filled = _example(kind, folder)
     lines = [
         f"# A scene of kind {kind}. Units are in the names. What is commented out may be left out, and stands there",
-        "# with its default. `semiwear plan FILE` says what will run, `semiwear run FILE -o worn.nc` runs it.",
+        "# with its default. `semiwear check FILE` tells every limit of the teeth, `semiwear geometry FILE` draws",
+        "# them, `semiwear plan FILE` says what will run, `semiwear run FILE -o worn.nc` runs it.",
     ]
     for table, own in notes.items():
         optional = table in OPTIONAL_TABLES and not any(note.key in given for note in own)
@@ -174,7 +176,7 @@ def _field_lines(note: FieldNote, given: Table, filled: Table) -> Iterator[str]:
     )
     if note.key in given:
         yield f"{name} = {_inline(note.key, given[note.key])}"
-    elif note.derived and note.key in filled:
+    elif note.key in filled and (note.derived or note.key.startswith(NAMING)):
         yield f"# {name} = {_inline(note.key, filled[note.key])}"
     else:
         known = note.default is not MISSING and note.default is not None and note.default != ()
@@ -193,7 +195,10 @@ def _example(kind: str, folder: str) -> tuple[Table, Table]:
     given = dict(_flat(read_toml(text, name), ""))
     given.pop("reference", None)
     given["title"] = f"My {kind.replace('_', ' ')} pair"
-    filled = dict(_flat(load_scene(name).to_dict(), ""))
+    steel = dict.fromkeys(NAMING, "steel")
+    filled = dict(_flat(load_scene(name).replace(steel).to_dict(), ""))
+    given = {key: value for key, value in given.items() if not key.startswith("material.")}
+    given |= {f"{table}.data": value for table, value in steel.items()}
     if kind in EXAMPLES:
         return given, filled
     pair: Table = {"type": kind, **{f"{body}_file": str(Path(folder, f"{body}.nc")) for body in ("pinion", "gear")}}
@@ -232,6 +237,9 @@ def json_schema() -> Table:
             entry = where.setdefault(name, _property(note))
             if kind not in entry.setdefault("x-kinds", []):
                 entry["x-kinds"].append(kind)
+    for table in NAMING:  # a name may stand for a table
+        material, body = table.split(".")
+        root["properties"][material]["properties"][body]["type"] = ["object", "string"]
     for effect in EFFECTS:
         where = root["properties"].setdefault("effects", {"type": "object", "properties": {}})["properties"]
         for table in effect.split("."):

@@ -11,6 +11,7 @@ from semiwear.errors import Problem, SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.scene import Check, Scene, scene_from_dict
 from semiwear.scene.toml_io import read_toml
+from semiwear.sources import no_pipe
 
 __all__ = ["load_scene", "parse_scene", "shipped_scenes"]
 
@@ -22,7 +23,14 @@ _SHIPPED = resources.files("semiwear.scene") / "scenes"
 
 
 def shipped_scenes() -> list[str]:
-    """Names of the scenes that come with semiwear, sorted."""
+    """Names of the scenes that come with semiwear, sorted.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> "spur_fzg_c" in sw.shipped_scenes()
+    True
+    """
     names = (entry.name for entry in _SHIPPED.iterdir())
     return sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX))
 
@@ -79,7 +87,7 @@ def parse_scene(text: str, *, name: str = "scene", check: Check | None = None) -
 def _file_content(name_or_path: str | os.PathLike[str]) -> bytes:
     path = Path(name_or_path)
     try:
-        with path.open("rb") as opened:  # a device may have no end
+        with no_pipe(path).open("rb") as opened:  # a device may have no end
             content = opened.read(_MOST_BYTES + 1)
             problem = _result_problem(path, opened) if content.startswith(_NETCDF) else None
         if problem is None and len(content) <= _MOST_BYTES:

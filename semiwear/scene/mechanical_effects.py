@@ -270,6 +270,11 @@ class RunLife(EffectTable):
     body: str = declared(
         choice("gear", "pinion"), "Body whose wear is limited; it must be one that wears.", default="gear"
     )
+    ends_at: str = declared(
+        choice("depth", "first_failure"),
+        "What ends the life: the depth of wear, or the first of it and of the failure modes that the scene rates.",
+        default="depth",
+    )
 
     @staticmethod
     def screening_table(scene: ScreenedScene) -> Table:

@@ -35,8 +35,18 @@ class SceneTables:
     effects: Effects = field(default_factory=Effects)
 
     def __post_init__(self) -> None:
+        self._fill_in_meshes()
         wear = self.wear
         if wear is not None and not wear.worn_bodies:
             pair, mapping = type(self.gear_pair), self.numerics.wear_mapping
             bodies = default_worn_bodies(pair.both_wear, wear.coefficient_mm2_per_N, mapping)
             object.__setattr__(self, "wear", replace(wear, worn_bodies=bodies, _derived=True))
+
+    def _fill_in_meshes(self) -> None:
+        """Meshes of a run that ends after hours: the gear tooth's turns, z1/z2 times those of the pinion."""
+        wear, speed = self.wear, self.operation.pinion_speed_rpm
+        if wear is None or wear.until.hours is None or speed is None:
+            return
+        pair = self.gear_pair
+        meshes = 60.0 * wear.until.hours * speed * pair.pinion_teeth / abs(pair.gear_teeth)
+        object.__setattr__(self, "wear", replace(wear, until=replace(wear.until, meshes=meshes, _derived=True)))

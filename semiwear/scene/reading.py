@@ -43,7 +43,7 @@ _OTHER_NAMES = {
     "rpm": ("pinion_speed_rpm",),
     "k": ("coefficient_mm2_per_N",),
     "mu": ("coefficient",),
-    "hours": ("meshes",),
+    "lifetime": ("hours",),
     "cycles": ("meshes",),
     "revolutions": ("meshes",),
 }
@@ -106,9 +106,11 @@ def read_fields(data: Mapping[str, Value], schema: Schema) -> Reading:
         table, name, _ = unknown[0]
         reading.problems.append(more_unknown(f"{table}.{name}" if table else name, len(unknown)))
     for key in sorted(schema.required, key=list(schema.rules).index):
-        if reading.lacks(key):
+        if reading.lacks(key) and f"{parent(key)}.data" not in reading.refused:
             table = parent(key)
-            reading.problems.append(Problem(key, None, schema.rules[key].allowed, f"needed by [{table}]: add it"))
+            named = f", or {table}.data (semiwear materials)" if f"{table}.data" in schema.rules else ""
+            fix = f"needed by [{table}]: add it{named}"
+            reading.problems.append(Problem(key, None, schema.rules[key].allowed, fix))
     return reading
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from semiwear.references.named_data import WEAR, named_sets
 from semiwear.scene.closest import closest
 from semiwear.scene.declare import declared
 from semiwear.scene.rule import Rule, choice
@@ -16,10 +17,13 @@ __all__ = [
     "BODIES",
     "USUAL_WEAR_COEFFICIENTS",
     "BodyCoefficients",
+    "BodyData",
     "increasing_depths",
+    "named_data",
     "tooth_compliance",
     "watched_body",
     "wear_coefficient",
+    "wear_data",
     "worn_bodies",
     "youngs_modulus",
 ]
@@ -40,6 +44,24 @@ class BodyCoefficients:
 
     pinion: float | None = None
     gear: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyData:
+    """Names of data for bodies that differ; None for a body that has none.
+
+    Attributes
+    ----------
+    pinion, gear : str or None
+    """
+
+    pinion: str | None = None
+    gear: str | None = None
+
+    @property
+    def given(self) -> dict[str, str]:
+        """Names by body."""
+        return {body: name for body in BODIES if (name := getattr(self, body)) is not None}
 
 
 _COEFFICIENTS = "a table {pinion = ..., gear = ...}"
@@ -153,6 +175,38 @@ def wear_coefficient() -> Rule:
 
     allowed = f"{least:g} to {most:g} mm2/N, or {_COEFFICIENTS}"
     return Rule(_coefficient, allowed, holds, fix)
+
+
+def named_data(kind: str, what: str) -> Value:
+    """The field that names a set of data of a kind, of which `semiwear materials` lists all."""
+    names = tuple(named_sets(kind))
+    return declared(choice(*names, otherwise="semiwear materials lists them with their sources"), what, default=None)
+
+
+def wear_data() -> Rule:
+    """A named wear coefficient, or one for each body."""
+    names = tuple(named_sets(WEAR))
+
+    def read(raw: object) -> str | BodyData:
+        if isinstance(raw, BodyData):
+            return raw
+        if not isinstance(raw, Mapping):
+            return text(raw)
+        given = {body: name for body, name in raw.items() if name is not None}
+        if not given or set(given) - set(BODIES):
+            raise Unreadable(f"give a name or {_COEFFICIENTS}")
+        return BodyData(**{body: text(name) for body, name in given.items()})
+
+    def each(value: str | BodyData) -> Iterable[str]:
+        return value.given.values() if isinstance(value, BodyData) else (value,)
+
+    def fix(value: str | BodyData) -> str:
+        meant = [near for name in each(value) if name not in names and (near := closest(name, names))]
+        told = "semiwear materials lists them with their sources"
+        return f'did you mean "{meant[0]}"?' if meant else told
+
+    allowed = f"one of {', '.join(names)}, or {_COEFFICIENTS}"
+    return Rule(read, allowed, lambda value: all(name in names for name in each(value)), fix)
 
 
 def tooth_compliance() -> Rule:

@@ -6,16 +6,20 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from html import escape
 
 from semiwear.errors import Problem, SceneError
+from semiwear.html_text import folded_html, html_table
 from semiwear.scene.assemble import examined, further_problems, with_origin
 from semiwear.scene.edit import edited
 from semiwear.scene.model import SceneTables
 from semiwear.scene.schema import INLINE_TABLES, built_tables, to_dict
-from semiwear.scene.toml_io import write_toml
+from semiwear.scene.toml_io import flat, write_toml
 from semiwear.untyped import Table, Value
 
 __all__ = ["Check", "Scene", "scene_from_dict"]
+
+_FOLDED = ("material", "numerics")  # in a notebook
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +56,15 @@ class Scene(SceneTables):
         ------
         SceneError
             With every problem of the new scene, unknown keys included.
+
+        Examples
+        --------
+        >>> import semiwear as sw
+        >>> scene = sw.load_scene("spur_fzg_c").replace({"operation.pinion_torque_Nm": 250.0, "effects.friction": {}})
+        >>> scene.operation.pinion_torque_Nm
+        250.0
+        >>> scene.effects.friction.coefficient
+        0.05
         """
         data, problems = edited(self, changes)
         return scene_from_dict(data, name=self.title or "scene", check=self._check, problems=problems)
@@ -63,6 +76,20 @@ class Scene(SceneTables):
     def to_toml(self) -> str:
         """The scene as a TOML file with every number written out; `parse_scene` gives an equal scene back."""
         return write_toml(self.to_dict(), inline=INLINE_TABLES)
+
+    def _repr_html_(self) -> str:
+        tables = {key: value for key, value in self.to_dict().items() if isinstance(value, dict)}
+        rows = {
+            name: [(key, str(value)) for key, value in flat(entries) if value is not None]
+            for name, entries in tables.items()
+        }
+        shown = [
+            html_table(("field", "value"), rows[name], name) for name in rows if name not in _FOLDED and rows[name]
+        ]
+        hidden = [folded_html(name, html_table(("field", "value"), rows[name])) for name in rows if name in _FOLDED]
+        return f"<p><b>{escape(self.title or 'scene')}</b>: {escape(self.gear_pair.description)}</p>" + "".join(
+            [*shown, *hidden]
+        )
 
     @property
     def sha256(self) -> str:

@@ -14,7 +14,7 @@ from semiwear.scene.effects import EFFECTS, Effects, Modifications, WearLaws
 from semiwear.scene.kinds import KINDS, GearPair
 from semiwear.scene.model import SceneTables
 from semiwear.scene.rule import Rule, choice
-from semiwear.scene.rules import BODIES, BodyCoefficients
+from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
 from semiwear.scene.tables import Material, Materials, Numerics, Operation, Wear, WearUntil
 from semiwear.untyped import Options, Table, Value
 
@@ -36,7 +36,7 @@ OPTIONAL_TABLES = ("wear", "wear.control_point", *(f"effects.{name}" for name in
 _MOST_TABLES = 200  # looked through for the one that is misspelled
 # These only hold effects: written without any, they would do nothing and look as if they did.
 NEVER_EMPTY = ("effects.modification", "effects.wear_law")
-INLINE_TABLES = ("wear.coefficient_mm2_per_N",)
+INLINE_TABLES = ("wear.data", "wear.coefficient_mm2_per_N")
 
 _COMMON_TABLES: dict[str, type] = {
     "": SceneTables,
@@ -233,6 +233,8 @@ def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
         hidden |= {f"numerics.{name}" for name in scene.numerics.left_out}
     if without_derived and scene.wear is not None and scene.wear._derived:
         hidden.add("wear.worn_bodies")
+    if scene.wear is not None and scene.wear.until._derived:
+        hidden.add("wear.until.meshes")
     rules = schema_of_scene(scene).rules
     for key, value in _flat(scene, rules):
         if value is None or key in hidden:
@@ -249,7 +251,7 @@ def to_dict(scene: SceneTables, *, without_derived: bool = False) -> Table:
 def _plain(value: Value) -> Value:
     if isinstance(value, tuple):
         return list(value)
-    if isinstance(value, BodyCoefficients):
+    if isinstance(value, BodyCoefficients | BodyData):
         return {body: one for body, one in asdict(value).items() if one is not None}
     return value
 

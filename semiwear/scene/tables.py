@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 
 from semiwear.errors import SceneError
 from semiwear.plain_text import one_of
+from semiwear.references.named_data import MATERIALS
 from semiwear.scene.cylindrical import CylindricalControlPoint
 from semiwear.scene.declare import declared, table
 from semiwear.scene.flank_points import FlankPointsControlPoint
@@ -13,10 +14,13 @@ from semiwear.scene.rule import Rule, any_number, anything, between, choice, or_
 from semiwear.scene.rules import (
     BODIES,
     BodyCoefficients,
+    BodyData,
     increasing_depths,
+    named_data,
     tooth_compliance,
     watched_body,
     wear_coefficient,
+    wear_data,
     worn_bodies,
     youngs_modulus,
 )
@@ -26,6 +30,7 @@ __all__ = [
     "BODIES",
     "RESOLUTION",
     "BodyCoefficients",
+    "BodyData",
     "ControlPoint",
     "Material",
     "Materials",
@@ -40,8 +45,12 @@ __all__ = [
 
 @table
 class Material:
-    """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic body. Default: steel."""
+    """Table ``[material.pinion]`` or ``[material.gear]``: an isotropic elastic body. Default: steel.
 
+    ``gear = "POM"`` in ``[material]`` is short for ``data = "POM"`` here.
+    """
+
+    data: str | None = named_data(MATERIALS, "Named material, which gives the fields that are left out.")
     name: str = declared(anything(), "Name, for reports.", default="steel")
     youngs_modulus_MPa: float = declared(youngs_modulus(), "Young's modulus.", default=207000.0)
     poissons_ratio: float = declared(
@@ -81,16 +90,24 @@ class Operation:
 
 @table
 class WearUntil:
-    """Table ``[wear.until]``: where a wear run ends; exactly one of the two fields is set."""
+    """Table ``[wear.until]``: where a wear run ends; exactly one of the fields is given."""
 
     meshes: float | None = declared(
         positive("number of engagements of one gear tooth", ""), "Engagements of one gear tooth.", default=None
+    )
+    hours: float | None = declared(
+        positive("running time at operation.pinion_speed_rpm", "h"),
+        "Running time, of which operation.pinion_speed_rpm makes meshes: a gear tooth meets one at every turn of the "
+        "gear.",
+        default=None,
     )
     control_depths_um: tuple[float, ...] | None = declared(
         increasing_depths(),
         "Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.",
         default=None,
     )
+    # Whether the meshes were left to follow from the hours.
+    _derived: bool = field(repr=False, compare=False, default=False)
 
 
 @table
@@ -118,6 +135,12 @@ class ControlPoint:
 class Wear:
     """Table ``[wear]``: Archard wear. A scene without it is loaded contact only."""
 
+    data: str | BodyData | None = declared(
+        wear_data(),
+        "Named wear coefficient where coefficient_mm2_per_N is left out; one for both bodies, or a table "
+        "`{pinion = ..., gear = ...}`.",
+        default=None,
+    )
     coefficient_mm2_per_N: float | BodyCoefficients = declared(
         wear_coefficient(),
         "Wear coefficient k: worn depth = k * pressure * sliding distance; one for both bodies, or a table "

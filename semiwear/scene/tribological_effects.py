@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from semiwear.references.named_data import OILS
 from semiwear.scene.declare import declared, table
 from semiwear.scene.effect_table import EffectTable
 from semiwear.scene.rule import above, between, choice
+from semiwear.scene.rules import named_data
 from semiwear.scene.values import number
+from semiwear.untyped import Value
 
 __all__ = ["FlashTemperature", "Friction", "Lubrication"]
 
@@ -17,6 +20,16 @@ _SPEED = "operation.pinion_speed_rpm"
 _OIL = "dynamic viscosity in mPa s (cP) at working temperature: 5 to 100 is usual"
 _ROUGHNESS = "in um: ground gears have Ra 0.2 to 0.8"
 _TEMPERATURE = "in degrees Celsius: 60 to 120 is usual"
+
+
+def _oil() -> Value:
+    what = "Named oil, which gives the fields of it that are left out; needs oil_temperature_C."
+    return named_data(OILS, what)
+
+
+def _oil_temperature() -> Value:
+    what = "Temperature of the oil where teeth meet, for its viscosity."
+    return declared(between(number, -60.0, 200.0, _TEMPERATURE, "degrees Celsius"), what, default=None)
 
 
 @table
@@ -48,6 +61,8 @@ class Friction(EffectTable):
         "Coefficient of friction of the constant law.",
         default=0.05,
     )
+    data: str | None = _oil()
+    oil_temperature_C: float | None = _oil_temperature()
     viscosity_mPas: float = declared(
         above(0.0, 10_000.0, _OIL, "mPa s"), "Dynamic viscosity of the oil at working temperature.", default=15.0
     )
@@ -109,6 +124,8 @@ class Lubrication(EffectTable):
         "Formula of the least film thickness: of a line contact, or of an elliptical one.",
         default="dowson_higginson",
     )
+    data: str | None = _oil()
+    oil_temperature_C: float | None = _oil_temperature()
     viscosity_mPas: float = declared(
         above(0.0, 10_000.0, _OIL, "mPa s"),
         "Dynamic viscosity of the oil at working temperature and ambient pressure.",

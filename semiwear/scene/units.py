@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["UNITS", "unit_of"]
+__all__ = ["LIFE_UNITS", "UNITS", "unit_of"]
 
 UNITS = {
     "mm2_per_N": "mm^2/N",
@@ -23,11 +23,15 @@ UNITS = {
     "mrad": "mrad",
     "C": "degC",
     "HV": "HV",
+    "hours": "h",
 }
 """Units as results write them, by the ends of fields' names; an end that holds another one comes first."""
+
+LIFE_UNITS = ("meshes", "hours", "km")
+"""In what a life may be told: engagements of a gear tooth, running time, sliding of a flank."""
 
 
 def unit_of(key: str) -> str:
     """Unit of a field by its dotted key, as results write it: ``"1"`` for a pure number."""
-    name = key.rpartition(".")[2]
+    name = f"_{key.rpartition('.')[2]}"
     return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "1")

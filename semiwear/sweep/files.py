@@ -12,6 +12,7 @@ import xarray as xr
 
 from semiwear.errors import MissingExtraError, ResultFileError, SceneError
 from semiwear.results.files import sync_folder
+from semiwear.sources import no_pipe
 from semiwear.targets import RESULTS, file_target, naming
 
 __all__ = ["ENDINGS", "open_sweep", "sweep_target", "write_sweep"]
@@ -114,7 +115,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
             with xr.open_zarr(source, consolidated=False) as opened:
                 found: xr.Dataset = opened.load()
         else:
-            with xr.open_dataset(source, engine="netcdf4") as opened:
+            with xr.open_dataset(no_pipe(source), engine="netcdf4") as opened:
                 found = opened.load()
     except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise ResultFileError(f"{source}: cannot be read as a sweep ({error})") from error

@@ -96,6 +96,17 @@ def sweep(
         The store was written by another version, is something else, or cannot be written.
     MissingExtraError
         `progress` is True without tqdm, or `client` given without Dask.
+
+    Examples
+    --------
+    >>> import semiwear as sw
+    >>> coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    >>> scene = sw.load_scene("spur_fzg_c").replace(coarse)
+    >>> found = sw.sweep(scene, {"operation.pinion_torque_Nm": [200.0, 300.0]}, workers=0)
+    >>> found.root_stress_max.dims
+    ('pinion_torque_Nm', 'wear_step', 'body')
+    >>> found.status.values.tolist()
+    [0, 0]
     """
     job = read_job(scene, vary, measure=measure, wear_states=wear_states, combine=combine, crew=(workers, client))
     with hearing(progress) as hears:

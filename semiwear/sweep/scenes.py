@@ -154,7 +154,8 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
     stretch = pairs[0][0] / pairs[0][1]
     if any(their / our != stretch for their, our in pairs[1:]):
         return scene, 1.0
-    return replace(scene, wear=replace(ours, coefficient_mm2_per_N=_of_worn(pairs, ours.worn_bodies))), stretch
+    ours = replace(ours, data=None, coefficient_mm2_per_N=_of_worn(pairs, ours.worn_bodies))
+    return replace(scene, wear=ours), stretch
 
 
 def _of_worn(pairs: list[tuple[float, float]], bodies: tuple[str, ...]) -> float | BodyCoefficients:

@@ -30,6 +30,7 @@ from semiwear.scene.closest import closest
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
 from semiwear.scene.values import shown
+from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
 __all__ = ["Study", "flat_fields", "read_study"]
@@ -104,7 +105,7 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...] = ()) -> S
 
 def _text(source: Path) -> str:
     try:
-        with source.open("rb") as opened:
+        with no_pipe(source).open("rb") as opened:
             content = opened.read(_MOST_BYTES + 1)
         if len(content) > _MOST_BYTES:
             raise SceneError.of("study", str(source), "a TOML file of a few thousand bytes", "is this a study file?")

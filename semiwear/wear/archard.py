@@ -1,4 +1,4 @@
-"""Archard's law of sliding wear, dh = k p |v_s| dt (Archard 1953, J. Appl. Phys. 24, 981)."""
+"""Archard's law of sliding wear, dh = k p v_s dt v_s the sliding speed (Archard 1953, J. Appl. Phys. 24, 981)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 
 
 def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
-    """Wear depth h = k * integral of p |v_s| dt [mm] (Archard 1953, eq. 4, for each point of a surface).
+    """Wear depth h = k * integral of p v_s dt [mm], v_s the sliding speed (Archard 1953, eq. 4, for each point).
 
     Valid while the coefficient does not depend on what is worn: neither on depth nor on pressure.
 
@@ -21,6 +21,12 @@ def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
         k, or k times the number of meshes over which the pressures hold.
     pressure_distance : array [N/mm]
         Pressure times sliding distance at points of the flank, summed over a mesh.
+
+    Examples
+    --------
+    >>> from semiwear.wear import wear_depth
+    >>> print(f"{wear_depth(1e-13 * 1e8, 50.0):.4f}")  # 1e8 meshes
+    0.0005
     """
     return coefficient * pressure_distance
 
@@ -28,15 +34,21 @@ def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
 def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
     """Wear depth that one mesh leaves where a line passes [mm]: whatever the shape of the pressure across it.
 
-    A pressure p = q w(x) that moves on over the flank with speed v_n leaves k q |v_s| / v_n (Andersson and Eriksson
-    1990), since w has an area of one. Valid where the contact is narrow: load and sliding do not change while it
-    passes over a point.
+    A pressure p = q w(x) that moves on over the flank with speed v_n leaves k q v_s/v_n (Andersson and Eriksson 1990;
+    v_s is the sliding speed), since w has an area of one. Valid where the contact is narrow: load and sliding do not
+    change while it passes over a point.
 
     Parameters
     ----------
     line_load : array [N/mm]
     specific_sliding : array
-        |v_s| / v_n of the body.
+        Sliding speed over the contact's own speed on the body, v_s/v_n.
     wear_coefficient : float [mm^2/N]
+
+    Examples
+    --------
+    >>> from semiwear.wear import wear_per_mesh
+    >>> print(f"{1e8 * wear_per_mesh(300.0, 0.5, 1e-13):.6f}")
+    0.001500
     """
     return wear_depth(wear_coefficient, line_load * specific_sliding)

@@ -302,6 +302,8 @@ def needs_of(names, tables):
         for (key, value), more in EFFECTS[name].needs_if.items():
             needs += more if tables.get(name, {}).get(key) == value else ()
         for need in needs:
+            if need.startswith(f"effects.{name}."):
+                continue  # a field of its own, which the table gives
             if need.startswith("effects."):
                 if need.removeprefix("effects.") not in names:
                     needed[need] = {}

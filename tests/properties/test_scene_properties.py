@@ -17,7 +17,7 @@ from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
 from semiwear.scene.schema import SCHEMAS
 from tests.strategies import placements, scenes
 from tests.strategies.fresh import fresh
-from tests.strategies.scenes import SHIPPED, effects
+from tests.strategies.scenes import SHIPPED, effects, named_changes
 
 TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
 UNCHECKED = parse_scene(TEXT)
@@ -144,3 +144,16 @@ def test_any_damage_to_the_text_gives_a_scene_or_every_problem(start: int, lengt
 def test_placements_are_values(placement: Placement) -> None:
     assert placement == copy.copy(placement)
     assert placement.is_aligned == (placement == Placement())
+
+
+@given(named_changes())
+def test_scenes_with_named_data_and_hours_come_back_from_their_text(changes):
+    scene = SHIPPED.replace(changes)
+    assert parse_scene(scene.to_toml()) == scene
+    assert scene.replace({}) == scene
+    assert scene.wear.until.meshes == pytest.approx(
+        60.0 * changes["wear.until.hours"] * changes["operation.pinion_speed_rpm"] * 25 / 160
+    )
+    # another name leaves nothing of the first one
+    other = SHIPPED.replace(changes | {"material.gear": "PEEK"})
+    assert scene.replace({"material.gear": "PEEK"}) == other

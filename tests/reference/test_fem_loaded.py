@@ -12,7 +12,7 @@ import semiwear as sw
 from fem_reference.contact import ContactMeshError
 from fem_reference.loaded import loaded_contact
 from fem_reference.passage import Passage
-from fem_reference.root_load import RootStress, _carry
+from fem_reference.root_load import RootStress, carried
 from fem_reference.simulation import simulate
 from fem_reference.tooth_mesh import LOADED
 from semiwear.errors import SceneError
@@ -103,7 +103,7 @@ def test_forces_keep_their_sum_and_moment_on_the_root_meshes(shipped: sw.Scene) 
     mesh = RootStress(shipped).meshes["gear"]
     grid = mesh.flanks[0, LOADED]
     face, profile = np.array([483.0, 517.3, 555.1]), np.array([-3.0, 0.7, 1.9])
-    carry = _carry(grid, face, profile, int(grid.nodes.max()) + 1)
+    carry = carried(grid, face, profile, int(grid.nodes.max()) + 1)
     assert np.asarray(carry.sum(axis=1)).ravel() == pytest.approx(1.0, abs=1e-12)
     points = np.zeros((carry.shape[1], 3))
     at = grid.nodes >= 0

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from tests.scenes import MEDIUM, SHIPPED
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.ratings import BENDING, PITTING
 
 __all__ = ["NEUTRAL", "PLAIN", "SPEED"]
 
@@ -17,6 +19,7 @@ PLAIN = SHIPPED.replace(
     }
 )
 SPEED: dict[str, Any] = {"operation.pinion_speed_rpm": 300.0}
+_HOT = SPEED | {"effects.flash_temperature": {}}
 
 _TORQUE = PLAIN.operation.pinion_torque_Nm
 _RIGID_SHAFTS = {
@@ -57,5 +60,10 @@ NEUTRAL: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pitch_error", {"effects.pitch_error.pinion_um": [0.0, 0.0]}),
     ("pitch_error", {"effects.pitch_error.pinion_um": [7.0, 7.0, 7.0]}),
     ("shaft_compliance", {"effects.shaft_compliance": _RIGID_SHAFTS}),
+    ("pitting", SPEED | {"effects.pitting": PITTING}),
+    ("bending", {"effects.bending": BENDING}),
+    ("micropitting", _HOT | {"effects.micropitting": MICROPITTING}),
+    ("scuffing", _HOT | {"effects.scuffing": SCUFFING}),
+    ("flank_fracture", {"effects.flank_fracture": FLANK_FRACTURE}),
     ("run_life", {"effects.run_life.depth_limit_um": 5.0}),
 )

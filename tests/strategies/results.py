@@ -93,6 +93,33 @@ def synthetic_engagement(roll: np.ndarray, faces: int, life: np.ndarray) -> dict
     }
 
 
+def synthetic_ratings(height: np.ndarray, meshes: np.ndarray) -> dict[str, np.ndarray]:
+    """Safeties of two modes that fall with wear, of which the first fails near the middle of a long life."""
+    steps, share = meshes.size, np.linspace(0.0, 1.0, meshes.size)
+    fall = np.stack([1.6 - 1.0 * share, 3.0 - 1.2 * share])[:, :, None] * np.array([1.0, 1.1])
+    fails = np.full((2, 2), np.nan)
+    step = np.full((2, 2), -1)
+    if steps > 1:
+        fails[0], step[0] = [0.6 * meshes[-1], 0.7 * meshes[-1]], [steps - 1, steps - 1]
+    on_flank = np.broadcast_to(fall[:, -1, :, None, None] + 0.02 * height**2, (2, *height.shape)).copy()
+    on_flank[0, :, 0] = np.nan
+    return {
+        "required_safety": np.array([1.0, 1.4]),
+        "safety": fall,
+        "safety_error": np.array([0.02, 0.03]),
+        "safety_height": 0.0 * fall - 2.0,
+        "safety_face": 0.0 * fall + 508.0,
+        "damage_sum": 0.5 / fall,
+        "safety_on_flank": on_flank,
+        "meshes_to_failure": fails,
+        "meshes_to_failure_error": 0.05 * fails,
+        "hours_to_failure": 1e-7 * fails,
+        "wear_step_of_failure": step,
+        "fails_first": np.array([int(steps > 1), 0]),
+        "hours": 1e-7 * meshes,
+    }
+
+
 def synthetic_tree(
     wear_steps: int = 13,
     *,
@@ -171,6 +198,9 @@ def synthetic_tree(
         "hours_to_limit": np.asarray(1200.0),
         "sensitivity_to_wear_coefficient": np.asarray(-1.0),
         "sensitivity_to_torque": np.asarray(-0.7),
+        "meshes_to_end": np.asarray(5e9),
+        "hours_to_end": np.asarray(750.0),
+        "ended_by": np.asarray("pitting"),
     }
     return build_tree(
         {
@@ -179,6 +209,7 @@ def synthetic_tree(
             "mesh_cycle": mesh_cycle,
             "history": history,
             "life": life_of_run,
+            "ratings": synthetic_ratings(flank["flank_height"], meshes),
             "diagnostics": diagnostics,
         },
         {
@@ -189,6 +220,7 @@ def synthetic_tree(
             "stage": np.array(["geometry", "compliance", "wear"]),
             "effect": np.array(["friction", "lubrication"]),
             "quantity": np.array(["wear_depth_max_root", "root_stress_max"]),
+            "mode": np.array(["pitting", "bending"]),
         },
         provenance(
             title="Wear of the face gear pair 25 x 160",

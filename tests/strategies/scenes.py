@@ -7,8 +7,11 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_sets
 from semiwear.scene import EFFECTS, Placement, Scene
 from tests.scenes import SHIPPED
+from tests.strategies.oil_and_case import flank_fracture_tables, micropitting_tables, scuffing_tables
+from tests.strategies.ratings import bending_tables, pitting_tables
 
 
 def _between(low: float, high: float) -> st.SearchStrategy[float]:
@@ -170,10 +173,17 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
             shaft_angle_mrad_per_kNm=_between(0.0, 0.5),
             pinion_slope_mrad_per_kNm=_between(0.0, 0.5),
         ),
+        "pitting": pitting_tables(),
+        "bending": bending_tables(),
+        "micropitting": micropitting_tables(),
+        "scuffing": scuffing_tables(),
+        "flank_fracture": flank_fracture_tables(),
         "run_life": st.fixed_dictionaries(
             {"body": st.sampled_from(worn or ("gear",))}, optional={"depth_limit_um": _between(5.0, 100.0)}
         ),
     }
+    if scene.numerics.tooth_compliance == "rigid":
+        del tables["bending"]  # rigid teeth have no root stress
     return {name: table for name, table in tables.items() if worn or "wear" not in EFFECTS[name].needs}
 
 
@@ -193,6 +203,23 @@ def effects(draw: st.DrawFn, scene: Scene = SHIPPED) -> dict[str, Any]:
         for need in needs:
             if need == "operation.pinion_speed_rpm":
                 changes[need] = draw(_between(100.0, 6000.0))
-            elif need.startswith("effects.") and need not in changes:
+            elif need.removeprefix("effects.") in EFFECTS and need not in changes:
                 chosen.append(need.removeprefix("effects."))
     return changes
+
+
+def named_changes() -> st.SearchStrategy[dict[str, object]]:
+    """Named data of every kind, and a run that ends after hours."""
+    names = {kind: st.sampled_from(list(named_sets(kind))) for kind in (MATERIALS, WEAR, OILS)}
+    oil = st.fixed_dictionaries({"data": names[OILS], "oil_temperature_C": _between(0.0, 120.0)})
+    return st.fixed_dictionaries(
+        {
+            "material.gear": names[MATERIALS],
+            "wear.coefficient_mm2_per_N": st.none(),
+            "wear.data": st.one_of(names[WEAR], st.fixed_dictionaries({"gear": names[WEAR]})),
+            "wear.until.hours": _between(1.0, 1e5),
+            "operation.pinion_speed_rpm": _between(1.0, 1e4),
+            "effects.lubrication": oil,
+            "effects.friction": oil,
+        }
+    )

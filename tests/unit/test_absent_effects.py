@@ -18,6 +18,8 @@ from semiwear.contact.line_contact import LINE
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.ratings import BENDING, PITTING
 
 ROOT = Path(sw.__file__).parents[1]
 RUBBING = {"semiwear.contact.friction", "semiwear.contact.conditions", "semiwear.contact.line_conditions"}
@@ -28,6 +30,13 @@ OBSERVED = RUBBING | {
 }
 LAWS = OBSERVED - {"semiwear.observers"} | {"semiwear.wear.laws", "semiwear.wear.contact_factor"}
 MODIFICATION = {"semiwear.meshing.flank_deviations", "semiwear.meshing.flank_modification"}
+RATED = RUBBING - {"semiwear.contact.friction"} | {
+    f"semiwear.ratings.{name}"
+    for name in ("by_cycles", "contact", "failure", "life_curve", "load_factors", "miner", "mode")
+}
+
+CALM = RATED - {f"semiwear.ratings.{name}" for name in ("by_cycles", "life_curve", "miner")}
+HEATED = CALM | OBSERVED | {f"semiwear.ratings.{name}" for name in ("heated_contact", "oil", "overload")}
 
 # Modules that a table loads, those of what it needs included.
 MODULES = {
@@ -45,6 +54,13 @@ MODULES = {
     "load_spectrum": set(),
     "pitch_error": set(),
     "shaft_compliance": {"semiwear.compliance.mounting"},
+    "pitting": RATED | {"semiwear.ratings.pitting"},
+    "bending": RATED | {"semiwear.ratings.bending"},
+    "micropitting": HEATED
+    | {f"semiwear.ratings.{name}" for name in ("load_stages", "micropitting", "specific_film")},
+    "scuffing": HEATED | {"semiwear.ratings.scuffing"},
+    "flank_fracture": CALM
+    | {f"semiwear.ratings.{name}" for name in ("flank_fracture", "hardness", "overload", "worn_depth")},
     "run_life": set(),
 }
 OPTIONAL = set().union(*MODULES.values()) | {"semiwear.meshing.deviation_grid"}
@@ -56,6 +72,11 @@ TABLES = {
     "wear_law.temperature": SPEED | {"effects.flash_temperature": {}, "effects.wear_law.temperature": {}},
     "load_spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0], "shares": [0.5, 0.5]}},
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 5.0]},
+    "pitting": SPEED | {"effects.pitting": PITTING},
+    "micropitting": SPEED | {"effects.flash_temperature": {}, "effects.micropitting": MICROPITTING},
+    "scuffing": SPEED | {"effects.flash_temperature": {}, "effects.scuffing": SCUFFING},
+    "flank_fracture": {"effects.flank_fracture": FLANK_FRACTURE},
+    "bending": {"effects.bending": BENDING, "numerics.tooth_compliance": "prism", "numerics.harmonics": 3},
     "run_life": {"effects.run_life.depth_limit_um": 1.0},
 }
 TINY = PLAIN.replace({"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.tooth_compliance": "rigid"})
@@ -94,7 +115,7 @@ def test_effects_that_only_tell_solve_nothing(monkeypatch):
     # the unworn state, then of each of two steps a rehearsal, the loads and the contact at its end; edges twice more
     assert 1 + 2 * 3 <= alone["solve"] <= 3 + 2 * 5
     plain = contact_calls(monkeypatch, TINY)
-    for name in ("flash_temperature", "lubrication", "misalignment"):
+    for name in ("flash_temperature", "lubrication", "misalignment", "pitting"):
         assert contact_calls(monkeypatch, TINY.replace(table(name))) == plain
     assert contact_calls(monkeypatch, TINY.replace(table("friction")))["solve"] > plain["solve"]
 

@@ -139,7 +139,7 @@ class TestWorn:
 
 class TestMarks:
     def names(self, tree, body="pinion"):
-        return [text.get_text() for text in plot.wear_map(tree, body=body).get_legend().get_texts()]
+        return [text.get_text() for text in plot.wear_map(tree, body=body).texts]
 
     def test_every_mark_of_a_map_is_named(self):
         tree = tree_of(BODIES, CYLINDRICAL + POINT)

@@ -161,7 +161,7 @@ MALFORMED = {
     "nothing": (only(""), "gear_pair.module_mm", "greater than 0 mm", "needed by [gear_pair]: add it"),
     "no torque": (without("pinion_torque_Nm"), "operation.pinion_torque_Nm", "N m", "needed by [operation]: add it"),
     "no coefficient": (without("coefficient_mm2_per_N"), "wear.coefficient_mm2_per_N", "mm2/N", "needed by [wear]"),
-    "no end": (without("control_depths_um"), "wear.until", "one of meshes and control_depths_um", "say where"),
+    "no end": (without("control_depths_um"), "wear.until", "one of meshes, hours and control_depths_um", "say where"),
     "two ends": (put("[wear.until]", "[wear.until]\nmeshes = 1e9"), "wear.until", "exactly one of", "remove one"),
     "no control point": (
         without(r"wear.control_point", "numerics"),

@@ -47,7 +47,7 @@ def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
         ({"operation.rpm": 100.0}, "did you mean pinion_speed_rpm?"),
         ({"material.pinion.E": 206000.0}, "did you mean youngs_modulus_MPa?"),
         ({"wear.k": 1e-13}, "did you mean coefficient_mm2_per_N?"),
-        ({"wear.until.hours": 10.0}, "did you mean meshes?"),
+        ({"wear.until.cycles": 10.0}, "did you mean meshes?"),
     ],
 )
 def test_names_of_textbooks_lead_to_the_field(spur, given, meant):

@@ -86,8 +86,8 @@ def test_table_report_and_pictures_cope_and_say_why(without_pitch, tmp_path):
     drawn = {one.name: draw(one, without_pitch) for one in PICTURES if one.name in names}
     assert "none (no roll position" in drawn["contact_stress_history"].alt
     assert "edges alone" in drawn["sliding_along_path"].alt
-    legend = plot.contact_stress_history(without_pitch).get_legend()
-    assert "pitch cone (none clear of edges)" in [text.get_text() for text in legend.get_texts()]
+    names = plot.contact_stress_history(without_pitch).texts
+    assert "pitch cone (none clear of edges)" in [text.get_text() for text in names]
     page = sw.report(without_pitch, tmp_path / "a.html", synthetic_tree(9)).read_text(encoding="utf-8")
     assert "is missing at some wear steps" in page
     assert ">nan<" not in page.lower()

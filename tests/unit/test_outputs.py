@@ -15,6 +15,7 @@ import semiwear as sw
 from semiwear import cli, commands
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
+from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.report.evidence import Evidence, NotComparable
 from semiwear.targets import RESULTS, file_target
 from tests.strategies.results import synthetic_tree
@@ -90,7 +91,8 @@ def test_an_output_that_would_destroy_is_refused_before_computing(name, folder, 
 
 def test_a_file_that_the_scene_reads_is_no_output(tmp_path, capsys, quick):
     flank = tmp_path / "gear.nc"
-    flank.write_bytes(b"")
+    even = np.linspace(0.0, 1.0, 5)
+    write_deviation_grid(flank, even, even, np.zeros((5, 5)))
     change = f"effects.modification.gear.file={flank}"
     status, _, error = run(capsys, "run", SCENE, "--set", change, "-o", flank)
     assert (status, quick) == (2, [])
@@ -154,7 +156,7 @@ def test_of_a_link_what_it_points_to_is_replaced(tmp_path):
 
 
 def test_a_result_is_on_disk_whatever_its_table_or_report_does(tmp_path, capsys, quick, monkeypatch):
-    def fails(*_):
+    def fails(*_, **__):
         raise ZeroDivisionError
 
     monkeypatch.setattr(sw, "report", fails)

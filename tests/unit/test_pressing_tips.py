@@ -89,7 +89,7 @@ def test_run_and_report_say_it(tmp_path, capsys):
     assert main(["run", str(scene), "--report", str(tmp_path / "a.html")]) == 0
     assert "the gear's tip presses at roll −0.71" in capsys.readouterr().out
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert "Tips that press" in page
+    assert "Advice: tips that press" in page
     assert "tip presses at roll −0.71" in page
 
 

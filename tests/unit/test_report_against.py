@@ -357,7 +357,7 @@ def test_pictures_of_two_results(line, patch):
     assert low == -high and mesh.get_array().min() == pytest.approx(low) and mesh.get_array().max() <= 1e-12
     assert "line minus patch" in panel.get_title(loc="left")
     panel = plot.against.pressure_of_both(line, deeper)
-    assert len(panel.get_legend().get_texts()) == 4 and panel.get_yscale() == "linear"
+    assert len(panel.texts) == 4 and panel.get_yscale() == "linear"
     edges = changed(patch, "engagement/contact_pressure_max_edge", lambda v: 10 * v)
     assert plot.against.pressure_of_both(line, edges).get_yscale() == "log"
     with pytest.raises(SemiwearError, match="no worn flank in common"):

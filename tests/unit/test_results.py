@@ -67,7 +67,10 @@ def test_names_of_the_design_are_there():
         "tip_relief_to_free subsurface_stress_max subsurface_stress_depth "
         "transmission_error_mean transmission_error_amplitude mesh_efficiency friction_power_loss_mean "
         "contact_temperature_max lambda_ratio_min",
-        "life": "depth_limit meshes_to_limit hours_to_limit sensitivity_to_wear_coefficient sensitivity_to_torque",
+        "life": "depth_limit meshes_to_limit hours_to_limit meshes_to_end hours_to_end ended_by "
+        "sensitivity_to_wear_coefficient sensitivity_to_torque",
+        "ratings": "required_safety safety safety_error safety_height safety_face damage_sum safety_on_flank "
+        "meshes_to_failure meshes_to_failure_error hours_to_failure wear_step_of_failure fails_first hours",
         "diagnostics": "iterations load_balance_residual complementarity_residual edge_residual wear_law_residual "
         "wear_volume_residual elements_across reaches_border edge_contact smallest_gap seconds effect_seconds "
         "error_estimate",
@@ -113,7 +116,7 @@ NOT_FINITE = [
     (bad, entry.path)
     for bad in (np.nan, np.inf, -np.inf)
     for entry in VARIABLES.values()
-    if entry.group in TREE.children and not (entry.absent and np.isnan(bad))
+    if entry.group in TREE.children and entry.dtype != "str" and not (entry.absent and np.isnan(bad))
 ]
 
 

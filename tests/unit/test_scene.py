@@ -147,6 +147,7 @@ class TestDefaults:
             "teeth",
             "ratio",
             "meshes",
+            "hours",
             "iterations",
             "steps",
             "pairs",

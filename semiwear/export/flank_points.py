@@ -9,12 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from semiwear.errors import SceneError
+from semiwear.export.nodes import nodes_on
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
-from semiwear.meshing.driving_flank import driving_grid
-from semiwear.meshing.flank_grid import flank_grid
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
 from semiwear.meshing.pairs import flank_pair
 from semiwear.plain_text import one_of
@@ -60,6 +59,15 @@ def export_flank(
     ------
     SceneError
         For an unknown body, too few points, another kind of file, or a result that does not fit.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import semiwear as sw
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "gear.nc")
+    >>> sw.export_flank(sw.load_scene("spur_fzg_c"), "gear", path, points=(21, 9))
+    >>> path.is_file()
+    True
     """
     if body not in BODIES:
         raise SceneError.of("body", body, one_of(BODIES))
@@ -143,13 +151,8 @@ def _depth(
     if not depth.any():  # a body that does not wear has other nodes
         return np.zeros(profile.shape)
     stations = flank["face"].values
-    make = flank_grid if body == DRIVEN else driving_grid
-    nodes = make(pair, stations, depth.shape[1]).profile
-    height = pair.flank_place(body, stations[:, None], nodes)[0]
     told = flank["flank_height"].isel(body=body).transpose("face", "profile").values
-    if np.abs(height - told).max() > 1e-6 * np.ptp(told):
-        fix = "give the scene that the result was computed with"
-        raise SceneError.of("worn", "a result of another scene", "a result of this scene", fix)
+    nodes = nodes_on(pair, body, stations, told)
     root, tip = flank_ends(pair, body, stations)
     share = (nodes - root[:, None]) / (tip - root)[:, None]
     own_root, own_tip = flank_ends(pair, body, face)

@@ -1,0 +1,101 @@
+"""Worn flanks as surfaces, and the part of a flank that is one zone."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SceneError
+from semiwear.export.nodes import chosen_step, flank_nodes
+from semiwear.export.surface import Surface, grid_of_quads
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.plain_text import one_of
+from semiwear.results import VARIABLES
+from semiwear.results.missing import group_of
+
+__all__ = ["in_zone", "step_fields", "worn_flank"]
+
+_PLACES = ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
+
+
+def worn_flank(tree: xr.DataTree, body: str = "gear", wear_step: int = -1, *, exaggeration: float = 1.0) -> Surface:
+    """The worn flank of one tooth as a surface, with the wear of every step as fields.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate`.
+    body : str
+        ``"pinion"`` or ``"gear"``.
+    wear_step : int
+        Whose shape the surface has. Default: the last.
+    exaggeration : float
+        By which the wear is multiplied in the shape (1: to scale); the fields are never.
+
+    Returns
+    -------
+    Surface
+        The nodes of the result, from the root to the tip and from the middle of the first slice to that of the last,
+        in the body's own frame (z is its axis). Fields: `wear_depth` of this step, `wear_depth_step_k` of all [um],
+        `flank_height` and `flank_radius` [mm], `zone`, `active`, `specific_sliding`; `contact_pattern` [MPa] of the
+        gear where the result has it.
+
+    Raises
+    ------
+    SceneError
+        For an unknown body or wear step, or a result without maps of wear.
+    """
+    nodes = flank_nodes(tree, body)
+    step = chosen_step(len(nodes.depth), wear_step)
+    points, normals = nodes.flank.points(nodes.face[:, None], nodes.profile)
+    worn = points - exaggeration * nodes.depth[step][..., None] * normals
+    quads = grid_of_quads(*nodes.profile.shape)
+    corners = worn.reshape(-1, 3)[quads]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    if np.sum(across * normals.reshape(-1, 3)[quads[:, 0]]) < 0.0:
+        quads = quads[:, ::-1]
+    data = group_of(tree, "flank")
+    fields = step_fields(1e3 * nodes.depth.reshape(len(nodes.depth), -1), step)
+    index = BODIES.index(body)
+    for name in _PLACES:
+        fields[name] = data[name].isel(body=index).transpose("face", "profile").values.ravel().astype(float)
+    if body == "gear" and "contact_pattern" in data:
+        fields["contact_pattern"] = data["contact_pattern"].isel(wear_step=step).transpose("face", "profile").values
+        fields["contact_pattern"] = fields["contact_pattern"].ravel()
+    units = {name: VARIABLES["flank", "wear_depth" if name.startswith("wear") else name].units for name in fields}
+    return Surface(worn.reshape(-1, 3), quads, fields, units)
+
+
+def step_fields(depth: np.ndarray, step: int) -> dict[str, np.ndarray]:
+    """Wear depth (steps, nodes) as fields: of the chosen step, and of every one."""
+    return {"wear_depth": depth[step]} | {f"wear_depth_step_{k}": values for k, values in enumerate(depth)}
+
+
+def in_zone(tree: xr.DataTree, zone: str, body: str = "gear") -> xr.Dataset:
+    """Flank values of a body in one of its zones; NaN elsewhere.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate`.
+    zone : str
+        ``"root"``, ``"pitch"`` or ``"addendum"``.
+    body : str
+
+    Returns
+    -------
+    Dataset
+        What `/flank` holds of the body, over (wear_step, profile, face): ``in_zone(tree, "root").wear_depth.max()``.
+
+    Raises
+    ------
+    SceneError
+        For an unknown zone or body.
+    """
+    zones = VARIABLES["flank", "zone"].flags
+    data = group_of(tree, "flank")
+    if body not in BODIES or zone not in zones:
+        name, value, allowed = ("body", body, BODIES) if body not in BODIES else ("zone", zone, zones)
+        raise SceneError.of(name, value, one_of(allowed))
+    own = data.sel(body=body)
+    return own.where(own["zone"] == zones.index(zone))

@@ -1,0 +1,105 @@
+"""Results as tidy tables: one row a wear step, or a place of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from semiwear.errors import SceneError
+from semiwear.plain_text import one_of
+from semiwear.results.missing import group_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["TABLES", "tables_of", "to_frame"]
+
+TABLES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "history": ("history", ("wear_step",)),
+    "engagement": ("engagement", ("wear_step", "roll_position")),
+    "mesh_cycle": ("mesh_cycle", ("wear_step", "mesh_position")),
+    "line_loads": ("engagement", ("wear_step", "roll_position", "face")),
+    "flank": ("flank", ("wear_step", "body", "profile", "face")),
+    "diagnostics": ("diagnostics", ("wear_step",)),
+    "life": ("life", ()),
+}
+"""Tables by name: the group that each is taken from, and what its rows run over."""
+
+
+def tables_of(tree: xr.DataTree) -> tuple[str, ...]:
+    """Names of the tables that a result can give."""
+    return tuple(name for name in TABLES if _variables(tree, name))
+
+
+def to_frame(tree: xr.DataTree, table: str = "history") -> pd.DataFrame:
+    """A table of a result as a pandas data frame, one row a wear step or a place of it.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate` or `loaded_contact`.
+    table : str
+        ``"history"`` (default), ``"engagement"``, ``"mesh_cycle"``, ``"line_loads"`` (one row a slice of a contact
+        line), ``"flank"`` (one row a node of either flank), ``"diagnostics"`` or ``"life"``.
+
+    Returns
+    -------
+    DataFrame
+        Columns are the dimensions, `meshes` where a result has them, and the variables; one that both bodies have
+        makes two columns, such as ``root_stress_max[gear]``. Units by column are in ``frame.attrs["units"]``, long
+        names in ``frame.attrs["long_name"]``.
+
+    Raises
+    ------
+    SceneError
+        For a table that the result does not have.
+    """
+    names = _variables(tree, table) if table in TABLES else []
+    if not names:
+        raise SceneError.of("table", table, one_of(tables_of(tree)), "take one that this result has")
+    import pandas as pd
+
+    group, dims = TABLES[table]
+    data = group_of(tree, group)
+    sizes = tuple(int(data.sizes[dim]) for dim in dims)
+    columns: dict[str, np.ndarray] = {}
+    about: dict[str, xr.DataArray] = {}
+    for k, dim in enumerate(dims):
+        values = data[dim].values if dim in data.coords else np.arange(sizes[k])
+        columns[dim] = _spread(values, (dim,), dims, sizes)
+        about[dim] = data[dim]
+    if "meshes" in data.coords and "wear_step" in dims:
+        columns["meshes"] = _spread(data["meshes"].values, data["meshes"].dims, dims, sizes)
+        about["meshes"] = data["meshes"]
+    for name in names:
+        array = data[name]
+        bodies = [None] if "body" in dims or "body" not in array.dims else list(array["body"].values)
+        for body in bodies:
+            one = array if body is None else array.sel(body=body)
+            column = name if body is None else f"{name}[{body}]"
+            columns[column], about[column] = _spread(one.values, one.dims, dims, sizes), array
+    frame = pd.DataFrame(columns)
+    for text in ("units", "long_name"):
+        frame.attrs[text] = {column: str(array.attrs.get(text, "")) for column, array in about.items()}
+    return frame
+
+
+def _variables(tree: xr.DataTree, table: str) -> list[str]:
+    """Variables that have all dims of a table's rows, or at least one of them; `body` may make columns."""
+    group, dims = TABLES[table]
+    found = []
+    for name, array in group_of(tree, group).data_vars.items():
+        own = set(map(str, array.dims)) - (set() if "body" in dims else {"body"})
+        if own <= set(dims) and (own & set(dims[-1:]) or not dims):
+            found.append(str(name))
+    return found
+
+
+def _spread(values: np.ndarray, own: Sequence[object], dims: Sequence[str], sizes: Sequence[int]) -> np.ndarray:
+    """Values over some of the dims, one for each row."""
+    order = [list(own).index(dim) for dim in dims if dim in own]
+    shape = [size if dim in own else 1 for dim, size in zip(dims, sizes, strict=True)]
+    return np.broadcast_to(np.transpose(values, order).reshape(shape), sizes).reshape(-1)

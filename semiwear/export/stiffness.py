@@ -1,0 +1,148 @@
+r"""Mesh stiffness and transmission error of worn teeth over a mesh cycle, for models of shafts and gear trains.
+
+Two stiffnesses, both along the line of action, of all tooth pairs together:
+
+    mean    F / delta: load over the approach that it causes; with the unloaded transmission error e as displacement
+            excitation, F = k (x - e) gives back the loaded transmission error at the torque of the scene.
+    local   dF / ddelta at the torque of the scene: what small vibrations about it feel, by a central difference of
+            1 % of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
+            stiffness is the greater of the two.
+
+Sources: ISO 6336-1:2019, 9 (mesh stiffness); Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75 (k and e as
+parametric and displacement excitation); Umezawa, Suzuki and Sato, Bull. JSME 29 (1986) 1605-1611 (k over a cycle).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from semiwear.errors import SceneError
+from semiwear.export.nodes import chosen_step, scene_of
+from semiwear.export.worn_contact import WornContact
+from semiwear.meshing.flank_pair import reference_lever
+from semiwear.plan import plan
+from semiwear.results.missing import group_of
+
+__all__ = ["mesh_stiffness", "stiffness_over_angle"]
+
+FloatArray = NDArray[np.float64]
+
+_ARCSEC = 180.0 * 3600.0 / pi
+_STEP = 0.01  # of the torque
+_ABOUT = {
+    "mesh_stiffness": ("N/mm", "load over the approach along the line of action that it causes"),
+    "mesh_stiffness_local": ("N/mm", "change of the load with the approach, at the scene's torque"),
+    "torsional_mesh_stiffness": ("N m/rad", "pinion torque over the pinion's rotation, the gear held"),
+    "torsional_mesh_stiffness_local": ("N m/rad", "change of the pinion torque with its rotation, the gear held"),
+    "transmission_error_unloaded": ("um", "unloaded transmission error along the line of action, + gear leads"),
+    "transmission_error_loaded": ("um", "loaded transmission error along the line of action, + gear leads"),
+    "pinion_angle": ("deg", "rotation of the pinion from mesh position 0, growing with time"),
+}
+
+
+def mesh_stiffness(tree: xr.DataTree, *, local: bool = True) -> xr.Dataset:
+    """Mesh stiffness and transmission error over mesh position and wear step.
+
+    Parameters
+    ----------
+    tree : DataTree
+        A result of `simulate`; without `local` one of `loaded_contact` as well, finite elements included.
+    local : bool
+        Whether to give the local stiffness too, for which every wear step is loaded twice more.
+
+    Returns
+    -------
+    Dataset
+        Over (wear_step, mesh_position): `mesh_stiffness` [N/mm] and `torsional_mesh_stiffness` [N m/rad] about the
+        pinion's axis, both also ``_local``; `transmission_error_unloaded` and `_loaded` [um]; coordinates
+        `pinion_angle` [deg] and `meshes`. Attributes: `lever_arm_mm`, with which approach = angle x lever arm (the
+        base radius of a spur pinion), `pinion_torque_Nm`, `normal_force_N`, `pinion_teeth`, `gear_teeth`.
+
+    Raises
+    ------
+    SceneError
+        For a result without transmission error, or without the maps of wear that a local stiffness needs.
+    """
+    cycle = group_of(tree, "mesh_cycle")
+    if "transmission_error_loaded" not in cycle:
+        raise SceneError.of("tree", "a tree without /mesh_cycle", "a result of simulate", "simulate the scene")
+    scene = scene_of(tree)
+    pair = plan(scene).flank_pair()
+    lever, torque = reference_lever(pair), scene.operation.pinion_torque_Nm
+    loaded, unloaded = (
+        cycle[f"transmission_error_{state}"].transpose("wear_step", "mesh_position").values / pair.arcsec_per_mm
+        for state in ("loaded", "unloaded")
+    )
+    force = 1e3 * torque / lever
+    stiffness = {"mesh_stiffness": force / (unloaded - loaded)}
+    if local:
+        stiffness["mesh_stiffness_local"] = _local(tree, cycle["mesh_position"].values) / lever**2
+    values = dict(stiffness)
+    for name, value in stiffness.items():
+        values[f"torsional_{name}"] = 1e-3 * lever**2 * value
+    values["transmission_error_unloaded"], values["transmission_error_loaded"] = 1e3 * unloaded, 1e3 * loaded
+    teeth = [abs(getattr(scene.gear_pair, f"{body}_teeth")) for body in ("pinion", "gear")]
+    position = cycle["mesh_position"]
+    coords = {name: cycle[name] for name in ("wear_step", "mesh_position", "meshes") if name in cycle.coords}
+    found = xr.Dataset(
+        {name: (("wear_step", "mesh_position"), value, _attrs(name)) for name, value in values.items()},
+        coords | {"pinion_angle": ("mesh_position", 360.0 / teeth[0] * position.values, _attrs("pinion_angle"))},
+    )
+    return found.assign_attrs(
+        title="mesh stiffness",
+        references="ISO 6336-1:2019; Kahraman and Singh 1990, J. Sound Vib. 142, 49-75",
+        lever_arm_mm=lever, pinion_torque_Nm=torque, normal_force_N=force, pinion_teeth=teeth[0], gear_teeth=teeth[1],
+    )  # fmt: skip
+
+
+def stiffness_over_angle(
+    found: xr.Dataset, wear_step: int = -1, *, of: str = "mesh_stiffness"
+) -> Callable[[ArrayLike], FloatArray]:
+    """k(theta) of a worn pair: a periodic function of the pinion's rotation [rad], linear between mesh positions.
+
+    Parameters
+    ----------
+    found : Dataset
+        Of `mesh_stiffness`.
+    wear_step : int
+        Default: the last.
+    of : str
+        Another of its variables, such as ``"torsional_mesh_stiffness"`` or ``"transmission_error_unloaded"``.
+
+    Raises
+    ------
+    SceneError
+        For a wear step or a variable that it does not have.
+    """
+    if of not in found:
+        raise SceneError.of("of", of, ", ".join(map(str, found.data_vars)), "mesh_stiffness(tree, local=True)")
+    step = chosen_step(found.sizes["wear_step"], wear_step)
+    angle = np.radians(found["pinion_angle"].values)
+    period = 2.0 * pi / int(found.attrs["pinion_teeth"])
+    values = found[of].isel(wear_step=step).values
+
+    def over_angle(theta: ArrayLike) -> FloatArray:
+        return np.asarray(np.interp(np.asarray(theta, float), angle, values, period=period))
+
+    return over_angle
+
+
+def _attrs(name: str) -> dict[str, str]:
+    units, text = _ABOUT[name]
+    return {"units": units, "long_name": text}
+
+
+def _local(tree: xr.DataTree, mesh_positions: FloatArray) -> FloatArray:
+    """Torque over rotation of the pinion about the scene's torque, (wear_step, mesh_position) [N mm/rad]."""
+    contact = WornContact.of(tree, mesh_positions)
+    order = np.argsort(contact.teeth.rolls.mesh_position)
+    rows = []
+    for step in range(len(contact.depth)):
+        less, more = (contact.load(step, 1.0 + sign * _STEP).loads.rotation for sign in (-1.0, 1.0))
+        rows.append(2.0 * _STEP * contact.teeth.problem.torque / (more - less))
+    return np.stack(rows)[:, order]

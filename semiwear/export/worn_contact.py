@@ -1,0 +1,69 @@
+"""Loaded contact on the flanks of a result's wear steps, solved again: what its file does not hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.errors import SceneError
+from semiwear.export.nodes import scene_of
+from semiwear.plan import plan
+from semiwear.results.missing import group_of
+from semiwear.scene import Scene
+
+__all__ = ["WornContact"]
+
+FloatArray = NDArray[np.float64]
+
+_UM = 1e-3  # mm
+
+
+@dataclass(frozen=True)
+class WornContact:
+    """The teeth of a result at some mesh positions, to be loaded on the flanks of its wear steps.
+
+    Attributes
+    ----------
+    scene : Scene
+    teeth : LoadedTeeth
+    depth : (steps, 2, face, profile) array [mm]
+        Wear of both bodies.
+    """
+
+    scene: Scene
+    teeth: LoadedTeeth
+    depth: FloatArray
+
+    @classmethod
+    def of(cls, tree: xr.DataTree, mesh_positions: FloatArray) -> WornContact:
+        """The teeth of a result at mesh positions.
+
+        Raises
+        ------
+        SceneError
+            For a result without maps of wear, or with those of another grid than its scene's.
+        """
+        data = group_of(tree, "flank")
+        if "wear_depth" not in data:
+            raise SceneError.of("tree", "a tree without /flank/wear_depth", "a result of simulate", "simulate it")
+        scene = scene_of(tree)
+        depth = _UM * data["wear_depth"].transpose("wear_step", "body", "face", "profile").values
+        teeth = plan(scene).loaded_teeth(None, mesh_positions, data["face"].values)
+        if teeth.grid.profile.shape != depth.shape[2:]:
+            raise SceneError.of(
+                "tree", "maps of wear on another grid", "those of its scene's numerics", "run it anew"
+            )
+        return cls(scene, teeth, depth)
+
+    def load(self, step: int, torque_factor: float = 1.0) -> LoadedState:
+        """Contact on the flanks of a wear step, under the scene's torque times a factor."""
+        pinion, gear = self.depth[step]
+        problem = self.teeth.problem
+        teeth = self.teeth
+        if torque_factor != 1.0:
+            teeth = replace(teeth, problem=problem.under(torque_factor * problem.torque))
+        return teeth.load(gear, driving_wear=None if teeth.driving is None else pinion)

@@ -1,0 +1,151 @@
+"""Clouds of points of a flank in no order, as scanners give them, made into a grid."""
+
+from __future__ import annotations
+
+import io
+import os
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+
+from semiwear.errors import MissingExtraError, SceneError
+from semiwear.geometry.point_grid import PointGrid
+from semiwear.measured.files import check_points
+from semiwear.measured.nearest import feet, turned_by
+from semiwear.measured.nominal import nominal_flank
+from semiwear.measured.rigid import Displacement
+from semiwear.scene import Scene
+
+__all__ = ["flank_from_points"]
+
+FloatArray = NDArray[np.float64]
+
+_TEXT = (".xyz", ".txt", ".asc", ".csv")
+_MESHES = (".ply", ".stl", ".obj", ".vtu", ".vtk")
+_LEAST = 200  # points on the flank
+_COVERED = 0.7  # of the cells of the flank: less is a part of it
+_CELLS = 12  # each way, in which the cover is counted
+
+
+def flank_from_points(
+    scene: Scene,
+    points: str | os.PathLike[str] | ArrayLike,
+    body: str = "gear",
+    *,
+    shape: tuple[int, int] = (61, 61),
+    within_mm: float = 0.5,
+) -> PointGrid:
+    """A grid of points on the surface of a cloud, for `register`, `measured_wear` and `calibrate`.
+
+    Points within `within_mm` of the nominal flank, after the best rotation about the axis, are those of the flank:
+    of a scan of the whole tooth, its other flank, fillets and ends drop out. Their deviations are averaged over the
+    cells of the grid, and linear between; no point stands for more than its own cell. The grid stays where the cloud
+    was: the datum is found by what takes the grid.
+
+    Parameters
+    ----------
+    scene : Scene
+    points : path or (n, 3) array [mm]
+        In the body's own frame (z is its axis, x any direction across it). Text with three numbers a line (.xyz,
+        .txt, .asc, .csv), or the vertices of a .ply, .stl, .obj, .vtu or .vtk file (extra ``view``).
+    body : str
+        ``"pinion"`` or ``"gear"``.
+    shape : (int, int)
+        Rows from root to tip and columns along the tooth.
+    within_mm : float
+
+    Raises
+    ------
+    SceneError
+        For too few points, points in other units or of another part, or a cloud that does not cover the flank.
+    """
+    if len(shape) != 2 or min(shape) < _CELLS:
+        raise SceneError.of("shape", shape, f"two whole numbers, {_CELLS} or more", "61 x 61 is usual")
+    cloud = _cloud(points)
+    flank = nominal_flank(scene, body)
+    check_points(flank, PointGrid(cloud[: len(cloud) // 8 * 8].reshape(8, -1, 3)), "points")
+    moved = Displacement.about_axis(turned_by(flank, cloud))
+    at = feet(flank, moved.undo(cloud))
+    on = at.inside & (np.abs(at.deviation) < within_mm)
+    low, high = flank.face_ends
+    root, tip = flank.limits(at.face)
+    share = np.stack([(at.profile - root) / (tip - root), (at.face - low) / (high - low)], axis=-1)[on]
+    _require_cover(share)
+    rows, columns = shape
+    number = np.clip((share * (rows, columns)).astype(int), 0, np.array(shape) - 1) @ (columns, 1)
+    cells, cell, count = np.unique(number, return_inverse=True, return_counts=True)
+    means = [np.bincount(cell, weights) / count for weights in (*share.T, at.deviation[on])]
+    assert len(cells) == len(means[0])
+    places = np.column_stack(means[:2])
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, rows), np.linspace(0.0, 1.0, columns), indexing="ij")
+    deviation = LinearNDInterpolator(places, means[2])(u, v)
+    beyond = np.isnan(deviation)  # up to half a cell at the borders
+    deviation[beyond] = NearestNDInterpolator(places, means[2])(u[beyond], v[beyond])
+    nominal, normals = flank.points(*flank.places(v, u))
+    return PointGrid(moved.apply(nominal + deviation[..., None] * normals), attributes={"body": body})
+
+
+def _require_cover(share: FloatArray) -> None:
+    """Refuse clouds with too few points on the flank, or on a part of it alone."""
+    if len(share) < _LEAST:
+        fix = "check the body, the frame (z is the axis), the units and within_mm"
+        raise SceneError.of("points", f"{len(share)} points on the flank", f"{_LEAST} or more", fix)
+    number = np.clip((share * _CELLS).astype(int), 0, _CELLS - 1) @ (_CELLS, 1)
+    cover = np.unique(number).size / _CELLS**2
+    if cover < _COVERED:
+        found, allowed = f"points on {100 * cover:.0f} % of the flank", f"{100 * _COVERED:.0f} % or more"
+        raise SceneError.of("points", found, allowed, "scan the whole flank, or raise within_mm if it is worn deeper")
+
+
+def _cloud(points: str | os.PathLike[str] | ArrayLike) -> FloatArray:
+    if not isinstance(points, str | os.PathLike):
+        cloud = np.asarray(points, dtype=float)
+        if cloud.ndim != 2 or cloud.shape[-1] != 3:
+            raise SceneError.of("points", f"an array of shape {cloud.shape}", "points (n, 3) in mm, or a file")
+        return _finite(cloud)
+    file = Path(points)
+    allowed = f"a file {', '.join((*_TEXT, *_MESHES))}"
+    if not file.is_file() or file.suffix.casefold() not in (*_TEXT, *_MESHES):
+        fix = "name it by what it is" if file.is_file() else "no such file"
+        raise SceneError.of("points", str(file), allowed, fix)
+    if file.suffix.casefold() in _TEXT:
+        return _finite(_of_text(file))
+    try:
+        import meshio
+    except ImportError as error:
+        raise MissingExtraError("meshio", "view", f"a cloud in {file.suffix}") from error
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            found = meshio.read(file)
+    except (SystemExit, meshio.ReadError, ValueError, KeyError, IndexError, OSError) as error:  # meshio exits
+        raise SceneError.of("points", str(file), allowed, "it is damaged: export it again") from error
+    return _finite(np.asarray(found.points, dtype=float))
+
+
+def _of_text(file: Path) -> FloatArray:
+    rows = []
+    for number, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if not words or line.lstrip().startswith("#"):
+            continue
+        try:
+            rows.append([float(word) for word in words[:3]])
+        except ValueError:
+            if rows:
+                what = f"{file}: line {number} is no point"
+                raise SceneError.of("points", what, "three numbers a line", "correct the line") from None
+            continue  # a heading
+        if len(rows[-1]) < 3:
+            raise SceneError.of("points", f"{file}: line {number} has {len(words)} numbers", "three numbers a line")
+    return np.array(rows).reshape(-1, 3)
+
+
+def _finite(cloud: FloatArray) -> FloatArray:
+    if len(cloud) < _LEAST:
+        raise SceneError.of("points", f"{len(cloud)} points", f"{_LEAST} or more", "scan the flank more densely")
+    if not np.all(np.isfinite(cloud)):
+        raise SceneError.of("points", "points that are not finite", "finite coordinates", "remove them")
+    return cloud

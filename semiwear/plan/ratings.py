@@ -1,0 +1,203 @@
+"""Failure modes that a scene's tables ask for, built on demand; each is imported only when its table is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loads import SlicePressures
+from semiwear.effect_clock import EffectClock
+from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.point_flank_pair import PointFlankMesh
+from semiwear.meshing.point_flank_sections import normal_module as module_of_points
+from semiwear.meshing.tooth_contact import contact_points
+from semiwear.plan import effects
+from semiwear.results.rating_errors import safeties_of
+from semiwear.scene import CylindricalPair, FaceGearPair, Scene
+from semiwear.scene.rating_tables import RatingTable
+from semiwear.wear.stepping import WearState, WearStepper
+
+if TYPE_CHECKING:
+    from semiwear.contact.film_thickness import FilmThickness
+    from semiwear.contact.flash_temperature import FlashTemperature
+    from semiwear.contact.friction import Friction
+    from semiwear.ratings.mode import FailureMode
+
+__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "rated_states"]
+
+
+Known = tuple[SlicePressures, np.ndarray | None]
+
+
+@dataclass(frozen=True)
+class RatedScene:
+    """A scene and its teeth, and models of the contact that its other effects bring.
+
+    Attributes
+    ----------
+    scene : Scene
+    teeth : LoadedTeeth
+    """
+
+    scene: Scene
+    teeth: LoadedTeeth
+
+    def film(self) -> FilmThickness | None:
+        """The oil film of ``[effects.lubrication]``."""
+        return effects.film_thickness(self.scene, self.teeth.problem.modulus)
+
+    def flash(self) -> FlashTemperature | None:
+        """The heat of ``[effects.flash_temperature]``."""
+        return effects.flash_temperature(self.scene)
+
+    def friction(self) -> Friction:
+        """The friction that heats the flanks; the scene must have friction or flash temperature."""
+        return effects.friction_of_heat(self.scene)
+
+
+def _pitting(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.pitting import PitchPoint, Pitting
+
+    table, pair = rated.scene.effects.pitting, rated.teeth.pair
+    assert table is not None
+    middle = contact_points(pair, np.zeros(1))
+    speed = effects.angular_velocity(rated.scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
+    return Pitting.of(table, PitchPoint(1.0 / float(middle.curvature[0, 1]), 1e-3 * speed))
+
+
+def _bending(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.bending import Bending
+
+    table = rated.scene.effects.bending
+    assert table is not None
+    return Bending.of(table, normal_module(rated.scene, rated.teeth.pair))
+
+
+def _heat(rated: RatedScene) -> tuple[FlashTemperature, Friction]:
+    flash = rated.flash()
+    assert flash is not None  # a need of the table
+    return flash, rated.friction()
+
+
+def _micropitting(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.micropitting import Micropitting
+
+    table = rated.scene.effects.micropitting
+    assert table is not None
+    return Micropitting.of(table, *_heat(rated))
+
+
+def _scuffing(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.scuffing import Scuffing
+
+    table = rated.scene.effects.scuffing
+    assert table is not None
+    return Scuffing.of(table, *_heat(rated))
+
+
+def _flank_fracture(rated: RatedScene) -> FailureMode:
+    from semiwear.ratings.flank_fracture import FlankFracture
+
+    table, material = rated.scene.effects.flank_fracture, rated.scene.material
+    assert table is not None
+    return FlankFracture.of(table, (material.pinion.poissons_ratio, material.gear.poissons_ratio))
+
+
+MODES: dict[str, Callable[[RatedScene], FailureMode]] = {
+    "pitting": _pitting,
+    "bending": _bending,
+    "micropitting": _micropitting,
+    "scuffing": _scuffing,
+    "flank_fracture": _flank_fracture,
+}
+"""What builds each failure mode, by the name of its table below ``[effects]``."""
+
+
+def normal_module(scene: Scene, pair: FlankPair) -> float:
+    """Normal module [mm], of teeth that are given as points from their pitch."""
+    if isinstance(pair, PointFlankMesh):
+        return module_of_points(pair.flanks.driving, pair.flanks.pitch_surfaces[0])
+    table = scene.gear_pair
+    if isinstance(table, CylindricalPair):
+        return table.normal_module_mm
+    assert isinstance(table, FaceGearPair)
+    return table.module_mm
+
+
+@dataclass(frozen=True)
+class Ratings:
+    """The group `/ratings`: its arrays, the modes, and the factors of each in words."""
+
+    arrays: dict[str, np.ndarray]
+    modes: tuple[str, ...]
+    factors: dict[str, str]
+
+    @property
+    def quantities(self) -> dict[str, np.ndarray]:
+        """Safeties as reported quantities, by name."""
+        return dict(safeties_of(np.array(self.modes), self.arrays["safety"]))
+
+
+def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
+    """The failure modes of a scene; none where it has no table of one."""
+    present = [name for name, table in scene.effects.present() if isinstance(table, RatingTable)]
+    rated = RatedScene(scene, teeth)
+    return {name: MODES[name](rated) for name in present}
+
+
+def rated_states(
+    scene: Scene,
+    stepper: WearStepper,
+    states: Sequence[WearState],
+    hours_per_mesh: float | None,
+    clock: EffectClock,
+    known: Sequence[Known] = (),
+) -> Ratings | None:
+    """Ratings of worn states, the first of them unworn; None where the scene has no table of a failure mode.
+
+    Parameters
+    ----------
+    scene : Scene
+    stepper : WearStepper
+        That wore them.
+    states : sequence of WearState
+    hours_per_mesh : float or None
+        None where the scene gives no speed.
+    clock : EffectClock
+        Counts the seconds of every mode.
+    known : sequence of (SlicePressures, root stress or None), optional
+        Of the contact of every state, where it is the one that is rated.
+    """
+    modes = failure_modes(scene, stepper.teeth)
+    if not modes:
+        return None
+    from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
+    from semiwear.ratings.failure import rating_arrays
+
+    solved = known if known and not stepper.cases else [(None, None)] * len(states)
+    flanks = RatedFlanks.of(stepper.teeth)
+    steps = [
+        WornStep(
+            state.meshes,
+            tuple(
+                RatedContact(
+                    case.teeth, contact, case.share, flanks, lambda t: effects.speeds_of(scene, t.pair, t.lines), *own
+                )
+                for case, contact in zip(stepper.load_cases, state.loaded, strict=True)
+            ),
+        )
+        for state, own in zip(states, solved, strict=True)
+    ]
+    rated = {}
+    for name, mode in modes.items():
+        with clock.measure(name):
+            rated[name] = mode.rate(steps)
+    arrays = rating_arrays(modes, rated, steps, hours_per_mesh)
+    told = {
+        name: "; ".join(f"{symbol} = {why}" for symbol, why in mode.factors.items()) for name, mode in modes.items()
+    }
+    return Ratings(arrays, tuple(modes), told)

@@ -1,0 +1,196 @@
+"""Tooth root breakage: root stress against the strength of the root (ISO 6336-3, -5), with Miner's sum (-6)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+
+from semiwear.ratings.by_cycles import rated_by_cycles
+from semiwear.ratings.contact import RatedContact, WornStep
+from semiwear.ratings.life_curve import LifeCurve
+from semiwear.ratings.load_factors import load_factors
+from semiwear.ratings.mode import Rated
+from semiwear.scene import rating_tables as tables
+
+__all__ = [
+    "Bending",
+    "bending_curve",
+    "life_points",
+    "relative_notch_sensitivity_factor",
+    "relative_surface_factor",
+    "size_factor",
+]
+
+# Load cycles and life factors Y_NT of the groups of materials in ISO 6336-3, table 3; the last is that of the scene.
+_POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
+    "through_hardened": ((1e4, 2.5), (3e6, 1.0)),
+    "case_hardened": ((1e3, 2.5), (3e6, 1.0)),
+    "nitrided": ((1e3, 1.6), (3e6, 1.0)),
+    "nitrocarburized": ((1e3, 1.1), (3e6, 1.0)),
+}
+_END = 1e10
+_STRESS_CORRECTION = 2.0  # Y_ST of the test gears that sigma_Flim is of
+
+_NEEDLESS: dict[str, str] = {
+    "Y_F, Y_S": "1: the root stress is that of the fillet itself, notch and all",
+    "Y_epsilon, Y_DT": "1: loads are shared by solving the contact, and every roll position is rated",
+    "Y_beta": "1: oblique contact lines load the solved tooth",
+    "Y_B": "1: the rim is part of the tooth's compliance",
+}
+
+
+def life_points(group: str, factor_at_end: float) -> tuple[tuple[float, float], ...]:
+    """Load cycles and life factors Y_NT between which the curve is straight (ISO 6336-3:2019, table 3).
+
+    Parameters
+    ----------
+    group : str
+        ``"through_hardened"`` (St, V, GGG perlitic or bainitic, GTS), ``"case_hardened"`` (Eh, IF with a hardened
+        root), ``"nitrided"`` (GG, GGG ferritic, NT, NV nitrided) or ``"nitrocarburized"``.
+    factor_at_end : float
+        At 1e10 cycles: 0.85, up to 1.
+    """
+    return (*_POINTS[group], (_END, factor_at_end))
+
+
+def relative_surface_factor(group: str, roughness: float) -> float:
+    """Relative surface factor Y_R_relT (ISO 6336-3:2019, 14.3).
+
+    Parameters
+    ----------
+    group : str
+        As in `life_points`.
+    roughness : float [um]
+        Rz of the fillet; below 1 um it counts as 1.
+    """
+    rz = max(roughness, 1.0)
+    if group in ("nitrided", "nitrocarburized"):
+        return float(4.299 - 3.259 * (rz + 1.0) ** (1.0 / 200.0))
+    return float(1.674 - 0.529 * (rz + 1.0) ** (1.0 / 10.0))
+
+
+def relative_notch_sensitivity_factor(notch_parameter: float, slip_layer: float) -> float:
+    """Relative notch sensitivity factor Y_delta_relT at the reference stress (ISO 6336-3:2019, 13.3).
+
+    Parameters
+    ----------
+    notch_parameter : float
+        q_s: root thickness at the critical section over twice the fillet's radius there.
+    slip_layer : float [mm]
+        rho': 0.0030 of case-hardened steel, 0.1005 nitrided, 0.0833 to 0.0014 of steel by its yield strength.
+    """
+    own, test = (0.2 * (1.0 + 2.0 * q) for q in (notch_parameter, 2.5))
+    return (1.0 + sqrt(slip_layer * own)) / (1.0 + sqrt(slip_layer * test))
+
+
+def size_factor(group: str, module: float) -> float:
+    """Size factor Y_X (ISO 6336-3:2019, table 4).
+
+    Parameters
+    ----------
+    group : str
+        As in `life_points`.
+    module : float [mm]
+        Normal module.
+    """
+    if group == "through_hardened":
+        return min(1.0, max(0.85, 1.03 - 0.006 * module))
+    return min(1.0, max(0.80, 1.05 - 0.01 * module))
+
+
+def bending_curve(
+    limit: float, group: str, factor_at_end: float, notch: float, surface_and_size: float, mean_stress: float
+) -> LifeCurve:
+    """Permissible root stress over load cycles.
+
+    Notch sensitivity, surface and size count in full from the reference number of cycles on and not at all in static
+    strength.
+
+    Parameters
+    ----------
+    limit : float [MPa]
+        Nominal stress number for bending, sigma_Flim.
+    group : str
+        As in `life_points`.
+    factor_at_end : float
+    notch : float
+        Y_delta_relT.
+    surface_and_size : float
+        Y_R_relT Y_X.
+    mean_stress : float
+        Y_M, which counts throughout.
+    """
+    cycles, factors = np.array(life_points(group, factor_at_end)).T
+    reference = cycles[-2]
+    share = np.clip(np.log(cycles / cycles[0]) / np.log(reference / cycles[0]), 0.0, 1.0)
+    stress = limit * _STRESS_CORRECTION * mean_stress * factors * (notch * surface_and_size) ** share
+    return LifeCurve(tuple(cycles), tuple(stress))
+
+
+@dataclass(frozen=True)
+class Bending:
+    """Safety against tooth breakage S_F from the local root stress.
+
+    A point of the flank has the safety of the tooth's root while the load passes there.
+
+    Attributes
+    ----------
+    curves : (pinion, gear) of LifeCurve
+    load_factor : float
+        K_A K_v.
+    required_safety : float
+    factors : mapping
+    """
+
+    curves: tuple[LifeCurve, LifeCurve]
+    load_factor: float
+    required_safety: float
+    factors: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, table: tables.Bending, module: float) -> Bending:
+        """The mode that a scene's table asks for; `module` is the normal one [mm]."""
+        bodies = (
+            ("pinion", table.pinion_limit_MPa, table.pinion_life_curve),
+            ("gear", table.gear_limit_MPa, table.gear_life_curve),
+        )
+        curves, told = [], {}
+        for body, limit, group in bodies:
+            surface = relative_surface_factor(group, table.root_roughness_Rz_um)
+            size = size_factor(group, module) if table.size_factor is None else table.size_factor
+            curves.append(
+                bending_curve(
+                    limit,
+                    group,
+                    table.life_factor_at_1e10,
+                    table.notch_sensitivity_factor,
+                    surface * size,
+                    table.mean_stress_factor,
+                )
+            )
+            told[f"Y_R_relT of the {body}"] = f"{surface:.4g}: Rz {table.root_roughness_Rz_um:g} um"
+            how = "given" if table.size_factor is not None else f"module {module:.4g} mm"
+            told[f"Y_X of the {body}"] = f"{size:.4g}: {how}"
+        told |= {
+            "Y_delta_relT": f"{table.notch_sensitivity_factor:g}: given or its default",
+            "Y_M": f"{table.mean_stress_factor:g}: given or its default",
+        }
+        return cls(
+            (curves[0], curves[1]),
+            table.application_factor * table.dynamic_factor,
+            table.required_safety,
+            told | _NEEDLESS | load_factors(table.application_factor, table.dynamic_factor),
+        )
+
+    def rate(self, steps: Sequence[WornStep]) -> Rated:
+        """Safeties at every wear step."""
+        stress = np.array([[_on_flanks(contact) for contact in step.contacts] for step in steps])
+        return rated_by_cycles(steps, self.load_factor * stress, self.curves, self.required_safety)
+
+
+def _on_flanks(contact: RatedContact) -> np.ndarray:
+    """Root stress while the load is at each node, (body, face, node) [MPa]; loads at edges count as well."""
+    return contact.on_flanks(contact.root_stress[..., None], contact.state.loads.force > 0.0)

@@ -1,0 +1,54 @@
+"""Safeties of modes that add up damage, from stresses at the nodes of both flanks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.ratings.contact import WornStep
+from semiwear.ratings.life_curve import LifeCurve
+from semiwear.ratings.miner import StressHistory
+from semiwear.ratings.mode import Rated
+
+__all__ = ["rated_by_cycles"]
+
+FloatArray = NDArray[np.float64]
+
+
+def rated_by_cycles(
+    steps: Sequence[WornStep], stress: FloatArray, curves: Sequence[LifeCurve], required_safety: float
+) -> Rated:
+    """Safeties by Miner's sum of stresses that every point feels once a mesh.
+
+    Parameters
+    ----------
+    steps : sequence of WornStep
+    stress : (wear_step, load, body, face, node) array [MPa]
+        NaN where none acts.
+    curves : sequence of LifeCurve
+        Of both bodies.
+    required_safety : float
+        Raises the stresses whose Miner's sum is told.
+    """
+    flanks, first = steps[0].flanks, steps[0].contacts
+    meshes = np.array([step.meshes for step in steps])
+    shares = np.array([contact.share for contact in first])
+    histories = [
+        StressHistory(flanks.cycles[body] * meshes, shares, stress[:, :, body].reshape(*stress.shape[:2], -1), curve)
+        for body, curve in enumerate(curves)
+    ]
+    worst = [history.least_safeties() for history in histories]
+    faces = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
+    at = np.stack([point for _, point in worst], axis=1)
+    body = np.arange(len(curves))
+    missing = at < 0
+    return Rated(
+        safety=np.stack([safety for safety, _ in worst], axis=1),
+        height=np.where(missing, np.nan, flanks.height.reshape(body.size, -1)[body, at]),
+        face=np.where(missing, np.nan, faces[at]),
+        flank=np.stack([history.safeties() for history in histories]).reshape(flanks.profile.shape),
+        damage=np.stack([history.damages(required_safety) for history in histories], axis=1),
+        meshes=np.array([history.life(required_safety) for history in histories]) / flanks.cycles,
+    )

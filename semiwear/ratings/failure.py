@@ -1,0 +1,105 @@
+"""When failure modes fall below their required safeties, and which of them ends the life first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.ratings.contact import WornStep
+from semiwear.ratings.mode import FailureMode, Rated
+
+__all__ = ["first_failure", "meshes_to_failure", "rating_arrays"]
+
+FloatArray = NDArray[np.float64]
+
+
+def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -> FloatArray:
+    """Engagements of one gear tooth at which the safety of each body first falls below what is required.
+
+    Linear between wear steps.
+
+    Parameters
+    ----------
+    meshes : (wear_step,) array
+    safety : (wear_step, body) array
+    required : float
+
+    Returns
+    -------
+    (body,) array
+        NaN where the run ends before.
+    """
+    found = np.full(safety.shape[1], np.nan)
+    for body in range(found.size):
+        below = np.flatnonzero(safety[:, body] < required)
+        if below.size == 0:
+            continue
+        k = int(below[0])
+        before, after = safety[max(k - 1, 0), body], safety[k, body]
+        share = (before - required) / (before - after) if np.isfinite(before) and k else 1.0
+        found[body] = meshes[k] if k == 0 else meshes[k - 1] + share * (meshes[k] - meshes[k - 1])
+    return found
+
+
+def first_failure(ends: FloatArray) -> tuple[int, int] | None:
+    """Mode and body of the earliest of some ends, (mode, body); None where none is met."""
+    if not np.isfinite(ends).any():
+        return None
+    mode, body = np.unravel_index(int(np.nanargmin(ends)), ends.shape)
+    return int(mode), int(body)
+
+
+def rating_arrays(
+    modes: Mapping[str, FailureMode],
+    rated: Mapping[str, Rated],
+    steps: Sequence[WornStep],
+    hours_per_mesh: float | None,
+) -> dict[str, np.ndarray]:
+    """Arrays of the group `/ratings`.
+
+    Parameters
+    ----------
+    modes : mapping
+    rated : mapping
+        What each of them said of the wear steps.
+    steps : sequence of WornStep
+    hours_per_mesh : float or None
+        None where the scene gives no speed.
+    """
+    meshes = np.array([step.meshes for step in steps])
+    required = np.array([mode.required_safety for mode in modes.values()])
+    told = list(rated.values())
+    none = np.full_like(told[0].safety, np.nan)
+    ends = np.stack(
+        [
+            meshes_to_failure(meshes, own.safety, need) if own.meshes is None else own.meshes
+            for own, need in zip(told, required, strict=True)
+        ]
+    )
+    first = first_failure(ends)
+    arrays = {
+        "required_safety": required,
+        "safety": np.stack([r.safety for r in told]),
+        "safety_height": np.stack([r.height for r in told]),
+        "safety_face": np.stack([r.face for r in told]),
+        "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in told]),
+        "safety_on_flank": np.stack([r.flank.swapaxes(-1, -2) for r in told]),
+        "meshes_to_failure": ends,
+        "wear_step_of_failure": _steps_of(meshes, ends),
+        "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(told))]),
+    }
+    if hours_per_mesh is not None:
+        arrays |= {"hours": hours_per_mesh * meshes, "hours_to_failure": hours_per_mesh * ends}
+    return arrays
+
+
+def _finite(damage: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(damage), damage, np.nan)
+
+
+def _steps_of(meshes: FloatArray, ends: FloatArray) -> FloatArray:
+    """First wear step at which a failure has happened, (mode, body); -1 where none has."""
+    steps = np.searchsorted(meshes, ends, side="left")
+    return np.where(np.isfinite(ends), steps, -1)

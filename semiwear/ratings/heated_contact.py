@@ -1,0 +1,41 @@
+"""Contact as modes that depend on heat see it: conditions under the rated load, and flash temperature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.conditions import ContactConditions
+from semiwear.contact.flash_temperature import FlashTemperature
+from semiwear.contact.friction import Friction
+from semiwear.ratings.contact import RatedContact
+from semiwear.ratings.overload import raised
+
+__all__ = ["FrictionalHeat"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FrictionalHeat:
+    """Frictional heat of the rated load.
+
+    Attributes
+    ----------
+    flash : FlashTemperature
+        Of which the rise is used; bulk temperatures are those of the modes.
+    friction : Friction
+    load_factor : float
+        K_A K_v.
+    """
+
+    flash: FlashTemperature
+    friction: Friction
+    load_factor: float
+
+    def felt(self, contact: RatedContact) -> tuple[ContactConditions, FloatArray]:
+        """Conditions in every slice, and flash temperature [K], (roll, face)."""
+        conditions = raised(contact.conditions, self.load_factor)
+        return conditions, self.flash.rise(conditions, self.friction.coefficient_of(conditions))

@@ -1,0 +1,23 @@
+"""Conditions of a line contact under more load."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+from semiwear.contact.conditions import ContactConditions
+
+__all__ = ["raised"]
+
+
+def raised(conditions: ContactConditions, factor: float) -> ContactConditions:
+    """Conditions of line contacts under a factor times their loads: pressure and width grow with its root."""
+    if factor == 1.0:
+        return conditions
+    root = sqrt(factor)
+    return replace(
+        conditions,
+        line_load=factor * conditions.line_load,
+        half_width=root * conditions.half_width,
+        pressure=root * conditions.pressure,
+    )

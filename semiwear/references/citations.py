@@ -1,0 +1,75 @@
+"""Citations as BibTeX: from the sources that a result names to entries of `bibliography.bib`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from importlib import resources
+
+__all__ = ["bibliography", "bibtex", "keys_of", "titled"]
+
+_ENTRY = re.compile(r"^@\w+\{([^,]+),", re.MULTILINE)
+_STANDARD = re.compile(r"ISO(?:/TR)? (\d+(?:-\d+)?):(\d{4})")
+# the last capitalised words before a year are its authors: "Keer, Lee and Mura 1983"
+_AUTHORS = re.compile(r"((?:[A-Z][\w'’-]+(?:, | and )?(?:et al\. )?)+) (\d{4})\b")
+_OWN = "semiwear"
+
+
+@cache
+def bibliography() -> dict[str, str]:
+    """Entries by key."""
+    text = resources.files(__package__).joinpath("bibliography.bib").read_text(encoding="utf-8")
+    return {match.group(1): line for line in text.splitlines() if (match := _ENTRY.match(line))}
+
+
+def keys_of(reference: str) -> list[str]:
+    """Keys of the works that a source in words speaks of: `johnson1985`, `iso21771-2007`; several, or none."""
+    named = re.match(r"([a-z][\w-]*): ", reference)
+    if named and named.group(1) in bibliography():
+        return [named.group(1)]
+    keys = [f"iso{number}-{year}" for number, year in _STANDARD.findall(reference)]
+    for authors, year in _AUTHORS.findall(_STANDARD.sub("", reference)):
+        first = re.split(r", | and | et ", authors)[0].split()[-1]
+        keys.append(f"{first.lower()}{year}")
+    return list(dict.fromkeys(keys))
+
+
+def titled(key: str, place: str = "") -> str:
+    """A work of the bibliography as a source in words, which `keys_of` finds again."""
+    entry = bibliography()[key]
+    title = re.search(r"\b(?:title|journal) = \{(.*?)\}[,}]", entry)
+    year = re.search(r"\byear = \{(\d+)\}", entry)
+    words = re.sub(r"[{}]", "", title.group(1)) if title else ""
+    told = f"{words} ({year.group(1)})" if words and year else words or (year.group(1) if year else "")
+    return f"{key}: {', '.join(part for part in (told, place) if part)}"
+
+
+def bibtex(references: Iterable[str], version: str) -> str:
+    """BibTeX of sources in words, each work once, after the software itself.
+
+    A work that the bibliography lacks becomes an entry of its words.
+
+    Parameters
+    ----------
+    references : iterable of str
+    version : str
+        Of the software.
+    """
+    entries = {
+        _OWN: f"@software{{{_OWN}, author = {{{{The semiwear developers}}}}, title = {{semiwear: gear tooth wear}}, "
+        f"version = {{{version}}}}}"
+    }
+    known = bibliography()
+    for reference in references:
+        keys = keys_of(reference)
+        found = [key for key in keys if key in known]
+        entries |= {key: known[key] for key in found}
+        if not found:
+            key = keys[0] if keys else re.sub(r"\W+", "", reference.lower())[:24]
+            entries[key] = f"@misc{{{key}, title = {{{_escaped(reference)}}}}}"
+    return "\n".join(entries.values())
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([%&#_$])", r"\\\1", text.replace("{", "(").replace("}", ")"))

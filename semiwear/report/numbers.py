@@ -1,0 +1,170 @@
+"""The numbers of a report: a few that matter, with what they mean, and the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from semiwear.report.markup import element, figure_text, tiles, with_unit
+from semiwear.results.life_axis import hours_of
+from semiwear.results.missing import away_from_edges, group_of
+from semiwear.results.pressing_tips import pressing_tips
+from semiwear.results.wearing import control_place, main_body, pitch_surface, scene_tables, worn_bodies
+
+__all__ = ["advice", "life_numbers", "main_numbers", "other_numbers"]
+
+Number = tuple[str, str, str]
+
+
+def main_numbers(tree: xr.DataTree) -> str:
+    """Tiles of the wear, how long it takes, the pressure and the transmission error, each with what it means."""
+    numbers = [*_wear(tree), *(life_numbers(tree) or _run(tree)), *_pressure(tree), *_excitation(tree)]
+    return element("div", tiles(numbers), class_="main-numbers") if numbers else ""
+
+
+def other_numbers(tree: xr.DataTree) -> str:
+    """Tiles of contact ratio, load share, stresses and the control point at the last wear step."""
+    return tiles([*_contact_ratio(tree), *_histories(tree), *_stresses(tree)])
+
+
+def advice(tree: xr.DataTree) -> str:
+    """Sentences on tips that press, where, and the relief that frees them; empty where none does."""
+    sentences = "".join(element("li", text.replace(" um ", " µm ")) for text in pressing_tips(tree))
+    return f"<h3>Advice: tips that press</h3><ul>{sentences}</ul>" if sentences else ""
+
+
+def _wear(tree: xr.DataTree) -> Iterator[Number]:
+    if "flank" not in tree.children:
+        return
+    flank = tree["flank"].to_dataset().isel(wear_step=-1)
+    for body in worn_bodies(tree) or (main_body(tree),):
+        own = flank.sel(body=body)
+        values = own["wear_depth"].values
+        if not values.any():
+            yield f"Greatest wear, {body}", "0 µm", "at the last wear step"
+            continue
+        place = np.unravel_index(int(values.argmax()), values.shape)
+        height = float(own["flank_height"].values[place])
+        where = f"{abs(height):.2f} mm {'above' if height >= 0.0 else 'below'} the {pitch_surface(tree, body)}"
+        yield f"Greatest wear, {body}", f"{values.max():.3g} µm", where + _of_module(tree, 1e-3 * float(values.max()))
+
+
+def _of_module(tree: xr.DataTree, depth: float) -> str:
+    """The share of the module that a depth [mm] is, where the scene tells it."""
+    pair = scene_tables(tree).get("gear_pair", {})
+    module = pair.get("module_mm", pair.get("normal_module_mm"))
+    if not isinstance(module, int | float) or isinstance(module, bool) or module <= 0:
+        return ""
+    return f"; {figure_text(100.0 * depth / module, 2)} % of the module"
+
+
+def life_numbers(tree: xr.DataTree) -> list[Number]:
+    """The life until a depth of wear; empty where the run was not asked for it."""
+    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
+    if not life:
+        return []
+    meshes = f"{figure_text(life['meshes_to_limit'])} meshes"
+    meaning = "of a gear tooth; the scene gives no speed, so no hours"
+    if "hours_to_limit" in life:
+        meaning = f"{meshes} of a gear tooth"
+        meshes = f"{figure_text(life['hours_to_limit'])} h"
+    return [(f"Life until {life['depth_limit']:g} µm of wear", meshes, meaning)]
+
+
+def _run(tree: xr.DataTree) -> Iterator[Number]:
+    """How long the run is, and how the wear rate has changed."""
+    history = group_of(tree, "history")
+    if "meshes" not in history.coords or "flank" not in tree.children:
+        return
+    meshes = np.asarray(history["meshes"].values, float)
+    hours = hours_of(tree)
+    note = f"in {meshes.size - 1} wear steps"
+    if hours is not None:
+        note = f"{figure_text(float(hours[-1]), 3)} h, {note}"
+    depth = group_of(tree, "flank")["wear_depth"].max(("body", "profile", "face")).values
+    if meshes.size > 2 and depth[1] > 0.0:
+        first, last = depth[1] / meshes[1], (depth[-1] - depth[-2]) / (meshes[-1] - meshes[-2])
+        change = 100.0 * (last / first - 1.0)
+        note += f"; the deepest place wears {abs(change):.0f} % {'faster' if change > 0 else 'slower'} than at first"
+    yield "Meshes of a gear tooth", figure_text(meshes[-1], 4), note
+
+
+def _pressure(tree: xr.DataTree) -> Iterator[Number]:
+    engagement = group_of(tree, "engagement")
+    if "contact_pressure_max" not in engagement:
+        return
+    greatest = np.fmax.reduce(away_from_edges(engagement).values, axis=1)
+    if np.isnan(greatest[[0, -1]]).any():  # edges alone bear
+        return
+    yield (
+        "Greatest contact pressure",
+        with_unit(float(greatest[-1]), "MPa"),
+        _change(greatest, "MPa", "off the edges"),
+    )
+
+
+def _change(values: np.ndarray, units: str, where: str = "") -> str:
+    """The unworn value and by how much it has changed, in words."""
+    first, last = float(values[0]), float(values[-1])
+    told = f"{where}; " if where else ""
+    if values.size < 2:
+        return f"{told}unworn"
+    return f"{told}{with_unit(first, units)} unworn{_against(last / first) if first > 0.0 else ''}"
+
+
+def _against(ratio: float) -> str:
+    """By how much a value has changed, in words."""
+    if ratio > 2.0:
+        return f", {figure_text(ratio, 2)} times as much now"
+    return f", {100.0 * abs(ratio - 1.0):.0f} % {'more' if ratio > 1.0 else 'less'} now"
+
+
+def _excitation(tree: xr.DataTree) -> Iterator[Number]:
+    history = group_of(tree, "history")
+    if "transmission_error_amplitude" in history:
+        series = history["transmission_error_amplitude"]
+        units = str(series.attrs["units"])
+        note = _change(series.values, units, "what excites vibration")
+        yield "Transmission error, amplitude", with_unit(float(series[-1]), units), note
+
+
+def _contact_ratio(tree: xr.DataTree) -> Iterator[Number]:
+    cycle = group_of(tree, "mesh_cycle")
+    if "pairs_in_contact" in cycle:
+        pairs = cycle["pairs_in_contact"].mean("mesh_position").values
+        note = "tooth pairs that bear, mean of a mesh cycle"
+        unworn = f"; {pairs[0]:.2f} unworn" if pairs.size > 1 else ""
+        yield "Contact ratio under load", f"{pairs[-1]:.2f}", note + unworn
+
+
+def _histories(tree: xr.DataTree) -> Iterator[Number]:
+    history = group_of(tree, "history")
+    shown = {
+        "wear_depth_control_point": "Wear at the control point",
+        "load_share_max": "Greatest load share",
+        "transmission_error_mean": "Transmission error, mean",
+    }
+    for name, title in shown.items():
+        if name in history:
+            point = control_place(tree) if name == "wear_depth_control_point" else None
+            yield _first_and_last(f"{title}, {point.body}" if point else title, history[name])
+
+
+def _stresses(tree: xr.DataTree) -> Iterator[Number]:
+    history = group_of(tree, "history")
+    if "subsurface_stress_max" in history:
+        title, value, note = _first_and_last("Stress below the surface", history["subsurface_stress_max"])
+        if "subsurface_stress_depth" in history:
+            depth = figure_text(float(history["subsurface_stress_depth"][-1]), 3)
+            note = f"{depth} mm deep" + (f"; {note}" if note else "")
+        yield title, value, note
+    if "root_stress_max" in history:
+        for body in history["body"].values:
+            yield _first_and_last(f"Root stress, {body}", history["root_stress_max"].sel(body=body))
+
+
+def _first_and_last(title: str, series: xr.DataArray) -> Number:
+    first, last = (with_unit(float(series[step]), series.attrs["units"]) for step in (0, -1))
+    return title, last, f"{first} unworn" if series.size > 1 else ""

@@ -1,0 +1,230 @@
+// Draws worn teeth with plotly, from the data beside this script; see turning.py, which writes them.
+(async () => {
+  "use strict";
+  const by = id => document.getElementById(id);
+  const figure = by("turning"), view = by("turning-view"), told = JSON.parse(by("turning-told").textContent);
+
+  const unpacked = async id => {
+    const bytes = Uint8Array.from(atob(by(id).textContent), c => c.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+  };
+  const drawable = () => {
+    const context = document.createElement("canvas").getContext("webgl");
+    return context !== null && typeof DecompressionStream !== "undefined";
+  };
+  if (!drawable()) return;
+
+  const numbers = new Uint16Array(await unpacked("turning-data"));
+  const array = stored => {
+    const size = stored.shape.reduce((a, b) => a * b, 1), values = new Float32Array(size);
+    for (let k = 0; k < size; k++) values[k] = stored.low + stored.step * numbers[stored.at + k];
+    return values;
+  };
+  for (const body of told.bodies) {
+    [body.rows, body.faces] = body.flank.shape;
+    body.fillets = body.fillet.shape[0];
+    for (const name of ["flank", "normal", "back", "fillet", "backFillet", "wear"]) body[name] = array(body[name]);
+    if (body.line) body.line = array(body.line);
+    for (const quantity of body.quantities) {
+      quantity.steps = quantity.values.shape[0];
+      quantity.values = array(quantity.values);
+    }
+  }
+  const meshing = told.engagement;
+  const rolls = meshing ? meshing.roll.length : 0;
+  if (meshing) {
+    meshing.slices = meshing.load.shape[2];
+    meshing.share = array(meshing.share);
+    meshing.load = array(meshing.load);
+  }
+
+  const library = document.createElement("script");
+  library.textContent = new TextDecoder().decode(await unpacked("turning-library"));
+  document.head.append(library);
+  const Plotly = window.Plotly;
+
+  const figures = (value, digits = 3) => Number(value.toPrecision(digits)).toLocaleString("en", {useGrouping: false});
+  const slider = id => by(id) ? Number(by(id).value) : 0;
+  const chosen = () => {
+    const body = told.bodies[slider("turning-body")];
+    return {body, step: slider("turning-step"), roll: slider("turning-roll"),
+      quantity: body.quantities[Number(by("turning-quantity").value)], factor: Number(by("turning-factor").value)};
+  };
+
+  // Points (x, y, z) of the worn flank: each goes along its normal by its wear [µm], drawn `factor` times as deep.
+  const worn = ({body, step, factor}) => {
+    const size = body.rows * body.faces, points = new Float32Array(3 * size);
+    for (let k = 0; k < size; k++) {
+      const depth = 1e-3 * factor * body.wear[step * size + k];
+      for (let c = 0; c < 3; c++) points[3 * k + c] = body.flank[3 * k + c] - depth * body.normal[3 * k + c];
+    }
+    return points;
+  };
+  const row = (points, faces, r) => points.subarray(3 * r * faces, 3 * (r + 1) * faces);
+  const column = (points, faces, rows, f) => Array.from({length: rows}, (_, r) =>
+    points.subarray(3 * (r * faces + f), 3 * (r * faces + f) + 3));
+  const grid = rows => ["x", "y", "z"].reduce((all, name, c) => ({...all,
+    [name]: rows.map(points => Array.from({length: points.length / 3}, (_, k) => points[3 * k + c]))}), {});
+  const flat = points => Float32Array.from(points.flatMap(point => Array.from(point)));
+  const each = (count, make) => Array.from({length: count}, (_, k) => make(k));
+
+  const light = {x: 3e4, y: 1e5, z: 8e4};
+  const material = () => ({showscale: false, hoverinfo: "skip", colorscale: [[0, dark() ? "#8593a1" : "#b9c4cf"],
+    [1, dark() ? "#8593a1" : "#b9c4cf"]], lighting: {ambient: 0.6, diffuse: 0.5, specular: 0.05},
+    lightposition: light, type: "surface"});
+  // The rest of the tooth: from the tip over the other flank and its fillet, below, and up the flank's own fillet.
+  const rest = (body, points) => {
+    const {rows, faces, fillets} = body, last = rows - 1;
+    const strip = [row(points, faces, last), ...each(rows, r => row(body.back, faces, last - r)),
+      ...each(fillets, k => row(body.backFillet, faces, k)), ...each(fillets, k => row(body.fillet, faces, fillets - 1 - k)),
+      row(points, faces, 0)];
+    const cap = f => [[body.fillet, points], [body.backFillet, body.back]].map(([fillet, flank]) =>
+      flat([...column(fillet, faces, fillets, f).reverse(), ...column(flank, faces, rows, f)]));
+    return [strip, cap(0), cap(faces - 1)].map(part => ({...material(), ...grid(part)}));
+  };
+  const edge = ({flank, rows, faces}) => {
+    const round = [row(flank, faces, 0), flat(column(flank, faces, rows, faces - 1)), row(flank, faces, rows - 1),
+      flat(column(flank, faces, rows, 0))];
+    const [x, y, z] = [0, 1, 2].map(c => round.flatMap((points, k) => {
+      const values = Array.from({length: points.length / 3}, (_, n) => points[3 * n + c]);
+      return k > 1 ? values.reverse() : values;
+    }));
+    return {type: "scatter3d", mode: "lines", x, y, z, hoverinfo: "skip", showlegend: false,
+      line: {dash: "dash", width: 3, color: ink()}};
+  };
+  const names = body => {
+    const {flank, rows, faces} = body, middle = Math.floor(faces / 2);
+    const at = (r, f) => Array.from(flank.subarray(3 * (r * faces + f), 3 * (r * faces + f) + 3));
+    const high = at(rows - 1, middle)[2] - at(0, middle)[2], half = Math.floor(rows / 2);
+    const [tip, root, first, last] = [at(rows - 1, middle), at(0, middle), at(half, 0), at(half, faces - 1)];
+    tip[2] += 0.12 * high;
+    root[2] -= 0.12 * high;
+    const away = Math.sign(last[0] - first[0]) * 0.7 * high;
+    first[0] -= away;
+    last[0] += away;
+    const wide = view.clientWidth > 600, places = wide ? [tip, root, first, last] : [tip, root];
+    const [x, y, z] = [0, 1, 2].map(c => places.map(point => point[c]));
+    return {type: "scatter3d", mode: "text", x, y, z, text: ["tip", "root", ...(wide ? body.ends : [])], hoverinfo: "skip",
+      showlegend: false, textfont: {color: ink(), size: 13}, textposition: ["top center", "bottom center",
+        "middle center", "middle center"]};
+  };
+  // The contact line of the roll position where it bears, on the worn flank.
+  const contact = ({body, step, roll}, points) => {
+    const line = {type: "scatter3d", mode: "lines", x: [], y: [], z: [], hoverinfo: "skip", showlegend: false,
+      line: {width: 9, color: "#00e5ff"}};
+    if (!body.line) return line;
+    for (let f = 0; f < body.faces; f++) {
+      const load = meshing.load[(step * rolls + roll) * meshing.slices + body.columns[f]];
+      const place = body.line[roll * body.faces + f], low = Math.min(Math.floor(place), body.rows - 2);
+      ["x", "y", "z"].forEach((name, c) => {
+        const a = 3 * (low * body.faces + f), b = a + 3 * body.faces, share = place - low;
+        const lift = 0.04 * ((1 - share) * body.normal[a + c] + share * body.normal[b + c]);
+        line[name].push(load > 0 ? (1 - share) * points[a + c] + share * points[b + c] + lift : null);
+      });
+    }
+    return line;
+  };
+  const surface = (now, points) => {
+    const {body, step, quantity} = now, size = body.rows * body.faces;
+    const shown = quantity.steps > 1 ? step : 0;
+    const values = each(body.rows, r => Array.from(
+      quantity.values.subarray(shown * size + r * body.faces, shown * size + (r + 1) * body.faces)));
+    const text = values.map(some => some.map(value => `${quantity.title} ${figures(value)} ${quantity.units}`));
+    return {type: "surface", ...grid(each(body.rows, r => row(points, body.faces, r))), surfacecolor: values, text,
+      hoverinfo: "text", cmin: 0, cmax: quantity.greatest, lighting: {ambient: 0.85, diffuse: 0.3, specular: 0.02},
+      lightposition: light,
+      colorscale: quantity.colours.map((colour, k, all) => [k / (all.length - 1), colour]),
+      colorbar: {title: {text: quantity.units, side: "top", font: {size: 13}}, thickness: 14, len: 0.8, x: 1,
+        xanchor: "right", tickfont: {color: ink()}}};
+  };
+
+  const scheme = window.matchMedia("(prefers-color-scheme: dark)");
+  const dark = () => scheme.matches;
+  const ink = () => dark() ? "#e4eaf0" : "#1d2733";
+  // Teeth are of one size to the eye; in a narrow view the eye stands farther off.
+  const home = () => {
+    const away = Math.max(1, 1.9 * view.clientHeight / Math.max(view.clientWidth, 1));
+    return {eye: {x: 0.45 * away, y: 1.5 * away, z: 0.75 * away}, center: {x: 0, y: 0, z: 0},
+      up: {x: 0, y: 0, z: 1}, projection: {type: "perspective"}};
+  };
+  const bounds = body => [0, 1, 2].map(c => {
+    const values = [body.flank, body.back, body.fillet, body.backFillet].flatMap(
+      points => Array.from(points).filter((_, k) => k % 3 === c));
+    return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
+  }).map(([low, high], c, all) => {
+    const room = (c === 0 ? 0.8 : 0.25) * (all[2][1] - all[2][0]);  // for the words beside the tooth
+    return [low - room, high + room];
+  });
+  let camera = null;
+  const layout = body => {
+    body.bounds ??= bounds(body);
+    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.8 / Math.hypot(...sizes);
+    const axis = c => ({visible: false, showspikes: false, range: body.bounds[c]});
+    return {margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink()},
+      uirevision: "kept", scene: {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual", camera,
+        aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]},
+        domain: {x: [0, 0.94], y: [0, 1]}, dragmode: "turntable"}};
+  };
+
+  const say = now => {
+    const {body, step, quantity, factor, roll} = now, size = body.rows * body.faces;
+    const deepest = body.wear.subarray(step * size, (step + 1) * size).reduce((a, b) => Math.max(a, b), 0);
+    const drawn = factor === 1 ? "drawn as deep as it is" : `drawn ${factor} times as deep as it is`;
+    by("turning-when").textContent = told.steps[step];
+    const what = quantity.note ? ` Colours: ${quantity.note}.` : "";
+    by("turning-told-aloud").textContent =
+      `${body.name[0].toUpperCase()}${body.name.slice(1)}, ${told.steps[step]}: greatest wear ${figures(deepest)} µm, ${drawn}.${what}`;
+    if (!by("turning-roll")) return;
+    const share = Math.round(100 * meshing.share[step * rolls + roll]);
+    by("turning-where").textContent = `${meshing.roll[roll]}: the tooth bears ${share} % of the load`;
+  };
+  const draw = () => {
+    const now = chosen(), points = worn(now);
+    say(now);
+    return Plotly.react(view, [surface(now, points), ...rest(now.body, points), edge(now.body), names(now.body),
+      contact(now, points)], layout(now.body), {displayModeBar: false, responsive: true});
+  };
+  const options = (id, texts, at) => by(id).replaceChildren(...texts.map(([value, text], k) =>
+    new Option(text, value, k === at, k === at)));
+  const fill = () => {
+    const {quantities, factors} = told.bodies[slider("turning-body")];
+    options("turning-quantity", quantities.map(({title}, k) => [k, title]), 0);
+    const usual = Math.max(factors.length - 2, 0);
+    options("turning-factor", factors.map(n => [n, n === 1 ? "as deep as it is" : `${n} times as deep`]), usual);
+  };
+
+  const turn = way => {
+    const eye = {...camera.eye}, flat = Math.hypot(eye.x, eye.y), far = Math.hypot(flat, eye.z);
+    let around = Math.atan2(eye.y, eye.x), above = Math.atan2(eye.z, flat), away = far;
+    const by10 = Math.PI / 18;
+    if (way === "left") around -= by10;
+    if (way === "right") around += by10;
+    if (way === "up") above = Math.min(above + by10, 1.5);
+    if (way === "down") above = Math.max(above - by10, -1.5);
+    if (way === "in") away /= 1.15;
+    if (way === "out") away *= 1.15;
+    camera = way === "home" ? home() : {...camera, eye: {x: away * Math.cos(above) * Math.cos(around),
+      y: away * Math.cos(above) * Math.sin(around), z: away * Math.sin(above)}};
+    Plotly.relayout(view, {"scene.camera": camera});
+  };
+  const keys = {ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down", "+": "in", "-": "out"};
+
+  figure.hidden = false;
+  camera = home();
+  fill();
+  await draw();
+  document.documentElement.classList.add("turns-here");
+  view.on("plotly_relayout", () => { camera = view.layout.scene.camera; });
+  view.addEventListener("keydown", event => {
+    if (!keys[event.key]) return;
+    event.preventDefault();
+    turn(keys[event.key]);
+  });
+  for (const button of figure.querySelectorAll("[data-turn]")) button.onclick = () => turn(button.dataset.turn);
+  for (const id of ["turning-quantity", "turning-factor", "turning-step", "turning-roll"]) {
+    if (by(id)) by(id).addEventListener("input", draw);
+  }
+  if (by("turning-body")) by("turning-body").addEventListener("input", () => { fill(); draw(); });
+  scheme.addEventListener("change", draw);
+  figure.dataset.drawn = "yes";
+})();

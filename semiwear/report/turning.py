@@ -1,0 +1,298 @@
+"""The worn flanks as teeth that can be turned: data, controls and scripts of the view (extra ``report``).
+
+plotly draws them. Its script lies in the page, compressed, and is unpacked by the reader's browser: nothing is
+fetched. Without WebGL, without scripts and on paper the pictures that stand below the view take its place.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from functools import cache
+from hashlib import sha256
+from importlib import resources
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from semiwear.plot.flank import WEAR_COLOURS, along_tooth
+from semiwear.plot.style import need, step_name
+from semiwear.report.markup import element, figure_text
+from semiwear.report.packing import Packer
+from semiwear.report.tooth_shape import ToothShape, tooth_shape
+from semiwear.results.missing import away_from_edges, group_of
+from semiwear.results.wearing import main_body, worn_bodies
+from semiwear.untyped import Table
+
+__all__ = ["TURNING_EXTRA", "can_turn", "script_hashes", "turning_flanks"]
+
+TURNING_EXTRA = "report"
+"""Extra that brings the library of the view."""
+
+FloatArray = NDArray[np.float64]
+
+_MOST_NODES, _MOST_STEPS = 9000, 16  # of a body that is drawn, with the first and the last of each
+_COLOURS = 24  # of a scale
+_DRAWN_DEPTH = 0.15  # of the tooth's height: about how deep the greatest wear is drawn
+_ABOVE = 1.03  # of the run's pressure: by so much Hertz's law may be off away from edges
+_LOADED = 1e-6  # of the load: rounding below
+
+_BY_PATTERN = "greatest pressure that each point feels in a mesh"
+_BY_LINES = (
+    "the greatest pressure of each roll position away from edges, spread along its contact line as Hertz's law does "
+    "with the load there and the curvature of the unworn flanks"
+)
+
+
+def can_turn() -> bool:
+    """Whether the library of the view is installed."""
+    return bool(_library())
+
+
+def script_hashes() -> tuple[str, ...]:
+    """SHA-256 of the scripts that a page with a view runs, as a content security policy names them."""
+    return tuple(
+        f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode()}'" for text in (_script(), _library())
+    )
+
+
+@cache
+def _library() -> str:
+    try:
+        from plotly.offline import get_plotlyjs
+    except ImportError:
+        return ""
+    return str(get_plotlyjs())
+
+
+@cache
+def _packed_library() -> str:
+    return base64.b64encode(gzip.compress(_library().encode(), 9, mtime=0)).decode()
+
+
+@cache
+def _script() -> str:
+    return resources.files("semiwear.report").joinpath("turning.js").read_text(encoding="utf-8")
+
+
+def turning_flanks(tree: xr.DataTree) -> str:
+    """The view of the worn flanks of a result, as HTML; empty where there is no wear or no library.
+
+    Parameters
+    ----------
+    tree : DataTree
+        With `/flank`, and two wear steps at least.
+    """
+    steps = group_of(tree, "flank").sizes.get("wear_step", 1)
+    if steps < 2 or not can_turn():
+        return ""
+    pack = Packer()
+    told = _told(tree, pack)
+    header = json.dumps(told, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    return (
+        f"{_controls(told)}"
+        f'<script type="application/json" id="turning-told">{header}</script>'
+        f'<script type="text/plain" id="turning-data">{pack.base64()}</script>'
+        f'<script type="text/plain" id="turning-library">{_packed_library()}</script>'
+        f"<script>{_script()}</script>"
+    )
+
+
+def _told(tree: xr.DataTree, pack: Packer) -> Table:
+    """Words and numbers for the script as they are, arrays as places in the packed data."""
+    wear = need(tree, "flank", "wear_depth")
+    steps = np.unique(np.linspace(0, wear.sizes["wear_step"] - 1, _MOST_STEPS).round().astype(int))
+    bodies = worn_bodies(tree) or (main_body(tree),)
+    return {
+        "steps": [step_name(wear, int(step)) for step in steps],
+        "bodies": [_body(tree, body, steps, pack) for body in bodies],
+        "engagement": _engagement(tree, steps, pack),
+    }
+
+
+def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) -> Table:
+    flank, shape = tree["flank"].to_dataset().sel(body=body), tooth_shape(tree, body)
+    rows, columns = _thinned(*shape.flank.shape[:2])
+    wear = flank["wear_depth"].values[steps]
+    pressure, meaning = _pressure(tree, body, shape)
+    colours: list[Table] = [_quantity("wear", "Wear depth", "µm", WEAR_COLOURS, wear[:, rows][:, :, columns], pack)]
+    if pressure is not None:
+        chosen = pressure[steps][:, rows][:, :, columns]
+        colours.append(_quantity("pressure", "Contact pressure", "MPa", "viridis", chosen, pack) | {"note": meaning})
+    sliding = np.abs(flank["specific_sliding"].values)[None, rows][:, :, columns]
+    note = "size of the specific sliding, of the unworn flanks"
+    colours.append(_quantity("sliding", "Specific sliding", "", "cividis", sliding, pack) | {"note": note})
+    along, name = along_tooth(tree, body)
+    ends = [f"{name} {figure_text(float(along.values[:, k].mean()), 3)} mm" for k in (0, -1)]
+    height, lines = float(np.ptp(shape.flank[..., 2])), _loaded_lines(tree, shape.line, rows)
+    return {
+        "name": body,
+        "ends": ends,
+        "factors": _factors(height, 1e-3 * float(wear.max())),
+        "flank": pack.add(shape.flank[rows][:, columns]),
+        "normal": pack.add(shape.normal[rows][:, columns]),
+        "back": pack.add(shape.back[rows][:, columns]),
+        "fillet": pack.add(shape.fillet[:, columns]),
+        "backFillet": pack.add(shape.back_fillet[:, columns]),
+        "wear": colours[0]["values"],
+        "quantities": colours,
+        "line": None if lines is None else pack.add(lines[:, columns]),
+        "columns": columns.tolist(),
+    }
+
+
+def _thinned(profiles: int, faces: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of the grid that are drawn."""
+    share = min(1.0, (_MOST_NODES / (profiles * faces)) ** 0.5)
+    rows, columns = (
+        np.unique(np.linspace(0, n - 1, max(round(share * n), 2)).round().astype(int)) for n in (profiles, faces)
+    )
+    return rows, columns
+
+
+def _quantity(name: str, title: str, units: str, colours: str, values: FloatArray, pack: Packer) -> Table:
+    import matplotlib
+
+    scale = matplotlib.colormaps[colours](np.linspace(0.0, 1.0, _COLOURS))
+    return {
+        "name": name,
+        "title": title,
+        "units": units,
+        "greatest": float(values.max()) or 1.0,
+        "colours": [matplotlib.colors.to_hex(colour) for colour in scale],
+        "values": pack.add(values),
+    }
+
+
+def _factors(height: float, deepest: float) -> list[int]:
+    """How many times deeper wear may be drawn than it is; the last but one is drawn at first."""
+    if deepest <= 0.0:
+        return [1]
+    wanted = max(_DRAWN_DEPTH * height / deepest, 1.0)
+    power = 10 ** int(np.floor(np.log10(wanted)))
+    usual = max(digit * power for digit in (1, 2, 5) if digit * power <= wanted)
+    return sorted({1, max(usual // 2, 1), usual, 2 * usual})
+
+
+def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArray | None, str]:
+    """Pressure that the points of a flank feel in a mesh, (wear_step, profile, face) [MPa], and what it is."""
+    flank, engagement = group_of(tree, "flank"), group_of(tree, "engagement")
+    if body == "gear" and "contact_pattern" in flank:
+        return np.asarray(flank["contact_pattern"].values, float), _BY_PATTERN
+    if shape.line is None or shape.hertz is None or "line_load" not in engagement:
+        return None, ""
+    load = np.asarray(engagement["line_load"].values, float)
+    along_line = _along_lines(np.nan_to_num(away_from_edges(engagement).values), shape.hertz * np.sqrt(load))
+    on_flank = np.zeros((load.shape[0], *shape.flank.shape[:2]))
+    rows = np.arange(shape.flank.shape[0], dtype=float)
+    for i in range(load.shape[-1]):
+        loaded = np.flatnonzero((load[..., i] > 0.0).any(axis=0))
+        order = loaded[np.argsort(shape.line[loaded, i], kind="stable")]
+        if not order.size:
+            continue
+        for step, values in enumerate(along_line[:, order, i]):
+            on_flank[step, :, i] = np.interp(rows, shape.line[order, i], values, left=0.0, right=0.0)
+    return on_flank, _BY_LINES
+
+
+def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
+    """Pressure along contact lines, (wear_step, roll, face) [MPa].
+
+    Parameters
+    ----------
+    greatest : (wear_step, roll) array [MPa]
+        What the run found away from edges; 0 where edges alone bear.
+    hertz : (wear_step, roll, face) array [MPa]
+        By the line loads of the run and the curvature of unworn flanks.
+
+    Returns
+    -------
+    array
+        `hertz` in the ratio in which the run's pressure stands to it where it is greatest, and no more than that:
+        slices that Hertz's law has above the run's pressure when unworn are those at the ends, which are edges.
+    """
+    inside = (hertz[0] <= _ABOVE * greatest[0][:, None]) | (greatest[0] == 0.0)[:, None]
+    highest = np.max(hertz, axis=-1, where=inside, initial=0.0)
+    ratio = np.divide(greatest, highest, out=np.zeros_like(greatest), where=highest > 0.0)
+    return np.asarray(np.minimum(ratio[..., None] * hertz, greatest[..., None]))
+
+
+def _loaded_rolls(tree: xr.DataTree) -> NDArray[np.int64]:
+    share = group_of(tree, "engagement")["load_share"].values
+    return np.flatnonzero((share > _LOADED).any(axis=0))
+
+
+def _tells_loads(tree: xr.DataTree) -> bool:
+    engagement = group_of(tree, "engagement")
+    return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
+
+
+def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: NDArray[np.int64]) -> FloatArray | None:
+    """Rows, counted among those that are drawn, of the contact lines of loaded roll positions, (roll, face)."""
+    if line is None or not _tells_loads(tree):
+        return None
+    return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
+
+
+def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> Table | None:
+    """Load share and line loads of the roll positions that bear; None where the result has none."""
+    if not _tells_loads(tree):
+        return None
+    engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
+    return {
+        "roll": [f"{roll:+.2f}".replace("-", "−") for roll in engagement["roll_position"].values[rolls]],
+        "share": pack.add(engagement["load_share"].values[steps][:, rolls]),
+        "load": pack.add(engagement["line_load"].values[steps][:, rolls]),
+    }
+
+
+def _controls(told: Table) -> str:
+    """The view with its controls; hidden until the script has drawn it."""
+    last = len(told["steps"]) - 1
+    bodies = "".join(_option(k, body["name"]) for k, body in enumerate(told["bodies"]))
+    parts = [
+        _labelled("Flank of", element("select", bodies, id="turning-body")) if len(told["bodies"]) > 1 else "",
+        _labelled("Colours", element("select", "", id="turning-quantity")),
+        _labelled("Wear drawn", element("select", "", id="turning-factor")),
+        _labelled(
+            "Wear step", f'<input type="range" id="turning-step" min="0" max="{last}" value="{last}">', "turning-when"
+        ),
+    ]
+    if told["engagement"] is not None and any(body["line"] for body in told["bodies"]):
+        most = len(told["engagement"]["roll"]) - 1
+        rolls = f'<input type="range" id="turning-roll" min="0" max="{most}" value="{most // 2}">'
+        parts.append(_labelled("Roll position", rolls, "turning-where"))
+    turns = "".join(
+        f'<button type="button" data-turn="{turn}" aria-label="{name}">{sign}</button>'
+        for turn, name, sign in (
+            ("left", "Turn left", "←"),
+            ("right", "Turn right", "→"),
+            ("up", "Turn up", "↑"),
+            ("down", "Turn down", "↓"),
+            ("in", "Nearer", "+"),
+            ("out", "Farther", "−"),
+            ("home", "As at first", "⟲"),
+        )
+    )
+    return (
+        '<figure class="turning" id="turning" hidden>'
+        '<div id="turning-view" tabindex="0" role="application" aria-label="Worn tooth in three dimensions"'
+        ' aria-describedby="turning-told-aloud turning-help"></div>'
+        f'<div class="turns" role="group" aria-label="Turn the tooth">{turns}</div>'
+        f'<div class="controls">{"".join(parts)}</div>'
+        '<figcaption><p id="turning-told-aloud" role="status"></p>'
+        '<p id="turning-help">Drag to turn, or use the arrow keys, + and − while the picture has the focus. Dashed: '
+        "edges of the unworn flank. Bright: where the contact line bears at the roll position, in base pitches from "
+        "the pitch point.</p></figcaption></figure>"
+    )
+
+
+def _option(value: int, text: str) -> str:
+    return f'<option value="{value}">{text}</option>'
+
+
+def _labelled(text: str, control: str, output: str = "") -> str:
+    told = f'<output id="{output}"></output>' if output else ""
+    return f"<label><span>{text}</span>{control}{told}</label>"

@@ -1,0 +1,55 @@
+"""Errors of safeties and of lives until failure, from the error estimates of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+__all__ = ["safeties_of", "told_with_errors"]
+
+FloatArray = NDArray[np.float64]
+
+_PREFIX = "safety_"
+
+
+def safeties_of(modes: NDArray[np.str_], safety: FloatArray) -> dict[str, FloatArray]:
+    """Safeties as reported quantities by name, each (wear_step, body): what accuracy is asked of and told for.
+
+    Parameters
+    ----------
+    modes : (mode,) array of str
+    safety : (mode, wear_step, body) array
+    """
+    return {f"{_PREFIX}{mode}": np.asarray(own, float) for mode, own in zip(modes, safety, strict=True)}
+
+
+def told_with_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, FloatArray]:
+    """Errors of the safeties and of the meshes until failure, as variables of `/ratings`.
+
+    The error of a life is that of the safety over how fast the safety falls where it fails.
+
+    Parameters
+    ----------
+    ratings, diagnostics : Dataset
+        Of a result; the estimates of the latter are over the greatest safety of each mode.
+
+    Returns
+    -------
+    dict
+        `safety_error` (mode,), absolute, and `meshes_to_failure_error` (mode, body), NaN where nothing fails; empty
+        without estimates.
+    """
+    if "error_estimate" not in diagnostics:
+        return {}
+    share = dict(zip(diagnostics["quantity"].values, diagnostics["error_estimate"].values, strict=True))
+    safety, meshes = ratings["safety"].values, ratings["meshes"].values
+    told = np.array([share.get(f"{_PREFIX}{mode}", np.nan) for mode in ratings["mode"].values])
+    error = told * np.nanmax(safety, axis=(1, 2), initial=0.0)
+    steps = ratings["wear_step_of_failure"].values
+    lives = np.full(steps.shape, np.nan)
+    for mode, body in np.argwhere(steps > 0):
+        k = steps[mode, body]
+        fall = (safety[mode, k - 1, body] - safety[mode, k, body]) / (meshes[k] - meshes[k - 1])
+        lives[mode, body] = error[mode] / fall if fall > 0.0 else np.nan
+    return {"safety_error": error, "meshes_to_failure_error": lives}

@@ -1,0 +1,298 @@
+"""A stage of a REXS file as a scene: which attribute is which field, and what has no counterpart."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from semiwear.check import geometric_problems
+from semiwear.errors import Problem, SceneError
+from semiwear.plain_text import one_of, table
+from semiwear.rexs.model import Component, RexsModel, read_model
+from semiwear.scene import Scene, scene_from_dict
+from semiwear.untyped import Table, Value
+
+__all__ = ["RexsPair", "read_rexs"]
+
+_BODIES = ("pinion", "gear")
+_UNITS = {"mm": "mm", "deg": "deg", "°": "deg", "none": "none", "": "none", "-": "none", "N/mm^2": "N / mm^2"}
+# attribute of a gear or its flanks: its unit, and the field that it gives
+_OF_GEAR = {
+    "number_of_teeth": ("none", "{}_teeth"),
+    "face_width": ("mm", "{}_face_width_mm"),
+    "tip_diameter": ("mm", "{}_tip_diameter_mm"),
+}
+_OF_FLANK = {"addendum_modification_coefficient": ("none", "{}_profile_shift")}
+_SHARED = {
+    "normal_module": ("mm", "normal_module_mm"),
+    "normal_pressure_angle": ("deg", "pressure_angle_deg"),
+    "helix_angle_reference_diameter": ("deg", "helix_angle_deg"),
+}
+_OF_MATERIAL = {"elastic_modulus": ("N / mm^2", "youngs_modulus_MPa"), "poisson_ratio": ("none", "poissons_ratio")}
+_PLACE = ("reference_component_for_position", "support_vector", "u_axis_vector", "w_axis_vector")
+_SAME = 1e-9  # relative: values of both gears, or both flanks, that must be equal
+
+
+@dataclass(frozen=True)
+class RexsPair:
+    """A scene from a REXS file: printed as a table of what was taken and a list of what was left.
+
+    Attributes
+    ----------
+    scene : Scene
+    taken : tuple of (field, value, where)
+        Fields, their values, and the components and attributes that they come from.
+    left_out : tuple of str
+        Attributes of the gears, their flanks, materials and stage that have no counterpart in a scene.
+    """
+
+    scene: Scene
+    taken: tuple[tuple[str, str, str], ...]
+    left_out: tuple[str, ...]
+
+    def __str__(self) -> str:
+        lines = [table(("field", "value", "from"), self.taken)]
+        if self.left_out:
+            lines += ["", "no counterpart in a scene:", *(f"- {text}" for text in self.left_out)]
+        return "\n".join(lines)
+
+
+def read_rexs(
+    path: str | os.PathLike[str],
+    *,
+    stage: str | None = None,
+    pinion_torque_Nm: float | None = None,
+    changes: Table | None = None,
+) -> RexsPair:
+    """A cylindrical stage of a REXS file (version 1 or 2; XML, JSON or zipped) as a scene.
+
+    The gear with fewer teeth is the pinion, which drives; a ring gear has a negative number of teeth. Teeth, module,
+    pressure and helix angle, profile shifts, face widths, tip diameters, centre distance and elastic constants are
+    taken as they are, dedendum and rims follow from root and inner diameters; fields that the file does not give have
+    the defaults of a scene. Flank modifications, roughness, tolerances, strengths, bearings and places along shafts
+    have no counterpart or none that is the same, and are listed.
+
+    Parameters
+    ----------
+    path : path
+    stage : str, optional
+        Id of the component `cylindrical_stage`, where the file has several.
+    pinion_torque_Nm : float, optional
+        Torque on the pinion; needed unless exactly one load case gives the gear's `torque`.
+    changes : mapping, optional
+        Further fields of the scene by dotted key, such as ``{"wear.coefficient_mm2_per_N": 1e-13}``.
+
+    Raises
+    ------
+    SceneError
+        For a file that is damaged or holds no such stage, what contradicts itself, and all that is wrong with the
+        scene.
+    """
+    model = read_model(path)
+    found = _Reading(model, _stage(model, stage))
+    scene_table = found.scene_table(pinion_torque_Nm)
+    if found.problems:
+        raise SceneError(found.problems, os.fspath(path))
+    scene = scene_from_dict(scene_table, name=os.fspath(path), check=None if changes else geometric_problems)
+    if changes:  # the geometry of the teeth is looked at once, as changed
+        scene = replace(scene, _check=geometric_problems).replace(changes)
+    return RexsPair(scene, tuple(found.taken), tuple(found.left_out()))
+
+
+def _stage(model: RexsModel, wanted: str | None) -> Component:
+    stages = [one for one in model.components.values() if one.type == "cylindrical_stage"]
+    named = [one for one in stages if wanted is None or one.id == str(wanted)]
+    if len(named) == 1:
+        return named[0]
+    ids = one_of(one.id for one in stages) or "a file with a component cylindrical_stage"
+    what = f"{len(stages)} stages" if wanted is None else wanted
+    raise SceneError.of("stage", what, ids, "name one of them" if stages else "other kinds of stages are not read")
+
+
+@dataclass
+class _Reading:
+    """A stage as it is read, attribute by attribute."""
+
+    model: RexsModel
+    stage: Component
+    taken: list[tuple[str, str, str]] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    used: set[tuple[str, str]] = field(default_factory=set)
+    parts: list[Component] = field(default_factory=list)
+
+    def scene_table(self, torque: float | None) -> Table:
+        gears = self._gears()
+        if gears is None:
+            return {}
+        pair: Table = {"type": "cylindrical"}
+        materials: Table = {}
+        for body, gear in zip(_BODIES, gears, strict=True):
+            flanks = self._flanks(gear)
+            self.parts += [gear, *flanks, *self._modifications(flanks)]
+            for name, (unit, to) in _OF_GEAR.items():
+                self._take(pair, to.format(body), (gear,), name, unit)
+            for name, (unit, to) in _OF_FLANK.items():
+                self._take(pair, to.format(body), (gear, *flanks), name, unit)
+            if gear.type == "ring_gear" and f"{body}_teeth" in pair:
+                pair[f"{body}_teeth"] *= -1.0  # ISO 21771
+            self._tool_and_rim(pair, body, gear)
+            materials[body] = self._material(body, gear)
+        both = [one for gear in gears for one in (gear, *self._flanks(gear))]
+        for name, (unit, to) in _SHARED.items():
+            self._take(pair, to, both, name, unit, abs)
+        self._hand(pair, gears)
+        self.parts.append(self.stage)
+        self._take(pair, "centre_distance_mm", (self.stage,), "center_distance", "mm", abs)
+        operation: Table = {"pinion_torque_Nm": self._torque(gears[0], torque)}
+        whole = {key: int(value) for key, value in pair.items() if key.endswith("_teeth")}
+        title = f"REXS stage {self.stage.id}" + (f": {self.stage.name}" if self.stage.name else "")
+        return {"title": title, "gear_pair": pair | whole, "material": materials, "operation": operation}
+
+    def left_out(self) -> list[str]:
+        """Attributes that nothing was taken of, of the stage, its gears, flanks and materials."""
+        return [
+            f"{part}: {name}" + (f" = {one.value} {one.unit}".rstrip() if one.value is not None else "")
+            for part in {part.id: part for part in self.parts}.values()
+            for name, one in part.attributes.items()
+            if (part.id, name) not in self.used and name not in _PLACE
+        ]
+
+    # ---- parts
+
+    def _gears(self) -> tuple[Component, Component] | None:
+        ends = next(self.model.related("stage", stage=self.stage.id), {})
+        gears = [self.model.components[ends[role]] for role in ("gear_1", "gear_2") if role in ends]
+        if len(gears) != 2:
+            self._problem(str(self.stage), f"{len(gears)} gears", "relation stage with gear_1 and gear_2")
+            return None
+        teeth = [self._number(gear, "number_of_teeth", "none") for gear in gears]
+        if None in teeth:
+            self._problem(f"{self.stage}.number_of_teeth", None, "the number of teeth of both gears")
+            return None
+        ring = [gear.type == "ring_gear" for gear in gears]
+        swap = ring[0] or (not ring[1] and abs(teeth[0] or 0.0) > abs(teeth[1] or 0.0))
+        return (gears[1], gears[0]) if swap else (gears[0], gears[1])
+
+    def _flanks(self, gear: Component) -> list[Component]:
+        ends = next(self.model.related("flank", gear=gear.id), {})
+        return [self.model.components[ends[side]] for side in ("left", "right") if side in ends]
+
+    def _modifications(self, flanks: list[Component]) -> list[Component]:
+        """Reliefs, crownings and measured deviations of flanks."""
+        own = {flank.id for flank in flanks}
+        others = {one for relation in self.model.relations if own & set(relation.ends.values())
+                  for one in relation.ends.values()}  # fmt: skip
+        parts = [self.model.components[one] for one in sorted(others - own)]
+        return [part for part in parts if part.type not in ("cylindrical_gear", "ring_gear")]
+
+    def _material(self, body: str, gear: Component) -> Table:
+        """Elastic constants of the gear's own material, else of the shaft that it is part of."""
+        owners = [gear.id, *(ends["assembly"] for ends in self.model.related("assembly", part=gear.id))]
+        found: Table = {}
+        for owner in owners:
+            for ends in self.model.related("reference", origin=owner):
+                material = self.model.components[ends["referenced"]]
+                if material.type != "material" or found:
+                    continue
+                self.parts.append(material)
+                for name, (unit, to) in _OF_MATERIAL.items():
+                    self._take(found, to, (material,), name, unit, shown=f"material.{body}.{to}")
+                if "material_designation" in material.attributes:
+                    found["name"] = str(material.attributes["material_designation"].value)
+                    self.used.add((material.id, "material_designation"))
+        return found
+
+    def _tool_and_rim(self, pair: Table, body: str, gear: Component) -> None:
+        """Dedendum from the root diameter, and the rim from the inner diameter."""
+        root = self._number(gear, "root_diameter", "mm")
+        inner = self._number(gear, "inner_diameter", "mm")
+        module = self._number(gear, "normal_module", "mm")
+        beta = self._number(gear, "helix_angle_reference_diameter", "deg") or 0.0
+        teeth, shift = pair.get(f"{body}_teeth"), pair.get(f"{body}_profile_shift", 0.0)
+        if root is not None and module is not None and teeth is not None:
+            reference = module * teeth / math.cos(math.radians(beta))
+            signed = math.copysign(abs(root), teeth)  # diameters of an internal gear are negative (ISO 21771)
+            dedendum = 0.5 * (reference - signed) + shift * module
+            self._put(pair, f"{body}_rack_addendum_mm", dedendum, gear, "root_diameter")
+        if inner:
+            if body == "pinion":
+                self._put(pair, "pinion_bore_radius_mm", 0.5 * inner, gear, "inner_diameter")
+            elif root is not None and abs(root) > inner:
+                self._put(pair, "gear_rim_thickness_mm", 0.5 * (abs(root) - inner), gear, "inner_diameter")
+
+    def _hand(self, pair: Table, gears: tuple[Component, Component]) -> None:
+        """Right-hand teeth have a positive helix angle (ISO 21771); mates of external gears have opposite signs."""
+        name = "helix_angle_reference_diameter"
+        first, second = (self._number(gear, name, "deg") for gear in gears)
+        if not first or not second:
+            return
+        same = (first > 0.0) == (second > 0.0)
+        if same != (gears[1].type == "ring_gear"):
+            what = f"{first:g} and {second:g} deg"
+            self._problem(f"{self.stage}.{name}", what, "opposite signs of external gears, equal ones of a ring gear")
+        pair["hand"] = "right" if first > 0.0 else "left"
+
+    def _torque(self, pinion: Component, given: float | None) -> float | None:
+        if given is not None:
+            return given
+        data = [ends["stage_gear_data"] for ends in self.model.related("stage_gear_data", gear=pinion.id)
+                if ends.get("stage") == self.stage.id]  # fmt: skip
+        told = []
+        for case in self.model.load_cases:
+            for one in (*data, pinion.id):
+                if one in case and "torque" in case[one].attributes:
+                    value = self._number(case[one], "torque", "N m")
+                    told += [] if value is None else [abs(value)]
+        if len(told) == 1:
+            self.taken.append(("operation.pinion_torque_Nm", f"{told[0]:g}", f"{pinion}: torque of the load case"))
+            return told[0]
+        what = f"{len(told)} load cases that give it" if told else None
+        self._problem("pinion_torque_Nm", what, "the torque on the pinion [N m]", "give pinion_torque_Nm")
+        return None
+
+    # ---- values
+
+    def _take(
+        self, into: Table, to: str, parts: list[Component] | tuple[Component, ...], name: str, unit: str,
+        change: Callable[[float], float] | None = None, shown: str | None = None,
+    ) -> None:  # fmt: skip
+        """Put an attribute that one or more of the parts have, and which must be the same, into a table."""
+        change = change or (lambda value: value)
+        found = [(part, value) for part in parts if (value := self._number(part, name, unit)) is not None]
+        values = {part.id: change(value) for part, value in found}
+        if not values:
+            return
+        least, most = min(values.values()), max(values.values())
+        if most - least > _SAME * max(abs(least), abs(most)):
+            told = " and ".join(f"{value:g}" for value in values.values())
+            fix = "flanks of two kinds and gears of two modules are not modelled"
+            self._problem(f"{self.stage}.{name}", told, "one value of both", fix)
+        self._put(into, to, most if most == least else next(iter(values.values())), found[0][0], name, shown)
+        self.used |= {(part.id, name) for part, _ in found}
+
+    def _put(self, into: Table, to: str, value: float, part: Component, name: str, shown: str | None = None) -> None:
+        into[to] = value
+        self.used.add((part.id, name))
+        self.taken.append((shown or f"gear_pair.{to}", f"{value:.6g}", f"{part}: {name}"))
+
+    def _number(self, part: Component, name: str, unit: str) -> float | None:
+        if name not in part.attributes:
+            return None
+        found = part.attributes[name]
+        if _UNITS.get(found.unit, found.unit) != unit:
+            self._problem(f"{part}.{name}", f"in {found.unit!r}", f"in {unit!r}", "REXS says so: export it again")
+        try:
+            value = float(found.value)
+        except (TypeError, ValueError):
+            value = math.nan
+        if not math.isfinite(value):
+            self._problem(f"{part}.{name}", found.value, "a finite number", "export it again")
+            return None
+        return value
+
+    def _problem(self, where: str, value: Value, allowed: str, fix: str = "see that the file has them") -> None:
+        one = Problem(where, value, allowed, fix)
+        if one not in self.problems:
+            self.problems.append(one)

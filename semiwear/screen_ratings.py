@@ -1,0 +1,56 @@
+"""How near the failure modes of a scene are to their limits, from two wear states: unworn, and the end of the run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from semiwear.errors import ConvergenceError
+from semiwear.life import hours_per_mesh
+from semiwear.meshing.flank_pair import BODIES
+from semiwear.plan import plan
+from semiwear.plan.ratings import Ratings
+from semiwear.scene import Scene
+
+__all__ = ["nearness"]
+
+_NEAR = 1.2  # of the required safety
+
+
+def nearness(scene: Scene, mode: str) -> str:
+    """Words on the least safety of a failure mode, unworn or at the end of the run, by one implicit wear step."""
+    try:
+        rated = _rated(scene)
+    except ConvergenceError as error:
+        return f"not run: {error}"
+    k = rated.modes.index(mode)
+    required, safety = float(rated.arrays["required_safety"][k]), rated.arrays["safety"][k]
+    if not np.isfinite(safety).any():
+        return "nothing rated: edges alone bear"
+    step, body = np.unravel_index(int(np.nanargmin(safety)), safety.shape)
+    when = "at the end of the run" if step else "unworn"
+    told = f"safety of the {BODIES[body]} {safety[step, body]:.3g} {when}, {required:g} required"
+    ratio = safety[step, body] / required
+    verdict = "fails" if ratio < 1.0 else "near its limit" if ratio < _NEAR else "far from its limit"
+    meshes = float(rated.arrays["meshes_to_failure"][k, body])
+    return f"{verdict}: {told}" + (f", below it after about {meshes:.3g} meshes" if np.isfinite(meshes) else "")
+
+
+@lru_cache(maxsize=1)
+def _rated(scene: Scene) -> Ratings:
+    """Ratings of the unworn flanks and of those that one implicit step to the end of the run leaves."""
+    physics = plan(scene)
+    teeth = physics.loaded_teeth()
+    stepper = replace(physics.wear_stepper(teeth), implicit=True)
+    start, point = stepper.start(), physics.control_point(teeth)
+    assert scene.wear is not None  # a need of every failure mode
+    until = scene.wear.until
+    if until.control_depths_um is not None and point is not None:
+        end = stepper.step_to_depth(start, point, 1e-3 * until.control_depths_um[-1])
+    else:
+        end = stepper.step(start, float(until.meshes or 0.0))
+    rated = physics.ratings(stepper, [start, end], hours_per_mesh(scene, teeth.pair))
+    assert rated is not None
+    return rated

@@ -1,0 +1,80 @@
+"""Tables of failure modes with usual data of case-hardened gears, and strategies near them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import strategies as st
+
+__all__ = ["BENDING", "PITTING", "RATED", "bending_tables", "pitting_tables"]
+
+PITTING: dict[str, Any] = {
+    "pinion_limit_MPa": 1500.0,
+    "gear_limit_MPa": 1450.0,
+    "pinion_life_curve": "hardened",
+    "gear_life_curve": "hardened",
+    "viscosity_40_mm2_per_s": 220.0,
+    "roughness_Rz_um": 3.0,
+}
+BENDING: dict[str, Any] = {
+    "pinion_limit_MPa": 430.0,
+    "gear_limit_MPa": 430.0,
+    "pinion_life_curve": "case_hardened",
+    "gear_life_curve": "case_hardened",
+    "root_roughness_Rz_um": 10.0,
+}
+RATED: dict[str, Any] = {
+    "operation.pinion_speed_rpm": 1500.0,
+    "effects.pitting": PITTING,
+    "effects.bending": BENDING,
+}
+"""Changes of a scene that rate both modes."""
+
+
+def _between(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False)
+
+
+def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
+    """Tables ``[effects.pitting]``."""
+    curves = st.sampled_from(["hardened", "hardened_some_pits", "nitrided", "nitrocarburized"])
+    return st.fixed_dictionaries(
+        {
+            "pinion_limit_MPa": _between(300.0, 1650.0),
+            "gear_limit_MPa": _between(300.0, 1650.0),
+            "pinion_life_curve": curves,
+            "gear_life_curve": curves,
+            "film_factors": st.just("from_oil"),
+            "viscosity_40_mm2_per_s": _between(20.0, 500.0),
+            "roughness_Rz_um": _between(0.5, 10.0),
+        },
+        optional={
+            "life_factor_at_1e10": _between(0.85, 1.0),
+            "gear_work_hardening_factor": _between(1.0, 1.2),
+            "size_factor": _between(0.7, 1.0),
+            "application_factor": _between(1.0, 2.0),
+            "required_safety": _between(0.5, 2.0),
+        },
+    )
+
+
+def bending_tables() -> st.SearchStrategy[dict[str, Any]]:
+    """Tables ``[effects.bending]``."""
+    curves = st.sampled_from(["case_hardened", "through_hardened", "nitrided", "nitrocarburized"])
+    return st.fixed_dictionaries(
+        {
+            "pinion_limit_MPa": _between(100.0, 525.0),
+            "gear_limit_MPa": _between(100.0, 525.0),
+            "pinion_life_curve": curves,
+            "gear_life_curve": curves,
+            "root_roughness_Rz_um": _between(1.0, 40.0),
+        },
+        optional={
+            "life_factor_at_1e10": _between(0.85, 1.0),
+            "notch_sensitivity_factor": _between(0.7, 1.2),
+            "size_factor": _between(0.7, 1.0),
+            "mean_stress_factor": _between(0.4, 1.0),
+            "dynamic_factor": _between(1.0, 1.5),
+            "required_safety": _between(0.5, 2.0),
+        },
+    )

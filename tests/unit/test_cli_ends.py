@@ -1,0 +1,130 @@
+"""What commands leave: exit codes, errors on standard error, one JSON document, silence, completion."""
+
+import json
+import logging
+import os
+import subprocess
+import sys
+
+import pytest
+
+import semiwear as sw
+from semiwear.cli import main
+
+SMALL = [
+    "--set", "numerics.face_slices=11", "--set", "numerics.roll_positions=8", "--set", "numerics.profile_points=31",
+    "--set", "numerics.harmonics=3", "--set", "numerics.wear_steps=1",
+]  # fmt: skip
+
+
+def test_a_run_ends_in_one_json_document(tmp_path, capsys):
+    out = tmp_path / "worn.nc"
+    assert main(["run", "spur_fzg_c", *SMALL, "-o", str(out), "--json"]) == 0
+    told = capsys.readouterr()
+    end = json.loads(told.out)
+    history = sw.open_results(out)["history"].isel(wear_step=-1)
+    assert end["command"] == "run" and end["result"] == str(out) and end["wear_steps"] == 1 and end["life"] is None
+    assert end["history"]["root_stress_max[gear]"] == float(history.root_stress_max.sel(body="gear"))
+    assert end["history"]["meshes"] == float(history.meshes)
+    assert "computing the unworn teeth" in told.err
+
+
+def test_a_quiet_run_says_nothing_but_its_end(capsys):
+    assert main(["run", "spur_fzg_c", *SMALL, "--quiet"]) == 0
+    told = capsys.readouterr()
+    assert told.err == "" and "load share" in told.out
+
+
+@pytest.mark.parametrize(
+    ("command", "key"),
+    [
+        (["plan", "spur_fzg_c"], "physics"),
+        (["fields"], "schema"),
+        (["new", "cylindrical", "-o", "my.toml"], "scene"),
+    ],
+)
+def test_light_commands_end_in_json(command, key, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([*command, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[key]
+
+
+def test_screening_ends_in_json(capsys):
+    assert main(["screen", "spur_fzg_c", *SMALL, "--json", "-q"]) == 0
+    told = capsys.readouterr()
+    end = json.loads(told.out)
+    friction = next(row for row in end["effects"] if row["effect"] == "friction")
+    assert ("friction" in end["called_for"]) == (max(map(abs, friction["changes"].values())) >= 0.02)
+    assert told.err == ""
+
+
+def test_errors_are_on_standard_error_and_told_one_by_one(capsys):
+    wrong = ["run", "spur_fzg_c", "--set", "operation.pinion_torque_Nm=-3", "--set", "gear_pair.pinion_teeth=2"]
+    assert main([*wrong, "--json"]) == 2
+    told = capsys.readouterr()
+    error = json.loads(told.err)
+    assert told.out == "" and error["error"] == "SceneError"
+    assert {one["field"] for one in error["problems"]} >= {"operation.pinion_torque_Nm", "gear_pair.pinion_teeth"}
+    assert main([*wrong, "--quiet"]) == 2
+    told = capsys.readouterr()
+    assert told.out == "" and "operation.pinion_torque_Nm" in told.err
+
+
+def test_wrong_options_end_with_two(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["run"])
+    assert ended.value.code == 2 and "usage:" in capsys.readouterr().err
+
+
+def test_missing_values_are_null(capsys):
+    rigid = ["--set", "numerics.tooth_compliance=rigid", "--set", "operation.pinion_torque_Nm=0.01"]
+    assert main(["run", "spur_fzg_c", *SMALL, *rigid, "--json", "-q"]) == 0
+    text = capsys.readouterr().out
+    assert "NaN" not in text and json.loads(text)["history"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_shells_complete_commands(shell, capsys):
+    pytest.importorskip("shtab", reason="extra completion: scripts are made by shtab")
+    with pytest.raises(SystemExit) as ended:
+        main(["--print-completion", shell])
+    script = capsys.readouterr().out
+    assert ended.value.code == 0
+    assert all(word in script for word in ("calibrate", "--wear-step", "optimise", "--quiet"))
+
+
+@pytest.mark.skipif(not os.path.exists("/bin/bash"), reason="needs bash")
+def test_bash_runs_the_completion():
+    pytest.importorskip("shtab", reason="extra completion: scripts are made by shtab")
+    script = subprocess.run(
+        [sys.executable, "-m", "semiwear", "--print-completion", "bash"], capture_output=True, text=True, check=True
+    ).stdout
+    ask = "\nCOMP_WORDS=(semiwear exp)\nCOMP_CWORD=1\n$(complete -p semiwear | sed 's/.*-F \\([^ ]*\\).*/\\1/')\n"
+    done = subprocess.run(
+        ["/bin/bash", "-c", f'{script}{ask}echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True, check=False
+    )
+    assert done.stdout.split() == ["export"], done.stderr
+
+
+def test_completion_without_its_package_names_the_extra(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert main(["--print-completion", "bash"]) == 2
+    assert "semiwear[completion]" in capsys.readouterr().err
+
+
+def test_loggers_are_left_as_they_were(caplog):
+    logger = logging.getLogger("semiwear")
+    before = logger.level, logger.propagate, list(logger.handlers)
+    assert main(["plan", "spur_fzg_c", "--quiet"]) == 0
+    assert (logger.level, logger.propagate, list(logger.handlers)) == before
+
+
+def test_the_package_logs_its_wear_steps(caplog):
+    scene = sw.load_scene("spur_fzg_c").replace(
+        {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.profile_points": 31,
+         "numerics.harmonics": 3, "numerics.wear_steps": 2}
+    )  # fmt: skip
+    with caplog.at_level(logging.INFO, logger="semiwear"):
+        sw.simulate(scene)
+    steps = [record.getMessage() for record in caplog.records if record.name == "semiwear.simulate"]
+    assert len(steps) == 2 and steps[-1].startswith("wear step 2 of 2")

@@ -1,0 +1,65 @@
+"""What tables of micropitting, scuffing and flank fracture refuse, and what they say of it."""
+
+from __future__ import annotations
+
+import pytest
+
+import semiwear as sw
+from tests.scenes import problems_of
+
+SPUR = sw.load_scene("spur_fzg_c").replace({"operation.pinion_speed_rpm": 1500.0})
+OIL = {"oil_family": "mineral", "viscosity_40_mm2_per_s": 220.0, "viscosity_100_mm2_per_s": 19.0}
+OIL |= {"density_15_kg_per_m3": 890.0}
+REQUIRED = {
+    "micropitting": {*OIL, "bulk_temperature_C", "roughness_Ra_um", "load_stage"},
+    "scuffing": {*OIL, "oil_temperature_C", "oil_supply", "load_stage", "structural_factor"},
+    "flank_fracture": {
+        f"{body}_{name}"
+        for body in ("pinion", "gear")
+        for name in ("core_hardness_HV", "surface_hardness_HV", "case_depth_mm")
+    },
+}
+
+
+@pytest.mark.parametrize("mode", REQUIRED)
+def test_missing_data_are_told_all_at_once_with_their_usual_range(mode):
+    problems = problems_of(SPUR.replace, {f"effects.{mode}": {}})
+    own = {field.rpartition(".")[2] for field in problems if field.startswith(f"effects.{mode}.")}
+    assert own == REQUIRED[mode]
+    for field, problem in problems.items():
+        if field.startswith(f"effects.{mode}.") and not field.endswith(("family", "oil_supply")):
+            assert "usual:" in problem.allowed, field
+
+
+def test_film_and_heat_need_speed_and_flash_temperature():
+    slow = SPUR.replace({"operation.pinion_speed_rpm": None})
+    problems = problems_of(slow.replace, {"effects.scuffing": {}})
+    assert {"operation.pinion_speed_rpm", "effects.flash_temperature"} <= set(problems)
+
+
+@pytest.mark.parametrize("mode", ["micropitting", "scuffing"])
+def test_oil_that_thickens_with_heat_is_refused(mode):
+    problems = problems_of(
+        SPUR.replace,
+        {f"effects.{mode}": OIL | {"viscosity_100_mm2_per_s": 300.0}},
+    )
+    assert "below viscosity_40_mm2_per_s (220)" in problems[f"effects.{mode}.viscosity_100_mm2_per_s"].allowed
+
+
+def test_a_hardness_for_every_depth():
+    table = {"hardness_profile": "table"}
+    for body in ("pinion", "gear"):
+        table |= {f"{body}_core_hardness_HV": 400.0, f"{body}_hardness_depths_mm": [0.1, 0.5, 1.0]}
+    table |= {"pinion_hardness_HV": [700.0, 600.0, 420.0], "gear_hardness_HV": [700.0, 600.0]}
+    problems = problems_of(SPUR.replace, {"effects.flank_fracture": table})
+    assert set(problems) == {"effects.flank_fracture.gear_hardness_HV"}
+    falling = {"effects.flank_fracture": table | {"pinion_hardness_depths_mm": [0.5, 0.1, 1.0]}}
+    assert "effects.flank_fracture.pinion_hardness_depths_mm" in problems_of(SPUR.replace, falling)
+
+
+def test_a_given_film_needs_no_load_stage():
+    own = OIL | {"bulk_temperature_C": 90.0, "roughness_Ra_um": 0.4, "limit": "given"}
+    assert set(problems_of(SPUR.replace, {"effects.flash_temperature": {}, "effects.micropitting": own})) == {
+        "effects.micropitting.permissible_film"
+    }
+    SPUR.replace({"effects.flash_temperature": {}, "effects.micropitting": own | {"permissible_film": 0.2}})

@@ -1,0 +1,66 @@
+"""The report's section on failure modes, and its pictures."""
+
+import re
+
+import pytest
+
+from semiwear import plot
+from semiwear.errors import SemiwearError
+from semiwear.report.ratings import first_failure_text, ratings_section
+from tests.strategies.results import synthetic_tree
+
+
+@pytest.fixture(scope="module")
+def tree():
+    return synthetic_tree(5, profiles=9, faces=7)
+
+
+def test_the_section_says_what_ends_the_life(tree):
+    section = ratings_section(tree)
+    assert "Pitting of the pinion ends the life first: after " in section and " h)" in section
+    assert section.count("<img ") == 1 + 2  # the life, and a map of each mode
+    rows = re.findall(r"<tr><th scope=\"row\">(pitting|bending)</th><td>(pinion|gear)</td>", section)
+    assert rows == [(mode, body) for mode in ("pitting", "bending") for body in ("pinion", "gear")]
+    assert "height −2.00 mm, face 508.0 mm" in section
+    assert "safety 0.020, life " in section
+
+
+def test_a_result_without_ratings_has_no_section(tree):
+    bare = tree.copy()
+    del bare["ratings"]
+    assert ratings_section(bare) == ""
+
+
+def test_without_a_failure_the_section_says_so():
+    ratings = synthetic_tree(1, profiles=9, faces=7)["ratings"].to_dataset()
+    assert first_failure_text(ratings) == (
+        "Nothing that is rated (pitting, bending) falls below its required safety within this run."
+    )
+
+
+def test_the_mode_that_governs_is_shaded_and_the_limit_is_in_view(tree):
+    ax = plot.safety_history(tree)
+    assert ax.get_ylim()[0] < 1.0 < ax.get_ylim()[1]
+    assert ax.get_xlabel() == "Running time (h)"
+    # pitting has the least of both all the time: one stretch, in its colour
+    (stretch,) = ax.patches
+    assert stretch.get_facecolor()[:3] == pytest.approx(plt_colour(ax.lines[0].get_color()))
+
+
+def plt_colour(name):
+    from matplotlib.colors import to_rgb
+
+    return to_rgb(name)
+
+
+def test_without_a_speed_the_life_is_in_meshes(tree):
+    copy = tree.copy()
+    copy["ratings"] = type(tree)(tree["ratings"].to_dataset().drop_vars("hours"))
+    assert "meshes" in plot.safety_history(copy).get_xlabel()
+
+
+def test_maps_show_both_bodies_and_refuse_a_mode_that_is_not_rated(tree):
+    pinion, gear = plot.safety_map(tree, mode="bending")
+    assert pinion.get_title(loc="left").startswith("Pinion") and gear.get_title(loc="left").startswith("Gear")
+    with pytest.raises(SemiwearError, match="mode: 'wear'; this result has pitting, bending"):
+        plot.safety_map(tree, mode="wear")
