@@ -97,13 +97,15 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
 
 
 def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
-    """Variables of a result; those that it does not have are left out."""
+    """Variables of a result that are numbers; those that it does not have are left out."""
     found, coords = dict[str, np.ndarray](), dict[str, np.ndarray]()
     for path in measure.variables:
         group, name = path[1:].split("/")
         if group not in tree.children or name not in tree[group].data_vars:
             continue
         array = tree[group].dataset[name]
+        if array.dtype.kind not in "fiub":  # text, such as the place of a least safety: a table has numbers alone
+            continue
         for dim in map(str, array.dims):
             if dim != _STEPS and dim in array.coords:
                 coords[dim] = np.asarray(array[dim].values)
