@@ -309,7 +309,10 @@ def _under(scene: Scene, factor: float) -> WearStepper:
 
 
 def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, tolerance: float) -> float:
-    """Argument above 0 at which a rising function is zero, or jumps across it: a secant held in its bracket."""
+    """Argument above 0 at which a rising function is zero, or jumps across it: inverse interpolation held in its bracket.
+
+    Source: R. P. Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4.
+    """
     known = [(0.0, at_zero)]
     for _ in range(_ITERATIONS):
         value = function(trial)
@@ -320,8 +323,16 @@ def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, t
         above = min((x for x, y in known if y > 0.0), default=4.0 * below)
         if above - below <= _TOLERANCE * above:
             return trial
-        (x_0, y_0), (x_1, y_1) = known[-2:]
-        trial = x_1 - y_1 * (x_1 - x_0) / (y_1 - y_0) if y_1 != y_0 else above
+        trial = _inverse_at_zero(known[-3:])
         if not below < trial < above:
             trial = 0.5 * (below + above)
     raise ConvergenceError("no number of meshes wears the flank to the limit: it loses its load on the way")
+
+
+def _inverse_at_zero(known: Sequence[tuple[float, float]]) -> float:
+    """Where the polynomial x(y) through points (x, y) has y = 0; NaN where two of them are as high."""
+    places, values = np.array(known).T
+    others = ~np.eye(len(known), dtype=bool)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = [np.prod(values[other] / (values[other] - value)) for other, value in zip(others, values, strict=True)]
+        return float(np.dot(shares, places))
