@@ -102,7 +102,7 @@ def infer(
 
     Notes
     -----
-    Intervals of several unknowns from a whole flank are still too narrow: at 90 % they held in 72 to 83 % of 36
+    Intervals of several unknowns from a whole flank are still too narrow: at 90 % they held in 73 to 82 % of 49
     simulated flanks (docs/inference.md).
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
