@@ -61,15 +61,21 @@ def _of_module(tree: xr.DataTree, depth: float) -> str:
 
 
 def life_numbers(tree: xr.DataTree) -> list[Number]:
-    """The life until a depth of wear; empty where the run was not asked for it."""
-    life = {str(name): float(value) for name, value in group_of(tree, "life").data_vars.items()}
-    if not life:
+    """The life until a depth of wear, and what ends it earlier; empty where the run was not asked for it."""
+    told = group_of(tree, "life")
+    if "meshes_to_limit" not in told:
         return []
+    life = {str(name): float(value) for name, value in told.data_vars.items() if value.dtype.kind == "f"}
     meshes = f"{figure_text(life['meshes_to_limit'])} meshes"
     meaning = "of a gear tooth; the scene gives no speed, so no hours"
     if "hours_to_limit" in life:
         meaning = f"{meshes} of a gear tooth"
         meshes = f"{figure_text(life['hours_to_limit'])} h"
+    ended_by = str(told["ended_by"].values) if "ended_by" in told else "wear"
+    if ended_by != "wear" and "meshes_to_end" in life:
+        meaning += (
+            f"; {ended_by.replace('_', ' ')} ends it earlier, after {figure_text(life['meshes_to_end'])} meshes"
+        )
     return [(f"Life until {life['depth_limit']:g} µm of wear", meshes, meaning)]
 
 

@@ -27,7 +27,7 @@ __all__ = ["OF_COLOURS", "PICTURES", "Drawn", "Picture", "draw", "draw_all", "fi
 OF_COLOURS = ("wear_map", "contact_pattern", "wear_surface")
 """Pictures whose colours mean values."""
 
-_PIXELS_PER_INCH = 170
+_PIXELS_PER_INCH = 150
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def _map(tree: xr.DataTree, mode: str) -> str:
     what = "while the load is there" if mode == "bending" else "of the point"
     caption = f"Safety {what} at the last wear step, along the tooth and over its height; white: not rated."
     title = f"{mode_words(mode).capitalize()} on the worn flanks"
-    card = picture(title, uri, f"{title}. Least safety: {least}.", caption, SIZE_WIDE)
+    card = picture(title, uri, f"{title}. Least safety: {least}.", caption, SIZE_WIDE, of_colours=True)
     return element("article", card, class_="card full")
 
 

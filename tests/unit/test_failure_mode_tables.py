@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 import pytest
 
 import semiwear as sw
@@ -63,3 +66,11 @@ def test_a_given_film_needs_no_load_stage():
         "effects.micropitting.permissible_film"
     }
     SPUR.replace({"effects.flash_temperature": {}, "effects.micropitting": own | {"permissible_film": 0.2}})
+
+
+def test_example_of_the_docs_is_a_scene():
+    text = (Path(sw.__file__).parents[1] / "docs" / "failure_modes.md").read_text(encoding="utf-8")
+    example = tomllib.loads(text.split("```toml\n", 1)[1].split("```", 1)[0])
+    scene = SPUR.replace({"operation.pinion_speed_rpm": example["operation"]["pinion_speed_rpm"]})
+    rated = scene.replace({f"effects.{name}": table for name, table in example["effects"].items()})
+    assert {name for name, _ in rated.effects.present()} == {"flash_temperature", *REQUIRED}

@@ -181,9 +181,10 @@ def test_what_came_out_stands_before_what_went_in(page):
 def test_every_picture_has_a_text(page):
     for alt in re.findall(r"<img [^>]*?alt=\"([^\"]*)\"", page):
         assert len(alt) > 40
-    of_effects = page.partition("<h2>What effects add</h2>")[2].partition("</section>")[0].count("<figcaption>")
+    apart = [page.partition(f"<h2>{name}</h2>")[2] for name in ("What effects add", "What ends the life")]
+    others = sum(rest.partition("</section>")[0].count("<figcaption>") for rest in apart)
     both = sum(picture.of_body for picture in PICTURES)  # both bodies wear
-    assert plain(page).count("<figcaption>") - of_effects == len(PICTURES) + both + 1  # and the one that turns
+    assert plain(page).count("<figcaption>") - others == len(PICTURES) + both + 1  # and the one that turns
 
 
 def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):

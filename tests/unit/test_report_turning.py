@@ -17,6 +17,7 @@ from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.pairs import flank_pair
 from semiwear.report import pictures, turning, write_report
+from semiwear.report.numbers import life_numbers
 from semiwear.report.packing import Packer
 from semiwear.report.tooth_shape import ToothShape, tooth_shape
 from semiwear.scene import Placement
@@ -187,6 +188,17 @@ def test_packed_arrays_come_back_within_half_a_step(values):
 )
 def test_wear_is_drawn_by_round_factors(height, deepest, factors):
     assert turning._factors(height, deepest) == factors
+
+
+@pytest.mark.parametrize(("ended_by", "earlier"), [("wear", False), ("pitting", True), (None, False)])
+def test_the_life_says_what_ends_it_earlier(ended_by, earlier):
+    life = {"depth_limit": 50.0, "meshes_to_limit": 8e9, "hours_to_limit": 1200.0}
+    if ended_by:
+        life |= {"ended_by": ended_by, "meshes_to_end": 2e9}
+    tree = xr.DataTree.from_dict({"/life": xr.Dataset({name: ((), value) for name, value in life.items()})})
+    ((title, value, meaning),) = life_numbers(tree)
+    assert (title, value) == ("Life until 50 µm of wear", "1200 h") and "8.00·10⁹ meshes of a gear tooth" in meaning
+    assert ("pitting ends it earlier, after 2.00·10⁹ meshes" in meaning) == earlier
 
 
 def test_large_grids_are_thinned_and_keep_their_ends():
