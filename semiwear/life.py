@@ -334,5 +334,7 @@ def _inverse_at_zero(known: Sequence[tuple[float, float]]) -> float:
     places, values = np.array(known).T
     others = ~np.eye(len(known), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = [np.prod(values[other] / (values[other] - value)) for other, value in zip(others, values, strict=True)]
+        shares = [
+            np.prod(values[other] / (values[other] - value)) for other, value in zip(others, values, strict=True)
+        ]
         return float(np.dot(shares, places))

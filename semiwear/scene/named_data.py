@@ -13,6 +13,7 @@ from semiwear.errors import Problem
 from semiwear.references.named_data import MATERIALS, OILS, WEAR, named_set, named_sets, oil_at
 from semiwear.scene.across import RuleBook, across
 from semiwear.scene.rules import BODIES, BodyCoefficients, BodyData
+from semiwear.scene.tables import Material
 from semiwear.untyped import Table, Value
 
 __all__ = ["NAMED_DATA_RULES", "NAMING", "dropped_with", "with_named_data"]
@@ -21,7 +22,8 @@ NAMING = tuple(f"material.{body}" for body in BODIES)
 """Tables for which a name may stand alone, `material.gear = "POM"`."""
 
 _BY_SMALL_NAME = {name.casefold(): name for name in named_sets(MATERIALS)}
-_FAR_OFF = 10.0  # times another modulus: softened by heat, a plastic still has a tenth of its own
+_FAR_OFF = 10.0  # times the modulus of a plastic
+_NEAR = 0.1  # share by which moduli of steels differ at most
 _ELASTIC = ("youngs_modulus_MPa", "poissons_ratio")
 _COEFFICIENT = "coefficient_mm2_per_N"
 _OILED = {
@@ -120,12 +122,13 @@ for _table in NAMING:
                 yield from _differs(f"{table}.{field}", value, float(named_set(MATERIALS, name)[field]), table, name)
 
     @_across(_table, "name", "data", "youngs_modulus_MPa")
-    def _a_plastic_is_not_as_stiff_as_steel(
+    def _a_label_gives_no_stiffness(
         name: str, data: str | None, modulus: float, table: str = _table
     ) -> Iterator[Problem]:
         meant = _BY_SMALL_NAME.get(name.casefold())
         published = float(named_set(MATERIALS, meant).get("youngs_modulus_MPa", modulus))
-        if data is None and not published / _FAR_OFF <= modulus <= _FAR_OFF * published:
+        of_steel = abs(modulus / Material.youngs_modulus_MPa - 1.0) < _NEAR
+        if data is None and of_steel and _FAR_OFF * published < modulus:
             fix = f'the name alone gives no stiffness: give data = "{meant}", or the modulus'
             yield Problem(f"{table}.youngs_modulus_MPa", modulus, f"about {published:g} MPa of {meant}", fix)
 

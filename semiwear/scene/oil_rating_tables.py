@@ -74,7 +74,7 @@ class Micropitting(OilTable):
     validity: ClassVar[str] = "flooded contacts of case-hardened steel, Ra near the 0.5 um of the test gears"
     references: ClassVar[tuple[str, ...]] = (
         "ISO/TS 6336-22:2018, formerly ISO/TR 15144-1:2014 (local method), as an open program quotes it",
-        "FVA information sheet 54/7 (micropitting test C-GF/8,3/90)",
+        "FVA 1993, information sheet 54/7 (micropitting test C-GF/8,3/90)",
     )
 
     bulk_temperature_C: float = _temperature("Temperature of the teeth before they meet.", "60 to 120")

@@ -163,8 +163,13 @@ class TestDefaults:
             "strength",
             "exponent",
             "shares",
+            "1e10",
+            "factor",
+            "safety",
+            "stage",
+            "film",
         }
-        units = {"mm", "um", "deg", "MPa", "Nm", "N", "C", "GPa", "HV", "kN", "kNm", "kgK", "m3", "mK", "mPas"}
+        units = {"mm", "um", "deg", "MPa", "Nm", "N", "C", "GPa", "HV", "kN", "kNm", "kgK", "m3", "mK", "mPas", "s"}
         units |= {"mol", "mrad", "rpm"}
         for key, rule in RULES.items():
             if rule.read.__name__ in ("number", "numbers", "whole"):

@@ -177,7 +177,7 @@ class Checker(HTMLParser):
     def handle_starttag(self, tag, attrs):
         if tag not in ("meta", "img", "br"):
             self.open.append(tag)
-        self.foreign += [value for name, value in attrs if name in ("src", "href") and not value.startswith("data:")]
+        self.foreign += [v for name, v in attrs if name in ("src", "href") and not v.startswith(("data:", "#"))]
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
