@@ -309,7 +309,7 @@ def _under(scene: Scene, factor: float) -> WearStepper:
 
 
 def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, tolerance: float) -> float:
-    """Argument above 0 at which a rising function is zero, or jumps across it: inverse interpolation held in its bracket.
+    """Argument above 0 at which a rising function is zero, or jumps across it, by inverse interpolation in a bracket.
 
     Source: R. P. Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4.
     """
