@@ -81,11 +81,11 @@ def rating_arrays(
     first = first_failure(ends)
     arrays = {
         "required_safety": required,
-        "safety": np.stack([r.safety for r in told]),
+        "safety": np.stack([_finite(r.safety) for r in told]),
         "safety_height": np.stack([r.height for r in told]),
         "safety_face": np.stack([r.face for r in told]),
         "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in told]),
-        "safety_on_flank": np.stack([r.flank.swapaxes(-1, -2) for r in told]),
+        "safety_on_flank": np.stack([_finite(r.flank).swapaxes(-1, -2) for r in told]),
         "meshes_to_failure": ends,
         "wear_step_of_failure": _steps_of(meshes, ends),
         "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(told))]),
@@ -95,8 +95,9 @@ def rating_arrays(
     return arrays
 
 
-def _finite(damage: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(damage), damage, np.nan)
+def _finite(values: FloatArray) -> FloatArray:
+    """Values, and NaN for what is infinite: the safety of what nothing stresses, damage beyond static strength."""
+    return np.where(np.isfinite(values), values, np.nan)
 
 
 def _steps_of(meshes: FloatArray, ends: FloatArray) -> FloatArray:

@@ -348,8 +348,10 @@ def test_any_two_effects_run_together(changes):
     assert_sound(sw.simulate(scene), scene)
 
 
-_NOT_EMPTY = ("load_spectrum", "pitch_error", "run_life")
+RATINGS = ("pitting", "bending", "micropitting", "scuffing", "flank_fracture")
+_NOT_EMPTY = ("load_spectrum", "pitch_error", "run_life", *RATINGS)
 ALONE = {name: {f"effects.{name}": {}} | needs_of([name], {}) for name in EFFECTS if name not in _NOT_EMPTY} | {
+    **{name: dict(NEUTRAL)[name] for name in RATINGS},  # they only tell
     "run_life": {"effects.run_life": SHORT_LIFE},
     "load_spectrum": spectrum(0.5),
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 10.0, 0.0, -10.0]},
