@@ -102,8 +102,7 @@ def infer(
 
     Notes
     -----
-    Intervals of several unknowns from a whole flank are still too narrow: at 90 % they held in 73 to 82 % of 49
-    simulated flanks (docs/inference.md).
+    Of 128 simulated flanks with four unknowns 90 % intervals held in 84 to 90 % (docs/inference.md).
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
     with hearing(progress) as hears:
