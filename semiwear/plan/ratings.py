@@ -114,7 +114,7 @@ MODES: dict[str, Callable[[RatedScene], FailureMode]] = {
     "scuffing": _scuffing,
     "flank_fracture": _flank_fracture,
 }
-"""What builds each failure mode, by the name of its table below ``[effects]``."""
+"""Builders of the failure modes, by the names of their tables below ``[effects]``."""
 
 
 def normal_module(scene: Scene, pair: FlankPair) -> float:

@@ -180,9 +180,9 @@ class Bending:
         }
         return cls(
             (curves[0], curves[1]),
-            table.application_factor * table.dynamic_factor,
+            table.load_factor,
             table.required_safety,
-            told | _NEEDLESS | load_factors(table.application_factor, table.dynamic_factor),
+            told | _NEEDLESS | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:

@@ -216,9 +216,9 @@ class FlankFracture:
         }
         return cls(
             (pinion, gear),
-            table.application_factor * table.dynamic_factor,
+            table.load_factor,
             table.required_safety,
-            told | load_factors(table.application_factor, table.dynamic_factor),
+            told | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from semiwear.scene.rating_fields import RatingTable
+
 __all__ = ["load_factors"]
 
 
-def load_factors(application: float, dynamic: float) -> dict[str, str]:
-    """Load factors by their symbols, each with its value and why it has that value."""
+def load_factors(table: RatingTable) -> dict[str, str]:
+    """Load factors of a table by their symbols, each with its value and why it has that value."""
+    application, dynamic = table.application_factor, table.dynamic_factor
     outside = "the torques are what the teeth bear" if application == 1.0 else "given"
     inner = "the contact is quasi-static and knows no inner dynamics: give it where it matters"
     return {

@@ -74,13 +74,13 @@ class Micropitting:
             "source": MICROPITTING_SOURCE,
         }
         return cls(
-            FrictionalHeat(flash, friction, table.application_factor * table.dynamic_factor),
+            FrictionalHeat(flash, friction, table.load_factor),
             oil,
             table.bulk_temperature_C,
             table.roughness_Ra_um,
             permissible,
             table.required_safety,
-            told | load_factors(table.application_factor, table.dynamic_factor),
+            told | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:

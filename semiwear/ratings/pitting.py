@@ -192,9 +192,9 @@ class Pitting:
         }
         return cls(
             (pinion, gear),
-            table.application_factor * table.dynamic_factor,
+            table.load_factor,
             table.required_safety,
-            told | _NEEDLESS | load_factors(table.application_factor, table.dynamic_factor),
+            told | _NEEDLESS | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:

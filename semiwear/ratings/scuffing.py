@@ -194,13 +194,13 @@ class Scuffing:
             "source": SCUFFING_SOURCE,
         }
         return cls(
-            FrictionalHeat(flash, friction, table.application_factor * table.dynamic_factor),
+            FrictionalHeat(flash, friction, table.load_factor),
             table.method,  # type: ignore[arg-type]
             limit,
             table.oil_temperature_C,
             lubrication,
             table.required_safety,
-            told | load_factors(table.application_factor, table.dynamic_factor),
+            told | load_factors(table),
         )
 
     def rate(self, steps: Sequence[WornStep]) -> Rated:

@@ -14,10 +14,20 @@ __all__ = ["RatingTable", "factor", "inner_load_factor", "limit_of_safety", "out
 
 
 class RatingTable(EffectTable):
-    """Base of the tables of failure modes: they tell of a run and change nothing in it."""
+    """Base of the tables of failure modes: they tell of a run and change nothing in it.
+
+    Each declares the fields of both load factors at its own place.
+    """
 
     acts_in: ClassVar[str] = "results"
     needs: ClassVar[tuple[str, ...]] = ("wear",)
+    application_factor: float
+    dynamic_factor: float
+
+    @property
+    def load_factor(self) -> float:
+        """K_A K_v, by which the load of a run is raised."""
+        return self.application_factor * self.dynamic_factor
 
 
 def usual_range(low: float, high: float, unit: str, usual: str) -> Rule:
