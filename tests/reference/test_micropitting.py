@@ -18,7 +18,7 @@ MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
 
 def mineral(grade: float) -> Oil:
     """Mineral oil of viscosity index 95: fitted through 5.4, 11.4, 19 and 31 mm^2/s at VG 32, 100, 220 and 460."""
-    return Oil("mineral", grade, 0.264 * grade**0.7644, 43.37 * log10(grade) + 805.5)
+    return Oil("mineral", grade, 0.5565 * grade**0.6557, 43.37 * log10(grade) + 805.5)
 
 
 def test_viscosity_of_the_data_sheet():
@@ -60,13 +60,13 @@ FIGURE |= {(220, 5): 0.400, (220, 10): 0.145, (460, 5): 0.570, (460, 10): 0.200}
 
 @pytest.mark.parametrize(("grade", "stage"), FIGURE)
 def test_permissible_film_of_the_standards_figure(grade, stage):
-    """The test gear computed by the formulas gives the figure's curves: -10 to +13 %, from VG 32 to 460.
+    """The test gear computed by the formulas gives the figure's curves: +3 to +18 %, from VG 32 to 460.
 
-    The viscosity at 100 degrees behind the figure is not told, and it is read off by eye; the differences rise evenly
-    with the grade, as those of an oil with another viscosity index do. Nothing here is fitted.
+    The viscosity at 100 degrees behind the figure is not told, and it is read off by eye; 5 % are the cooler contact
+    (`test_worked_examples.py`). Nothing here is fitted.
     """
     found = permissible_film(film_of_test(mineral(grade), stage))
-    assert found == pytest.approx(FIGURE[grade, stage], rel=0.135)
+    assert 1.02 < found / FIGURE[grade, stage] < 1.18
 
 
 def test_film_is_that_of_dowson_and_higginson():

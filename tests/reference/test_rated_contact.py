@@ -56,8 +56,8 @@ def here() -> dict[str, float]:
 def test_micropitting_test_as_a_run(stage):
     """The C-GF gears with loads solved, at the friction and bulk temperature of the test's formulas: lambda_GFT.
 
-    Where contact begins the solved share of the load is greater than the standard's third, in a path that is rated up
-    to a contact width from the tip's edge: the two together leave the film within 6 %.
+    The path is rated up to a contact width from the tip's edge, where the film is a little thicker than where contact
+    begins; the solved share of the load there is not the test's. The two together leave the film within 10 %.
     """
     torque, speed = TEST_TORQUE_NM[stage], 2250.0 * pi / 30.0
     base = [0.5 * z * 4.5 * cos(radians(20.0)) for z in (16, 24)]
@@ -73,7 +73,7 @@ def test_micropitting_test_as_a_run(stage):
         "effects.micropitting.permissible_film": film_of_test(OIL, stage),
         "effects.micropitting.load_stage": None,
     }
-    assert safeties(SPUR, changes)["micropitting"] == pytest.approx(1.0, abs=0.06)
+    assert safeties(SPUR, changes)["micropitting"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_scuffing_from_the_temperatures_of_the_result():
