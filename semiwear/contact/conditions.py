@@ -33,6 +33,8 @@ class ContactConditions:
         to the contact: both have one sign where the surfaces roll.
     sliding_speed : array [mm/s]
         Magnitude of the sliding velocity, its component along the line included.
+    roughness_ratio : array, optional
+        Roughness of the flanks over that when new.
     """
 
     line_load: FloatArray
@@ -41,6 +43,7 @@ class ContactConditions:
     pressure: FloatArray
     surface_speed: FloatArray
     sliding_speed: FloatArray
+    roughness_ratio: FloatArray | float = 1.0
 
     @property
     def loaded(self) -> BoolArray:

@@ -129,7 +129,7 @@ class FilmThickness:
 
     def lambda_ratio(self, conditions: ContactConditions) -> FloatArray:
         """Least film thickness over the roughness of both surfaces, (roll, face)."""
-        return self.minimum(conditions) / self.roughness_um
+        return np.asarray(self.minimum(conditions) / (self.roughness_um * conditions.roughness_ratio))
 
     def _groups(self, conditions: ContactConditions) -> tuple[FloatArray, float, FloatArray]:
         """Dimensionless speed U, material G and load W; U and W are 1 where there is no load."""

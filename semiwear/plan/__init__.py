@@ -332,7 +332,8 @@ class Plan:
             return None
         from semiwear.wear.contact_factor import ContactFactor
 
-        return ContactFactor(laws, effects.speeds_of(self.scene, teeth.pair, teeth.lines), self.clock)
+        speeds = effects.speeds_of(self.scene, teeth.pair, teeth.lines)
+        return ContactFactor(laws, speeds, self.clock, effects.running_in(self.scene, "wear_law"))
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from semiwear.contact.film_thickness import FilmThickness
     from semiwear.contact.flash_temperature import FlashTemperature
     from semiwear.contact.friction import Friction
+    from semiwear.contact.running_in import RunningIn
     from semiwear.scene.effects import ShaftCompliance
     from semiwear.wear.laws import ContactLaw, HardnessLaw
 
@@ -47,6 +48,7 @@ __all__ = [
     "most_set_back",
     "pitch_sequences",
     "rubbing",
+    "running_in",
     "speeds_of",
 ]
 
@@ -248,6 +250,16 @@ def film_thickness(scene: Scene, modulus: float) -> FilmThickness | None:
         roughness_um=table.roughness_um,
         effective_modulus=modulus,
     )
+
+
+def running_in(scene: Scene, of: str) -> RunningIn | None:
+    """How the roughness runs in under the film of `of`, ``"wear_law"`` or ``"micropitting"``, or None."""
+    table = scene.effects.running_in
+    if table is None or table.acts_on not in (of, "both"):
+        return None
+    from semiwear.contact.running_in import RunningIn
+
+    return RunningIn(table.strength, _UM * table.depth_um)
 
 
 # ---------------------------------------------------------------- the wear coefficient

@@ -88,7 +88,7 @@ def _micropitting(rated: RatedScene) -> FailureMode:
 
     table = rated.scene.effects.micropitting
     assert table is not None
-    return Micropitting.of(table, *_heat(rated))
+    return Micropitting.of(table, *_heat(rated), effects.running_in(rated.scene, "micropitting"))
 
 
 def _scuffing(rated: RatedScene) -> FailureMode:

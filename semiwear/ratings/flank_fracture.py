@@ -15,12 +15,12 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from semiwear.contact.worn_depth import worn_depth
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
 from semiwear.ratings.load_factors import load_factors
 from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.overload import raised
-from semiwear.ratings.worn_depth import worn_depth
 from semiwear.scene import flank_fracture_table as tables
 
 __all__ = [
@@ -229,7 +229,8 @@ class FlankFracture:
         conditions, rated = raised(contact.conditions, self.load_factor), contact.rated
         pressure, half_width = conditions.pressure[rated], conditions.half_width[rated]
         safety = np.full((len(self.materials), *rated.shape), np.nan)
-        for own, material, worn in zip(safety, self.materials, worn_depth(contact), strict=True):
+        worn_off = worn_depth(contact.state, contact.flanks.profile, contact.places)
+        for own, material, worn in zip(safety, self.materials, worn_off, strict=True):
             exposure, _ = material_exposure(pressure, half_width, material, worn[rated])
             own[rated] = flank_fracture_safety(exposure)
         return safety

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ from semiwear.ratings.mode import Rated, rated_locally
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
 from semiwear.scene import oil_rating_tables as tables
+
+if TYPE_CHECKING:
+    from semiwear.contact.running_in import RunningIn
 
 __all__ = ["MICROPITTING_SOURCE", "Micropitting"]
 
@@ -39,10 +43,12 @@ class Micropitting:
     oil : Oil
     bulk_temperature : float [degC]
     roughness : float [um]
-        Mean of both flanks' Ra.
+        Mean of both flanks' Ra when new.
     permissible : float
         lambda_GFP.
     required_safety : float
+    running_in : RunningIn, optional
+        How the roughness changes with wear.
     factors : mapping
     """
 
@@ -52,10 +58,17 @@ class Micropitting:
     roughness: float
     permissible: float
     required_safety: float
+    running_in: RunningIn | None = None
     factors: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, table: tables.Micropitting, flash: FlashTemperature, friction: Friction) -> Micropitting:
+    def of(
+        cls,
+        table: tables.Micropitting,
+        flash: FlashTemperature,
+        friction: Friction,
+        running_in: RunningIn | None = None,
+    ) -> Micropitting:
         """The mode that a scene's table asks for."""
         oil = Oil.of(table)
         if table.limit == "given":
@@ -65,10 +78,11 @@ class Micropitting:
             assert table.load_stage is not None  # a rule of the scene
             permissible = permissible_film(film_of_test(oil, table.load_stage), table.material_factor)
             why = f"the test gears with this oil in load stage {table.load_stage:g} of C-GF/8,3/90"
+        smooth = "" if running_in is None else f" when new, {1.0 - running_in.share:g} times that when run in"
         told = {
             "lambda_GFP": f"{permissible:.4g}: {why}",
             "W_W": f"{table.material_factor:g}: given",
-            "Ra": f"{table.roughness_Ra_um:g} um: given",
+            "Ra": f"{table.roughness_Ra_um:g} um: given{smooth}",
             "theta_M": f"{table.bulk_temperature_C:g} degrees Celsius: given",
             "X_Y": "1: the load is shared by solving the contact",
             "source": MICROPITTING_SOURCE,
@@ -80,6 +94,7 @@ class Micropitting:
             table.roughness_Ra_um,
             permissible,
             table.required_safety,
+            running_in,
             told | load_factors(table),
         )
 
@@ -96,4 +111,7 @@ class Micropitting:
             self.bulk_temperature + flash,
             contact.teeth.problem.modulus,
         )
-        return specific_film(met, self.oil, self.bulk_temperature, self.roughness) / self.permissible
+        film = specific_film(met, self.oil, self.bulk_temperature, self.roughness) / self.permissible
+        if self.running_in is None:
+            return film
+        return film / self.running_in.of_both(contact.state, contact.flanks.profile, contact.places)

@@ -20,6 +20,7 @@ from semiwear.scene.mechanical_effects import (
 )
 from semiwear.scene.oil_rating_tables import Micropitting, Scuffing
 from semiwear.scene.rating_tables import Bending, Pitting, RatingTable
+from semiwear.scene.running_in_table import RunningIn
 from semiwear.scene.tribological_effects import FlashTemperature, Friction, Lubrication
 from semiwear.scene.wear_laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
 
@@ -45,6 +46,7 @@ __all__ = [
     "Pitting",
     "RatingTable",
     "RunLife",
+    "RunningIn",
     "Scuffing",
     "ShaftCompliance",
     "TemperatureLaw",
@@ -71,6 +73,7 @@ class Effects:
     flash_temperature: FlashTemperature | None = None
     lubrication: Lubrication | None = None
     wear_law: WearLaws = field(default_factory=WearLaws)
+    running_in: RunningIn | None = None
     load_spectrum: LoadSpectrum | None = None
     pitch_error: PitchError | None = None
     shaft_compliance: ShaftCompliance | None = None

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_conditions import line_conditions
-from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 from semiwear.wear.laws import ContactLaw
+
+if TYPE_CHECKING:
+    from semiwear.contact.running_in import RunningIn
 
 __all__ = ["ContactFactor"]
 
@@ -39,15 +41,24 @@ class ContactFactor:
     speeds : SurfaceSpeeds
         At the solved roll positions.
     clock : Clock
+    running_in : RunningIn, optional
+        How the roughness changes under the film.
     """
 
     laws: dict[str, ContactLaw]
     speeds: SurfaceSpeeds
     clock: Clock
+    running_in: RunningIn | None = None
 
-    def __call__(self, teeth: LoadedTeeth, loads: TeethLoads, worn: Footprints) -> FloatArray:
+    def __call__(self, teeth: LoadedTeeth, loads: TeethLoads, state: LoadedState) -> FloatArray:
         """Factor in every slice, (roll, face); 1 where there is no load."""
-        conditions = line_conditions(teeth.problem, loads, worn, self.speeds)
+        conditions = line_conditions(teeth.problem, loads, state.coarse, self.speeds)
+        if self.running_in is not None:
+            with self.clock.measure("running_in"):
+                profile = np.stack([teeth.driving_profile, teeth.grid.profile])
+                places = np.stack([teeth.lines.driving_profile, state.coarse.profile])
+                ratio = self.running_in.of_both(state, profile, places)
+            conditions = replace(conditions, roughness_ratio=ratio)
         product = np.ones(conditions.line_load.shape)
         for name, law in self.laws.items():
             with self.clock.measure(name):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.footprint import Footprints, depth_of
+from semiwear.contact.footprint import depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
@@ -37,7 +37,7 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, Footprints], FloatArray]
+CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, LoadedState], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _CYCLES = (4, 64)  # within an implicit step
@@ -245,7 +245,7 @@ class _CaseStep:
 
     def _factor(self, loads: TeethLoads) -> FloatArray:
         assert self.stepper.factor is not None
-        return self.stepper.factor(self.case.teeth, loads, self.state.coarse)
+        return self.stepper.factor(self.case.teeth, loads, self.state)
 
     def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
         """Loads that hold over the step."""

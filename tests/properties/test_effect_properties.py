@@ -246,11 +246,17 @@ def soft_core(share):
     return {"effects.wear_law.hardness": {"core_hardness_HV": 700.0 - 400.0 * share, "case_depth_um": 8.0}}
 
 
+def running_in(share):
+    """Flanks that grow smoother under the film, which wear them less."""
+    return oiled(0.5) | {"effects.running_in": {"strength": 0.8 * share, "depth_um": 0.5}}
+
+
 WEAR = [
     ("softer core", soft_core, ((deepest, +1),)),
     ("wear by pressure, below its reference", field("effects.wear_law.load.exponent"), ((volume, -1),)),
     ("heavier spectrum", spectrum, ((volume, +1),)),
     ("hotter with speed", hot, ((told("contact_temperature_max"), +1), (volume, +1))),
+    ("smoother flanks as they run in", running_in, ((volume, -1),)),
     ("thicker film with speed", oiled, ((told("lambda_ratio_min"), +1), (volume, -1))),
 ]
 
@@ -353,6 +359,7 @@ _NOT_EMPTY = ("load_spectrum", "pitch_error", "run_life", *RATINGS)
 ALONE = {name: {f"effects.{name}": {}} | needs_of([name], {}) for name in EFFECTS if name not in _NOT_EMPTY} | {
     **{name: dict(NEUTRAL)[name] for name in RATINGS},  # they only tell
     "run_life": {"effects.run_life": SHORT_LIFE},
+    "running_in": oiled(0.5) | {"effects.running_in": {}},
     "load_spectrum": spectrum(0.5),
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 10.0, 0.0, -10.0]},
     "modification.pinion": {"effects.modification.pinion.tip_relief_um": 20.0},

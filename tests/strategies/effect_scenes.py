@@ -20,6 +20,8 @@ PLAIN = SHIPPED.replace(
 )
 SPEED: dict[str, Any] = {"operation.pinion_speed_rpm": 300.0}
 _HOT = SPEED | {"effects.flash_temperature": {}}
+_FILM = SPEED | {"effects.lubrication": {}}
+_SMOOTH_ALREADY = {"strength": 0.0, "acts_on": "micropitting"}
 
 _TORQUE = PLAIN.operation.pinion_torque_Nm
 _RIGID_SHAFTS = {
@@ -55,6 +57,8 @@ NEUTRAL: tuple[tuple[str, dict[str, Any]], ...] = (
         SPEED | {"effects.flash_temperature": {}, "effects.wear_law.temperature.activation_energy_kJ_per_mol": 0.0},
     ),
     ("wear_law.load", {"effects.wear_law.load.exponent": 0.0}),
+    ("running_in", _FILM | {"effects.wear_law.lubrication.strength": 0.0, "effects.running_in": {}}),
+    ("running_in", _HOT | {"effects.micropitting": MICROPITTING, "effects.running_in": _SMOOTH_ALREADY}),
     ("load_spectrum", {"effects.load_spectrum": {"torques_Nm": [_TORQUE], "shares": [1.0]}}),
     ("load_spectrum", {"effects.load_spectrum": {"torques_Nm": [_TORQUE, _TORQUE], "shares": [0.5, 0.5]}}),
     ("pitch_error", {"effects.pitch_error.pinion_um": [0.0, 0.0]}),

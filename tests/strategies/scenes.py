@@ -164,6 +164,10 @@ def effect_tables(scene: Scene = SHIPPED) -> dict[str, st.SearchStrategy[dict[st
             activation_energy_kJ_per_mol=_between(0.0, 50.0), reference_temperature_C=_between(40.0, 120.0)
         ),
         "wear_law.load": _optional(exponent=_between(-0.5, 1.5), reference_pressure_MPa=_between(500.0, 1500.0)),
+        "running_in": st.fixed_dictionaries(
+            {"acts_on": st.just("wear_law")},
+            optional={"strength": _between(0.0, 0.9), "depth_um": _between(0.1, 10.0)},
+        ),
         "load_spectrum": _load_spectra(scene.operation.pinion_torque_Nm),
         "pitch_error": st.fixed_dictionaries({"pinion_um": st.lists(_between(-20.0, 20.0), min_size=2, max_size=5)}),
         "shaft_compliance": _optional(

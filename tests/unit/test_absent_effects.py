@@ -51,6 +51,7 @@ MODULES = {
     "wear_law.lubrication": LAWS | OBSERVED,
     "wear_law.temperature": LAWS | OBSERVED,
     "wear_law.load": LAWS,
+    "running_in": LAWS | OBSERVED | {"semiwear.contact.running_in", "semiwear.contact.worn_depth"},
     "load_spectrum": set(),
     "pitch_error": set(),
     "shaft_compliance": {"semiwear.compliance.mounting"},
@@ -60,7 +61,8 @@ MODULES = {
     | {f"semiwear.ratings.{name}" for name in ("load_stages", "micropitting", "specific_film")},
     "scuffing": HEATED | {"semiwear.ratings.scuffing"},
     "flank_fracture": CALM
-    | {f"semiwear.ratings.{name}" for name in ("flank_fracture", "hardness", "overload", "worn_depth")},
+    | {f"semiwear.ratings.{name}" for name in ("flank_fracture", "hardness", "overload")}
+    | {"semiwear.contact.worn_depth"},
     "run_life": set(),
 }
 OPTIONAL = set().union(*MODULES.values()) | {"semiwear.meshing.deviation_grid"}
@@ -70,6 +72,7 @@ TABLES = {
     "lubrication": SPEED | {"effects.lubrication": {}},
     "wear_law.lubrication": SPEED | {"effects.lubrication": {}, "effects.wear_law.lubrication": {}},
     "wear_law.temperature": SPEED | {"effects.flash_temperature": {}, "effects.wear_law.temperature": {}},
+    "running_in": SPEED | {"effects.lubrication": {}, "effects.wear_law.lubrication": {}, "effects.running_in": {}},
     "load_spectrum": {"effects.load_spectrum": {"torques_Nm": [800.0, 1600.0], "shares": [0.5, 0.5]}},
     "pitch_error": {"effects.pitch_error.pinion_um": [0.0, 5.0]},
     "pitting": SPEED | {"effects.pitting": PITTING},

@@ -57,7 +57,8 @@ def scene() -> Scene:
 @pytest.fixture(scope="module")
 def ready(scene: Scene) -> Scene:
     """The shipped scene with all that any effect may need."""
-    return scene.replace({SPEED: 1500, "effects.lubrication": {}, "effects.flash_temperature": {}})
+    further = {f"effects.{name}": {} for name in ("lubrication", "flash_temperature", "wear_law.lubrication")}
+    return scene.replace({SPEED: 1500} | further)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -97,6 +98,8 @@ class TestEveryEffect:
 
     def test_comes_and_goes(self, ready: Scene, name: str) -> None:
         key = f"effects.{name}"
+        if name == "lubrication":
+            ready = ready.replace({"effects.wear_law.lubrication": None})  # which needs it
         without = ready.replace({key: None}) if name not in ("lubrication", "flash_temperature") else ready
         with_it = without.replace({key: LEAST.get(name, {})})
         assert isinstance(with_it.effects.get(name), EFFECTS[name])
@@ -219,6 +222,7 @@ class TestNeeds:
             ("lubrication", {SPEED}),
             ("flash_temperature", {SPEED}),
             ("wear_law.lubrication", {"effects.lubrication", SPEED}),
+            ("running_in", {"effects.wear_law.lubrication", "effects.lubrication", SPEED}),
             ("wear_law.temperature", {"effects.flash_temperature", SPEED}),
         ],
     )
@@ -296,6 +300,9 @@ OUT_OF_RANGE = [
     ("wear_law.lubrication.full_film_lambda", 0.5),
     ("wear_law.lubrication.strength", -0.1),
     ("wear_law.temperature.activation_energy_kJ_per_mol", -1),
+    ("running_in.acts_on", "friction"),
+    ("running_in.strength", 1.0),
+    ("running_in.depth_um", 0),
     ("wear_law.load.exponent", 4.1),
     ("wear_law.load.exponent", -2.1),
     ("wear_law.load.reference_pressure_MPa", 0),
