@@ -293,21 +293,6 @@ def test_a_life_ends_at_the_first_failure():
     assert str(told.ended_by.values) == "wear" and float(told.meshes_to_end) == float(told.meshes_to_limit)
 
 
-@pytest.mark.slow
-def test_a_curve_converges_with_wear_steps_and_resolution():
-    """With steps and slices the safety after a given wear settles as the pressure that it comes from."""
-
-    def least(**numerics):
-        tree = sw.simulate(SMALL.replace({f"numerics.{name}": value for name, value in numerics.items()}))
-        return tree["ratings"].safety.sel(mode="pitting").values[-1].min()
-
-    steps = [least(wear_steps=count) for count in (2, 4, 8)]
-    assert abs(steps[2] - steps[1]) < 0.6 * abs(steps[1] - steps[0])
-    assert steps[2] == pytest.approx(steps[1], rel=5e-3)
-    fine = [least(roll_positions=count, profile_points=5 * count + 1) for count in (12, 24)]
-    assert fine[1] == pytest.approx(fine[0], rel=0.02)
-
-
 # ---------------------------------------------------------------- errors that are carried over
 
 
