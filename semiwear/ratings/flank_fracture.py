@@ -3,7 +3,8 @@
 The local method of Hertter (2003) and Witzig (2012), dissertations, TU Munich, from which ISO/TS 6336-4:2019 took its
 fits: at every depth the shear stress intensity of the Hertz contact on top of the residual stress, less that of the
 residual stress alone, over a strength that is 0.4 MPa for each HV. Where the standard fits the influence of the
-residual stress, the stresses are here added as tensors. Neither text was at hand: constants are as commonly quoted.
+residual stress, the stresses are here added as tensors. Neither text was at hand: 0.4 and 0.04 are confirmed by a
+report of a commercial program on ISO DTR 19042-1, the limit 0.8 is as commonly quoted.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Hardness of a case-hardened tooth over depth, and the residual stress that goes with it.
 
-Lang's (1979) text was not at hand: his coefficients are as commonly quoted.
+Lang's (1979) text was not at hand. His coefficients of the hardness are borne out by a report of a commercial program
+on ISO DTR 19042-1; those of the residual stress are as commonly quoted.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Specific film of an oil between loaded flanks, with what the heat of sliding takes from it (ISO/TS 6336-22).
 
 The standard's text was not at hand: the formulas of ISO/TR 15144-1:2014, which it was before, are as the open program
-Mekanika (mekanika.org, 2026) quotes them; the factor of 1.4 is as commonly quoted, and its figure A.1 bears it out.
+Mekanika (mekanika.org, 2026) quotes them; the factor of 1.4 is that of a commercial program's reports
+(tests/reference/worked_examples.toml).
 """
 
 from __future__ import annotations

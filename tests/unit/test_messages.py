@@ -55,6 +55,11 @@ def test_names_of_textbooks_lead_to_the_field(spur, given, meant):
     assert told[0].endswith(f"-> {meant}")
 
 
+def test_a_rating_that_no_scene_has_the_inputs_of_is_refused_with_the_reason(spur):
+    (told,) = told_of(spur, {"effects.din_3996": {}})
+    assert "worm gears, whose inputs a scene does not have" in told
+
+
 def test_a_field_of_another_kind_of_pair_is_told_so(spur):
     (told,) = told_of(spur, {"gear_pair.shaft_angle_deg": 90.0})
     assert told.endswith('remove it: it is of gear_pair.type = "face_gear"')
