@@ -3,7 +3,7 @@
 The program is Gear-Calculation by C. Fernandes (FEUP, github.com/cfernandesFEUP/Gear-Calculation, commit 0e4a135),
 its module GearC/DIN3990.py: three of the gear sets that it ships, 130 N m on the pinion at 1406.25 rev/min, oil P150,
 steel of 1500 and 430 MPa, Rz 4.8 um on both flanks. Figures are as it prints them, and those of Z_v and Y_delta_relT
-as its comments would. The text of ISO/TR 6336-30, whose examples would be next, could not be had.
+as its comments would. Examples of ISO/TR 6336-30 and ISO 6336-6 are in `test_worked_examples.py`.
 """
 
 from __future__ import annotations
