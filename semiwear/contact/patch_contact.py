@@ -2,7 +2,7 @@
 
 For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_sharing`). Under each pair
 lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
-`line`, and that fidelity gives the start. The gap is taken over the flanks up to their rounded edges, so that contact
+`line`, which gives the start, but each cell's force bends them where it acts, and bent flanks lean away from it. The gap is taken over the flanks up to their rounded edges, so that contact
 beyond the path of action needs no case of its own.
 
 Slightly bent lines are treated as straight: a patch keeps its arc lengths, not its chords.
@@ -197,14 +197,22 @@ class _Position:
         problem, columns = self.problem, gap.shape[1]
         gap[rows.candidate < 0] = np.inf
         on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
-        smooth = np.zeros((rows.rolls.size, rows.rolls.size))
-        smooth[np.ix_(on, on)] = known.compliance(known.smooth, rows.candidate[on], self.worn, self.wear_compliance)
+        chosen, between = rows.candidate[on], np.ix_(on, on)
+        smooth, tilt = np.zeros((rows.rolls.size, rows.rolls.size)), np.zeros((rows.rolls.size, rows.rolls.size))
+        smooth[between] = known.compliance(known.smooth, chosen, self.worn, self.wear_compliance)
+        tilt[between] = known.slope[np.ix_(chosen, chosen)]
+        # tooth compliance is taken at footprints; it is followed to the cells as far as to footprints of worn flanks
+        place = _cells_of(problem).offsets(columns) / problem.lines.spacing[rows.rolls, rows.faces][:, None]
+        place = np.clip(place, -known.farthest_move, known.farthest_move)
+        place[on] -= known.moved(chosen, self.worn)[:, None]
         cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
         system = PatchSystem(
             starts=rows.starts,
             half_spaces=tuple(HalfSpace((int(count), columns), cell, problem.modulus) for count in counts),
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
+            tilt=tilt,
+            across=place,
             coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
         )
         lever = problem.lines.lever_arm[rows.rolls, rows.faces]

@@ -5,9 +5,10 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
     gap + C f - a phi >= 0,   f (gap + C f - a phi) = 0,   sum of a f = torque
 
 are what `patch_sharing` solves. C is the half-space under each pair, plus what one slice feels of another as a
-whole (teeth, rims, wear). Cells free to change are preconditioned with the half-space of every slice by itself,
-exact, and the coupling between slices as a whole, exact but for its shape across the line. That takes a handful of
-convolutions, whatever the cells' width.
+whole (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
+leans away from its partner the more the nearer to its tip. Cells free to change are preconditioned with the half-space
+of every slice by itself, exact, and the coupling between slices as a whole, exact but for its shape across the line.
+That takes a handful of convolutions, whatever the cells' width.
 """
 
 from __future__ import annotations
@@ -46,6 +47,10 @@ class PatchSystem:
         Pressure of a unit force on a cell.
     smooth : (rows, rows) array [mm/N]
         What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
+    tilt : (rows, rows) array [1/N]
+        Change of its row i per profile coordinate by which a point of the slice moves across the line.
+    across : (rows, columns) array [mm]
+        Profile coordinate of each cell from where its row's tooth compliance was taken.
     coefficients : (rows of the longest pair, columns) array [mm/N]
         Half-space influence of a unit force on a cell.
     """
@@ -54,6 +59,8 @@ class PatchSystem:
     half_spaces: tuple[HalfSpace, ...]
     per_force: float
     smooth: FloatArray
+    tilt: FloatArray
+    across: FloatArray
     coefficients: FloatArray
 
     def apply(self, force: FloatArray, *, roughly: bool = False) -> FloatArray:
@@ -62,7 +69,9 @@ class PatchSystem:
         for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
             out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
         out *= self.per_force
-        out += (self.smooth @ force.sum(axis=1))[:, None]
+        whole, moment = force.sum(axis=1), (self.across * force).sum(axis=1)
+        out += (self.smooth @ whole + self.tilt.T @ moment)[:, None]
+        out += self.across * (self.tilt @ whole)[:, None]
         return out
 
 

@@ -113,12 +113,15 @@ class Candidates(NamedTuple):
         self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
     ) -> FloatArray:
         """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
-        index = self.flat[chosen]
-        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
-        part: FloatArray = picked(matrix, self.slope, chosen, moved)
+        part: FloatArray = picked(matrix, self.slope, chosen, self.moved(chosen, worn))
         if wear_compliance is not None:
-            part.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
+            part.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[self.flat[chosen]]
         return part
+
+    def moved(self, chosen: IntArray, worn: Footprints) -> FloatArray:
+        """How far chosen candidates lie from their fresh lines on the worn flank, as tooth compliance follows [mm]."""
+        away = worn.profile.ravel()[self.flat[chosen]] - self.profile[chosen]
+        return np.clip(away, -self.farthest_move, self.farthest_move)
 
 
 @dataclass(frozen=True)
