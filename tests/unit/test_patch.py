@@ -16,6 +16,7 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
 from semiwear.contact.patch_system import PatchSystem
+from semiwear.contact.problem import picked
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
@@ -68,7 +69,7 @@ class Dense:
 
 
 def two_pairs(seed: int) -> Dense:
-    """Rough parabolas, coupled rows of either sign, levers that differ, cells and a whole row that cannot touch."""
+    """Rough parabolas, coupled rows of either sign that tilt, levers that differ, cells and a row that cannot touch."""
     random = np.random.default_rng(seed)
     rows = sum(ROWS)
     starts = np.concatenate([[0], np.cumsum(ROWS)])
@@ -82,18 +83,23 @@ def two_pairs(seed: int) -> Dense:
     root = random.normal(size=(rows, 3))
     # teeth bend together, and what they share with the half-space is taken off
     smooth = 1e-6 * (root @ root.T) - 1e-7
+    tilt = 1e-6 * random.normal(size=(rows, rows))
     lever = random.uniform(70.0, 80.0, rows)
     system = PatchSystem(
         starts=starts,
         half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
         per_force=1.0 / (CELL[0] * CELL[1]),
         smooth=smooth,
+        tilt=tilt,
+        across=across - aside[:, None],
         coefficients=coefficients,
     )
     row, column = (part[np.isfinite(gap)] for part in np.indices(gap.shape))
     pair = np.searchsorted(starts, row, side="right")
     away = coefficients[np.abs(row[:, None] - row) % max(ROWS), np.abs(column[:, None] - column)]
-    matrix = np.where(pair[:, None] == pair, away, 0.0) + smooth[np.ix_(row, row)]
+    place = system.across[row, column]
+    moved = tilt[np.ix_(row, row)] * place[:, None]
+    matrix = np.where(pair[:, None] == pair, away, 0.0) + smooth[np.ix_(row, row)] + moved + moved.T
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
     return Dense(system, gap, lever, matrix, torque=75.0 * random.uniform(20.0, 400.0))
 
@@ -136,6 +142,20 @@ def test_forces_against_least_squares_and_the_dense_equations(seed):
         worst = max(np.abs(slack[on]).max(), -slack.min())
         assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
         assert found.balance < 1e-12, name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_forces_beside_the_line_bend_teeth_as_those_of_a_line_that_has_moved(seed):
+    """Forces at one place of each row, read there: what fidelity `line` finds for footprints at these places."""
+    system, random = two_pairs(seed).system, np.random.default_rng(seed)
+    rows = np.arange(system.across.shape[0])
+    column = random.integers(0, COLUMNS, rows.size)
+    force = np.zeros(system.across.shape)
+    force[rows, column] = random.random(rows.size)
+    local = replace(system, smooth=np.zeros_like(system.smooth), tilt=np.zeros_like(system.tilt)).apply(force)
+    moved = picked(system.smooth, system.tilt, rows, system.across[rows, column])
+    seen = (system.apply(force) - local)[rows, column]
+    np.testing.assert_allclose(seen, moved @ force.sum(axis=1), rtol=1e-12, atol=1e-18)
 
 
 def test_a_pair_far_away_carries_nothing():
