@@ -2,8 +2,9 @@
 
 For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_sharing`). Under each pair
 lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
-`line`, which gives the start, but each cell's force bends them where it acts, and bent flanks lean away from it. The gap is taken over the flanks up to their rounded edges, so that contact
-beyond the path of action needs no case of its own.
+`line`, which gives the start, but a force bends teeth where its cell lies, and bent flanks lean away from the cells
+nearer to a tip. The gap is taken over the flanks up to their rounded edges, so that contact beyond the path of action
+needs no case of its own.
 
 Slightly bent lines are treated as straight: a patch keeps its arc lengths, not its chords.
 """

@@ -6,9 +6,9 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
 
 are what `patch_sharing` solves. C is the half-space under each pair, plus what one slice feels of another as a
 whole (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
-leans away from its partner the more the nearer to its tip. Cells free to change are preconditioned with the half-space
-of every slice by itself, exact, and the coupling between slices as a whole, exact but for its shape across the line.
-That takes a handful of convolutions, whatever the cells' width.
+leans away from its partner, most beside its tip. Cells free to change are preconditioned with the half-space of every
+slice by itself, exact, and the coupling between slices as a whole, exact but for its shape across the line. That
+takes a handful of convolutions, whatever the cells' width.
 """
 
 from __future__ import annotations

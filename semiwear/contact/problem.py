@@ -119,7 +119,7 @@ class Candidates(NamedTuple):
         return part
 
     def moved(self, chosen: IntArray, worn: Footprints) -> FloatArray:
-        """How far chosen candidates lie from their fresh lines on the worn flank, as tooth compliance follows [mm]."""
+        """How far tooth compliance follows chosen candidates from fresh lines to the worn flank's [mm]."""
         away = worn.profile.ravel()[self.flat[chosen]] - self.profile[chosen]
         return np.clip(away, -self.farthest_move, self.farthest_move)
 

@@ -69,7 +69,7 @@ class Dense:
 
 
 def two_pairs(seed: int) -> Dense:
-    """Rough parabolas, coupled rows of either sign that tilt, levers that differ, cells and a row that cannot touch."""
+    """Rough parabolas, coupled rows that tilt, of either sign, levers that differ, cells and a row that cannot touch."""
     random = np.random.default_rng(seed)
     rows = sum(ROWS)
     starts = np.concatenate([[0], np.cumsum(ROWS)])
