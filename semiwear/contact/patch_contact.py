@@ -198,14 +198,15 @@ class _Position:
         problem, columns = self.problem, gap.shape[1]
         gap[rows.candidate < 0] = np.inf
         on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
-        chosen, between = rows.candidate[on], np.ix_(on, on)
-        smooth, tilt = np.zeros((rows.rolls.size, rows.rolls.size)), np.zeros((rows.rolls.size, rows.rolls.size))
+        chosen, between, at = rows.candidate[on], np.ix_(on, on), (rows.rolls[on], rows.faces[on])
+        smooth, tilt, aside = (np.zeros((rows.rolls.size, rows.rolls.size)) for _ in range(3))
         smooth[between] = known.compliance(known.smooth, chosen, self.worn, self.wear_compliance)
-        tilt[between] = known.slope[np.ix_(chosen, chosen)]
-        # tooth compliance is taken at footprints; it is followed to the cells as far as to footprints of worn flanks
-        place = _cells_of(problem).offsets(columns) / problem.lines.spacing[rows.rolls, rows.faces][:, None]
-        place = np.clip(place, -known.farthest_move, known.farthest_move)
-        place[on] -= known.moved(chosen, self.worn)[:, None]
+        tilt[between] = known.slope[np.ix_(chosen, chosen)] / problem.lines.spacing[at][:, None]
+        aside[between] = known.aside[np.ix_(chosen, chosen)]
+        # tooth compliance was taken at footprints
+        footprint = (self.worn.profile[at] - problem.lines.profile[at]) * problem.lines.spacing[at]
+        farthest, across = known.farthest_aside[chosen, None], np.zeros(gap.shape)
+        across[on] = np.clip(_cells_of(problem).offsets(columns) - footprint[:, None], -farthest, farthest)
         cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
         system = PatchSystem(
             starts=rows.starts,
@@ -213,7 +214,8 @@ class _Position:
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
             tilt=tilt,
-            across=place,
+            aside=aside,
+            across=across,
             coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
         )
         lever = problem.lines.lever_arm[rows.rolls, rows.faces]

@@ -6,9 +6,10 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
 
 are what `patch_sharing` solves. C is the half-space under each pair, plus what one slice feels of another as a
 whole (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
-leans away from its partner, most beside its tip. Cells free to change are preconditioned with the half-space of every
-slice by itself, exact, and the coupling between slices as a whole, exact but for its shape across the line. That
-takes a handful of convolutions, whatever the cells' width.
+leans away from its partner, most beside its tip. Of what teeth and half-space both count there is less for a point
+aside: the square of the distance, where that is less than the depth of the tooth. Cells free to change are
+preconditioned with the half-space of every slice by itself, exact, and the coupling between slices as a whole, exact
+but for its shape across the line. That takes a handful of convolutions, whatever the cells' width.
 """
 
 from __future__ import annotations
@@ -48,9 +49,11 @@ class PatchSystem:
     smooth : (rows, rows) array [mm/N]
         What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
     tilt : (rows, rows) array [1/N]
-        Change of its row i per profile coordinate by which a point of the slice moves across the line.
+        Change of its row i by the distance that a point of the slice moves across the line.
+    aside : (rows, rows) array [1/(N mm)]
+        Its change by the square of the distance, across the line, between force and point.
     across : (rows, columns) array [mm]
-        Profile coordinate of each cell from where its row's tooth compliance was taken.
+        Distance of each cell from where its row's tooth compliance was taken.
     coefficients : (rows of the longest pair, columns) array [mm/N]
         Half-space influence of a unit force on a cell.
     """
@@ -60,6 +63,7 @@ class PatchSystem:
     per_force: float
     smooth: FloatArray
     tilt: FloatArray
+    aside: FloatArray
     across: FloatArray
     coefficients: FloatArray
 
@@ -69,9 +73,9 @@ class PatchSystem:
         for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
             out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
         out *= self.per_force
-        whole, moment = force.sum(axis=1), (self.across * force).sum(axis=1)
-        out += (self.smooth @ whole + self.tilt.T @ moment)[:, None]
-        out += self.across * (self.tilt @ whole)[:, None]
+        x, whole, moment = self.across, force.sum(axis=1), (self.across * force).sum(axis=1)
+        out += (self.smooth @ whole + self.tilt.T @ moment + self.aside @ (x * x * force).sum(axis=1))[:, None]
+        out += x * (self.tilt @ whole - 2.0 * self.aside @ moment)[:, None] + x * x * (self.aside @ whole)[:, None]
         return out
 
 
