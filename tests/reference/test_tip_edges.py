@@ -1,10 +1,11 @@
 """A tooth beside its tip edge, which is a wedge: what the core takes it for, against fine plane elements.
 
 The core adds half-space and prism, read at the mid-surface, and subtracts what both count. Here both parts are
-plane: Flamant's line load spread over a strip, and these elements' own mid-surface. The rest is the edge's. Right-angled
-edges yield much more (Hetenyi 1970, J. Appl. Mech. 37, 289-296): far from a force beside the apex displacement grows
-3.4 times as fast with the logarithm of the distance as on a half-plane, but only 1.4 times where the wedge has 120
-degrees, as between flank and tip land (Timoshenko & Goodier 1970, section 38: wedges under forces at their apex).
+plane: Flamant's line load spread over a strip, and these elements' own mid-surface. The rest is the edge's. Edges
+of a right angle yield much more (Hetenyi 1970, J. Appl. Mech. 37, 289-296): far from a force beside the apex the
+displacement grows 3.4 times as fast with the logarithm of the distance as on a half-plane, but only 1.4 to 1.5 times
+where the wedge has 120 degrees, as between flank and tip land (Timoshenko & Goodier 1970, section 38: wedges under
+forces at their apex).
 """
 
 from __future__ import annotations
