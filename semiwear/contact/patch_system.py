@@ -73,10 +73,33 @@ class PatchSystem:
         for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
             out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
         out *= self.per_force
-        x, whole, moment = self.across, force.sum(axis=1), (self.across * force).sum(axis=1)
-        out += (self.smooth @ whole + self.tilt.T @ moment + self.aside @ (x * x * force).sum(axis=1))[:, None]
-        out += x * (self.tilt @ whole - 2.0 * self.aside @ moment)[:, None] + x * x * (self.aside @ whole)[:, None]
+        whole, moment, second = _moments(force, self.across)
+        even = self.smooth @ whole + self.tilt.T @ moment + self.aside @ second
+        _add_across(out, self.across, even, self.tilt @ whole - 2.0 * (self.aside @ moment), self.aside @ whole)
         return out
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
+def _moments(force, across):  # type: ignore[no-untyped-def]
+    """Sum of the forces of every row, and their first and second moments: (3, rows)."""
+    out = np.zeros((3, force.shape[0]))
+    for r in range(force.shape[0]):
+        whole, first, second = 0.0, 0.0, 0.0
+        for c in range(force.shape[1]):
+            moment = across[r, c] * force[r, c]
+            whole += force[r, c]
+            first += moment
+            second += across[r, c] * moment
+        out[0, r], out[1, r], out[2, r] = whole, first, second
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _add_across(out, across, even, linear, square):  # type: ignore[no-untyped-def]
+    """Add a parabola across every row."""
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            out[r, c] += even[r] + across[r, c] * (linear[r] + across[r, c] * square[r])
 
 
 @njit(cache=True, error_model="numpy")
