@@ -79,7 +79,7 @@ class PatchSystem:
         return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@njit(cache=True, error_model="numpy")
 def _moments(force, across):  # type: ignore[no-untyped-def]
     """Sum of the forces of every row, and their first and second moments: (3, rows)."""
     out = np.zeros((3, force.shape[0]))
