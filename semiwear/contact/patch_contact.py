@@ -2,8 +2,9 @@
 
 For every mesh position: cell forces f >= 0 and one rotation of the driving body (`patch_sharing`). Under each pair
 lies the half-space with Love's uniformly loaded rectangles; teeth and rims deflect slice by slice, as at fidelity
-`line`, and that fidelity gives the start. The gap is taken over the flanks up to their rounded edges, so that contact
-beyond the path of action needs no case of its own.
+`line`, which gives the start, but a force bends teeth where its cell lies, and bent flanks lean away from the cells
+nearer to a tip. The gap is taken over the flanks up to their rounded edges, so that contact beyond the path of action
+needs no case of its own.
 
 Slightly bent lines are treated as straight: a patch keeps its arc lengths, not its chords.
 """
@@ -197,14 +198,24 @@ class _Position:
         problem, columns = self.problem, gap.shape[1]
         gap[rows.candidate < 0] = np.inf
         on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
-        smooth = np.zeros((rows.rolls.size, rows.rolls.size))
-        smooth[np.ix_(on, on)] = known.compliance(known.smooth, rows.candidate[on], self.worn, self.wear_compliance)
+        chosen, between, at = rows.candidate[on], np.ix_(on, on), (rows.rolls[on], rows.faces[on])
+        smooth, tilt, aside = (np.zeros((rows.rolls.size, rows.rolls.size)) for _ in range(3))
+        smooth[between] = known.compliance(known.smooth, chosen, self.worn, self.wear_compliance)
+        tilt[between] = known.slope[np.ix_(chosen, chosen)] / problem.lines.spacing[at][:, None]
+        aside[between] = known.aside[np.ix_(chosen, chosen)]
+        # tooth compliance was taken at footprints
+        footprint = (self.worn.profile[at] - problem.lines.profile[at]) * problem.lines.spacing[at]
+        farthest, across = known.farthest_aside[chosen, None], np.zeros(gap.shape)
+        across[on] = np.clip(_cells_of(problem).offsets(columns) - footprint[:, None], -farthest, farthest)
         cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
         system = PatchSystem(
             starts=rows.starts,
             half_spaces=tuple(HalfSpace((int(count), columns), cell, problem.modulus) for count in counts),
             per_force=1.0 / (cell[0] * cell[1]),
             smooth=smooth,
+            tilt=tilt,
+            aside=aside,
+            across=across,
             coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
         )
         lever = problem.lines.lever_arm[rows.rolls, rows.faces]

@@ -5,9 +5,11 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
     gap + C f - a phi >= 0,   f (gap + C f - a phi) = 0,   sum of a f = torque
 
 are what `patch_sharing` solves. C is the half-space under each pair, plus what one slice feels of another as a
-whole (teeth, rims, wear). Cells free to change are preconditioned with the half-space of every slice by itself,
-exact, and the coupling between slices as a whole, exact but for its shape across the line. That takes a handful of
-convolutions, whatever the cells' width.
+whole (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
+leans away from its partner, most beside its tip. Of what teeth and half-space both count there is less for a point
+aside: the square of the distance, where that is less than the depth of the tooth. Cells free to change are
+preconditioned with the half-space of every slice by itself, exact, and the coupling between slices as a whole, exact
+but for its shape across the line. That takes a handful of convolutions, whatever the cells' width.
 """
 
 from __future__ import annotations
@@ -46,6 +48,12 @@ class PatchSystem:
         Pressure of a unit force on a cell.
     smooth : (rows, rows) array [mm/N]
         What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
+    tilt : (rows, rows) array [1/N]
+        Change of its row i by the distance that a point of the slice moves across the line.
+    aside : (rows, rows) array [1/(N mm)]
+        Its change by the square of the distance, across the line, between force and point.
+    across : (rows, columns) array [mm]
+        Distance of each cell from where its row's tooth compliance was taken.
     coefficients : (rows of the longest pair, columns) array [mm/N]
         Half-space influence of a unit force on a cell.
     """
@@ -54,6 +62,9 @@ class PatchSystem:
     half_spaces: tuple[HalfSpace, ...]
     per_force: float
     smooth: FloatArray
+    tilt: FloatArray
+    aside: FloatArray
+    across: FloatArray
     coefficients: FloatArray
 
     def apply(self, force: FloatArray, *, roughly: bool = False) -> FloatArray:
@@ -62,8 +73,33 @@ class PatchSystem:
         for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
             out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
         out *= self.per_force
-        out += (self.smooth @ force.sum(axis=1))[:, None]
+        whole, moment, second = _moments(force, self.across)
+        even = self.smooth @ whole + self.tilt.T @ moment + self.aside @ second
+        _add_across(out, self.across, even, self.tilt @ whole - 2.0 * (self.aside @ moment), self.aside @ whole)
         return out
+
+
+@njit(cache=True, error_model="numpy")
+def _moments(force, across):  # type: ignore[no-untyped-def]
+    """Sum of the forces of every row, and their first and second moments: (3, rows)."""
+    out = np.zeros((3, force.shape[0]))
+    for r in range(force.shape[0]):
+        whole, first, second = 0.0, 0.0, 0.0
+        for c in range(force.shape[1]):
+            moment = across[r, c] * force[r, c]
+            whole += force[r, c]
+            first += moment
+            second += across[r, c] * moment
+        out[0, r], out[1, r], out[2, r] = whole, first, second
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _add_across(out, across, even, linear, square):  # type: ignore[no-untyped-def]
+    """Add a parabola across every row."""
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            out[r, c] += even[r] + across[r, c] * (linear[r] + across[r, c] * square[r])
 
 
 @njit(cache=True, error_model="numpy")

@@ -23,7 +23,7 @@ from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.stripe import add_far_stripe, subtract_mid_surface
+from semiwear.contact.stripe import add_far_stripe, less_aside, subtract_mid_surface
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -40,6 +40,7 @@ FIRST_CAP = 3.5
 """Typical approaches within which slices are first let touch."""
 _ROOM = 1.5  # times what is first let touch: candidates for usual wear, too
 _RUNGS = 2  # separations below which slices are candidates, to each factor of two
+_FARTHEST_ASIDE = 0.67  # of the depth of the mid-surface: up to there its displacement falls with the square
 _FARTHEST_MOVE = 0.083  # of the base pitch: up to there tooth compliance follows a worn line linearly
 
 
@@ -90,6 +91,10 @@ class Candidates(NamedTuple):
         The same and the far field of the stripe kernel.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
+    aside : (n, n) array [mm/N/mm^2]
+        `less_aside`; no rows where pressure is not resolved across the lines.
+    farthest_aside : (n,) array [mm]
+        Distance from a footprint, across the line, up to which `slope` and `aside` hold.
     least, profile, lever, length, arc : (n,) arrays [mm]
         Least fresh separation, place on the flank, lever arm, length, place along the line.
     farthest_move : float [mm]
@@ -102,6 +107,8 @@ class Candidates(NamedTuple):
     smooth: FloatArray
     static: FloatArray
     slope: FloatArray
+    aside: FloatArray
+    farthest_aside: FloatArray
     least: FloatArray
     profile: FloatArray
     lever: FloatArray
@@ -287,7 +294,10 @@ class ContactProblem:
         smooth, slope = self.teeth.compliance(*at, pair)
         smooth = smooth.copy()
         arc, length = lines.arc[at], lines.length[at]
-        subtract_mid_surface(smooth, starts, arc, length, *self._mid_surface(at, _LEAST_DEPTH * usual))
+        mid_surface = self._mid_surface(at, _LEAST_DEPTH * usual)
+        subtract_mid_surface(smooth, starts, arc, length, *mid_surface)
+        resolved = self.cells is not None
+        depth = mid_surface[0].min(axis=0, initial=np.inf)
         for further in self.more:
             smooth += further.matrix(at, starts)
         static = smooth.copy()
@@ -299,6 +309,8 @@ class ContactProblem:
             smooth=smooth,
             static=static,
             slope=slope,
+            aside=less_aside(starts, arc, length, *mid_surface) if resolved else np.zeros((0, 0)),
+            farthest_aside=np.minimum(_FARTHEST_ASIDE * depth, _FARTHEST_MOVE * self.base_pitch * lines.spacing[at]),
             least=self._least[at],
             profile=lines.profile[at],
             lever=lines.lever_arm[at],

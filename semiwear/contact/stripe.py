@@ -16,6 +16,7 @@ __all__ = [
     "add_far_stripe",
     "add_pairs",
     "average_along_lines",
+    "less_aside",
     "near_pairs",
     "near_stripe",
     "subtract_mid_surface",
@@ -176,6 +177,30 @@ def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poiss
                 matrix[i, j] -= total
                 if j > i:
                     matrix[j, i] -= total
+
+
+@njit(cache=True, error_model="numpy")
+def less_aside(starts, arc, length, depth, shear_factor, poisson):  # type: ignore[no-untyped-def]
+    """By how much less there is to subtract for a point aside, across the line [mm/N per mm^2], (n, n) array.
+
+    The half-space displacement at the mid-surface falls with the square of that distance x: of the integral in
+    `subtract_mid_surface` with R^2 = x^2 + y^2 + d^2, the derivative by x^2 at x = 0. Parameters as there.
+    """
+    out = np.zeros((arc.shape[0], arc.shape[0]))
+    for line in range(starts.shape[0] - 1):
+        for i in range(starts[line], starts[line + 1]):
+            for j in range(i, starts[line + 1]):
+                middle = arc[j] - arc[i]
+                mean_length = sqrt(length[i] * length[j])
+                total = 0.0
+                for body in range(depth.shape[0]):
+                    square = depth[body, i] * depth[body, j]
+                    for end, sign in ((middle + 0.5 * mean_length, 1.0), (middle - 0.5 * mean_length, -1.0)):
+                        r = sqrt(end * end + square)
+                        part = end / r * (0.5 / (r * r) + (2.0 - poisson[body]) / square)
+                        total += sign * shear_factor[body] * part
+                out[i, j] = out[j, i] = total / mean_length
+    return out
 
 
 @njit(cache=True, error_model="numpy")

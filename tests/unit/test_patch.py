@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq, nnls
 
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
@@ -16,7 +17,9 @@ from semiwear.contact.footprint import Footprints
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
 from semiwear.contact.patch_system import PatchSystem
+from semiwear.contact.problem import picked
 from semiwear.contact.slice_pressure import solve_slices
+from semiwear.contact.stripe import less_aside
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from tests.strategies.lines import even_grid, straight_lines
@@ -68,7 +71,7 @@ class Dense:
 
 
 def two_pairs(seed: int) -> Dense:
-    """Rough parabolas, coupled rows of either sign, levers that differ, cells and a whole row that cannot touch."""
+    """Rough parabolas, coupled rows that tilt, levers that differ, cells and a row that cannot touch."""
     random = np.random.default_rng(seed)
     rows = sum(ROWS)
     starts = np.concatenate([[0], np.cumsum(ROWS)])
@@ -82,18 +85,25 @@ def two_pairs(seed: int) -> Dense:
     root = random.normal(size=(rows, 3))
     # teeth bend together, and what they share with the half-space is taken off
     smooth = 1e-6 * (root @ root.T) - 1e-7
+    tilt, less = 1e-6 * random.normal(size=(rows, rows)), 1e-7 * random.random((rows, rows))
     lever = random.uniform(70.0, 80.0, rows)
     system = PatchSystem(
         starts=starts,
         half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
         per_force=1.0 / (CELL[0] * CELL[1]),
         smooth=smooth,
+        tilt=tilt,
+        aside=less + less.T,
+        across=across - aside[:, None],
         coefficients=coefficients,
     )
     row, column = (part[np.isfinite(gap)] for part in np.indices(gap.shape))
     pair = np.searchsorted(starts, row, side="right")
     away = coefficients[np.abs(row[:, None] - row) % max(ROWS), np.abs(column[:, None] - column)]
-    matrix = np.where(pair[:, None] == pair, away, 0.0) + smooth[np.ix_(row, row)]
+    place = system.across[row, column]
+    moved, square = tilt[np.ix_(row, row)] * place[:, None], (place[:, None] - place) ** 2
+    whole = smooth[np.ix_(row, row)] + moved + moved.T + system.aside[np.ix_(row, row)] * square
+    matrix = np.where(pair[:, None] == pair, away, 0.0) + whole
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
     return Dense(system, gap, lever, matrix, torque=75.0 * random.uniform(20.0, 400.0))
 
@@ -136,6 +146,46 @@ def test_forces_against_least_squares_and_the_dense_equations(seed):
         worst = max(np.abs(slack[on]).max(), -slack.min())
         assert found.complementarity == pytest.approx(worst / approach, rel=1e-3, abs=1e-12), name
         assert found.balance < 1e-12, name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_forces_beside_the_line_bend_teeth_as_those_of_a_line_that_has_moved(seed):
+    """Forces at one place of each row, read there: what fidelity `line` finds for footprints at these places."""
+    system, random = two_pairs(seed).system, np.random.default_rng(seed)
+    rows = np.arange(system.across.shape[0])
+    column = random.integers(0, COLUMNS, rows.size)
+    force = np.zeros(system.across.shape)
+    force[rows, column] = random.random(rows.size)
+    nothing = np.zeros_like(system.smooth)
+    system = replace(system, aside=nothing)
+    local = replace(system, smooth=nothing, tilt=nothing).apply(force)
+    moved = picked(system.smooth, system.tilt, rows, system.across[rows, column])
+    seen = (system.apply(force) - local)[rows, column]
+    np.testing.assert_allclose(seen, moved @ force.sum(axis=1), rtol=1e-12, atol=1e-18)
+
+
+def test_less_is_subtracted_aside_as_the_half_space_displacement_falls():
+    """Second differences of the point-load solution at a depth (Johnson 1985, eq. 3.22a) over a slice."""
+    arc, length = np.array([0.0, 1.3, 5.0, 11.0]), np.full(4, 1.3)
+    depth, shear, poisson = (
+        np.array([np.full(4, 2.5), np.full(4, 4.0)]),
+        np.array([1e-6, 2e-6]),
+        np.array([0.3, 0.25]),
+    )
+
+    def displacement(x, i, j):
+        y = np.linspace(-0.5, 0.5, 401) * length[j] + arc[j] - arc[i]
+        r = np.sqrt(x**2 + y**2 + depth[:, i, None] ** 2)
+        kernel = depth[:, i, None] ** 2 / r**3 + 2.0 * (1.0 - poisson[:, None]) / r
+        return float(shear @ trapezoid(kernel, y, axis=1)) / length[j]
+
+    starts = np.array([0, 3, 4])
+    found, x = less_aside(starts, arc, length, depth, shear, poisson), 0.02
+    for i in range(3):
+        for j in range(3):
+            assert found[i, j] == pytest.approx((displacement(0.0, i, j) - displacement(x, i, j)) / x**2, rel=1e-3)
+    # other lines share no ground
+    assert (found[3, :3] == 0.0).all() and (found[:3, 3] == 0.0).all() and found[3, 3] > 0.0
 
 
 def test_a_pair_far_away_carries_nothing():

@@ -41,13 +41,21 @@ def test_rows_compare_like_with_like(shipped: sw.Scene) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("fidelity", ["line", "patch"])
 @pytest.mark.parametrize("case", ["unworn", "finer"])
 def test_root_stress_of_every_pair_above_a_tenth_of_the_load_is_that_of_finite_elements(
-    shipped: sw.Scene, case: str
+    shipped: sw.Scene, case: str, fidelity: str
 ) -> None:
-    """Found: the pinion at roll -0.78 was 8 % high, since loads beside its fillet stressed the root falsely."""
-    rows = store.compare(case, shipped, "line")
+    """Found: the pinion at roll -0.78 was 8 % high, since loads beside its fillet stressed the root falsely.
+
+    At `patch`, beside pressed tip edges of worn flanks, the gear was up to 10 % high: bent teeth leant away from the
+    edges in elements alone.
+    """
+    rows = store.compare(case, shipped, fidelity)
     bears = {row.where for row in rows if row.name == "load_share" and row.reference > 0.1}
     compared = [row for row in rows if row.name.startswith("root_stress") and row.where in bears]
     assert len(compared) > 20
-    assert max(abs(row.difference) for row in compared) < 0.05, store.table(compared)
+    # a load 3 % higher, 0.4 % of all: see docs/validation.md
+    barely = [row for row in compared if (row.name, row.where) == ("root_stress pinion", "roll -0.778")]
+    assert max(abs(row.difference) for row in compared if row not in barely) < 0.04, store.table(compared)
+    assert max(abs(row.difference) for row in barely) < (0.053 if case == "finer" else 0.05), store.table(barely)
