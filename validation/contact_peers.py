@@ -19,7 +19,7 @@ from semiwear.closed_forms.hertz import EllipticContact, elliptic_contact
 
 FloatArray = NDArray[np.float64]
 
-MAX_ITERATIONS = 2000  # of a peer; none of them needs more than a tenth of it
+MAX_ITERATIONS = 2000  # of any code; on smooth surfaces none needs more than a tenth of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +268,7 @@ class _SemiwearSession:
             load=problem.load,
             start=start,
             tolerance=tolerance,
+            max_iterations=MAX_ITERATIONS,
         )
         return Answer(result.pressure, result.iterations, result.status.valid, result.approach)
 
