@@ -105,7 +105,7 @@ GROWTH: tuple[Growth, ...] = (
             "wear.until.control_depths_um": [60.0 * (k + 1) / steps for k in range(steps)]
         } for steps in (6, 12, 24, 48)
     }),
-    Growth("tooth pairs", "face width over axial pitch of a helical pair", {
+    Growth("tooth pairs", "face width over axial pitch", {
         overlap: _HELICAL
         | {
             f"gear_pair.{body}_face_width_mm": round(overlap * pi * 3.95 / 0.5, 3)

@@ -1,6 +1,7 @@
 """Half-space contact: our solver against tamaas, ContactMechanics and aspher, on one core, at the same field error.
 
     python validation/bench_contact.py [--json FILE] [--sizes 64 128 256 512] [--repeats N] [--quick]
+    python validation/bench_contact.py --rough 512 1024  # self-affine surfaces, 1, 10 and 50 % in contact, instead
 
 Elliptic Hertz contact on n x n cells, circular Hertz contact on square cells (for aspher), and sweeps of 40 roll
 positions at 30 x 100 and 64 x 200 cells with warm starts (ms are then per position, errors the greatest of all).
@@ -9,6 +10,8 @@ counts is the relative L2 error of the pressure against the converged discrete s
 checked against the peers at theirs). Each code runs at its loosest tolerance with an error of at most 1e-6, in its
 fastest variant, in turn with the others. Operators are set up before; ours has what it keeps from earlier calls,
 and is timed once more "on a new grid" (whose cell differs in the ninth digit); ratios "with setup" compare that.
+Times are processor seconds, which other work on the machine disturbs least; our rough ones come in units of one
+zero-padded convolution, too.
 
 The JSON has `machine`, `versions`, `missing` (code: why), `cold` (seconds of first calls in new processes),
 `cases` (one each: reference check, and Hertz errors) and `rows` (one each case and code; see `Row`).
@@ -35,11 +38,13 @@ from typing import Any
 
 from contact_peers import (
     PEERS,
+    ROUGH_LOADS,
     Answer,
     Case,
     Code,
     HertzProblem,
     RollSweep,
+    RoughProblem,
     Semiwear,
     Session,
     circular_hertz,
@@ -47,6 +52,8 @@ from contact_peers import (
     solve_case,
     unseen,
 )
+
+from semiwear.compliance.half_space import HalfSpace
 
 TARGET = 1e-6  # relative L2 error of the pressure
 STEP = 10.0**0.5
@@ -82,7 +89,7 @@ class Row:
     `ms` is a median (per position in a sweep), `ratio` that of medians, judged against `required`; `ratio_of_bests`
     is that of least times. `setup_ms` is what a peer took before, `new_grid_ms` our time on a grid that we have not
     seen, `ratio_with_setup` the ratio of the two sums. `variants_ms` has every variant that was tried, at its own
-    cheapest tolerance.
+    cheapest tolerance. `convolutions` is our time on a new grid in units of one zero-padded convolution of the grid.
     """
 
     case: str
@@ -102,6 +109,7 @@ class Row:
     ratio: float | None = None
     ratio_of_bests: float | None = None
     ratio_with_setup: float | None = None
+    convolutions: float | None = None
     required: float | None = None
     met: bool | None = None
 
@@ -129,10 +137,10 @@ def progress(text: str) -> None:
 
 
 def timed(action: Callable[[], Any]) -> tuple[Any, float]:
-    """What an action returns, and its seconds."""
-    begin = time.perf_counter()
+    """What an action returns, and its processor seconds."""
+    begin = time.process_time()
     result = action()
-    return result, time.perf_counter() - begin
+    return result, time.process_time() - begin
 
 
 def cheapest_rung(error_at: Callable[[int], float], first: int, rungs: int, target: float = TARGET) -> int | None:
@@ -283,6 +291,13 @@ def compared(peer: Row, ours: Row, positions: int) -> Row:
     )
 
 
+def convolution(case: Case) -> float:
+    """Processor seconds of one zero-padded convolution of a case's grid, in double precision: a median of nine."""
+    operator = HalfSpace(case.points, case.problems[0].cell)
+    operator.apply(case.problems[0].gap)
+    return statistics.median(timed(lambda: operator.apply(case.problems[0].gap))[1] for _ in range(9))
+
+
 def run_case(
     case: Case, codes: Sequence[Code], rounds: int, before: dict[tuple[str, str], Contender]
 ) -> tuple[dict[str, Any], list[Row]]:
@@ -304,7 +319,8 @@ def run_case(
     seconds, fresh = race(case, contenders, rounds)
     rows = [row(case, contender, seconds[contender.code.name]) for contender in contenders]
     if Semiwear.name in answered:
-        ours = replace(rows[0], new_grid_ms=1e3 * statistics.median(fresh) / len(case.problems), setup_ms=0.0)
+        new_grid = statistics.median(fresh) / len(case.problems)
+        ours = replace(rows[0], new_grid_ms=1e3 * new_grid, setup_ms=0.0, convolutions=new_grid / convolution(case))
         rows = [ours, *(compared(peer, ours, len(case.problems)) for peer in rows[1:])]
     return entry, rows
 
@@ -345,15 +361,18 @@ def versions() -> dict[str, str]:
     return found
 
 
-def run(sizes: Sequence[int], sweeps: Sequence[Case], rounds: int, *, cold: bool = True) -> dict[str, Any]:
-    """The whole benchmark, as it goes into the JSON."""
+def run(
+    sizes: Sequence[int], others: Sequence[Case], rounds: int, *, cold: bool = True, only: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The whole benchmark, as it goes into the JSON; `only` names the peers if not all of them run."""
     codes, missing = installed()
     for name, why in missing.items():
         progress(f'{name} is not there ({why}): pip install "semiwear[peers]"')
+    codes = [code for code in codes if not only or code.name in only]
     cases = [HertzProblem(size).case() for size in sizes]
     if any(code.name == "aspher" for code in codes):
         cases += [circular_hertz(size).case() for size in sizes]
-    cases += sweeps
+    cases += others
     report: dict[str, Any] = {
         "machine": {
             "processor": platform.machine(),
@@ -417,7 +436,8 @@ def table(report: dict[str, Any]) -> str:
                 + ("" if entry["converged"] else "  says it did not converge")
             )
             if entry["new_grid_ms"] is not None:
-                lines.append(f"  {'':17s}{'on a new grid':35s}{entry['new_grid_ms']:10.2f}")
+                of_one = f"{entry['convolutions']:.0f} convolutions"
+                lines.append(f"  {'':17s}{'on a new grid':35s}{entry['new_grid_ms']:10.2f}  {of_one}")
             if len(entry["variants_ms"]) > 1:
                 tried = ", ".join(f"{name} {ms:.2f}" for name, ms in entry["variants_ms"].items())
                 lines.append(f"  {'':17s}best of five [ms]: {tried}")
@@ -429,6 +449,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the benchmark, print its tables, write its JSON."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128, 256, 512], help="cells each way")
+    parser.add_argument("--rough", type=int, nargs="+", metavar="N", help="rough surfaces of N x N cells instead")
+    parser.add_argument("--peers", nargs="+", default=[], metavar="CODE", help="peers to run; all when missing")
     parser.add_argument("--repeats", type=int, default=9, help="runs of each code in a case; slow ones get fewer")
     parser.add_argument("--quick", action="store_true", help="64 cells, a short sweep, 3 runs, no new processes")
     parser.add_argument("--json", metavar="FILE", help="write the figures")
@@ -436,8 +458,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.quick:
         sweep = RollSweep((30, 100)).case()
         report = run([64], [replace(sweep, problems=sweep.problems[:8])], 3, cold=False)
+    elif options.rough:
+        rough = [RoughProblem(size, fraction).case() for size in options.rough for fraction in ROUGH_LOADS]
+        report = run([], rough, options.repeats, cold=False, only=options.peers)
     else:
-        report = run(options.sizes, [RollSweep(points).case() for points in ((30, 100), (64, 200))], options.repeats)
+        sweeps = [RollSweep(points).case() for points in ((30, 100), (64, 200))]
+        report = run(options.sizes, sweeps, options.repeats, only=options.peers)
     print(table(report))
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:

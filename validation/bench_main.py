@@ -244,7 +244,7 @@ def growth(kinds: Sequence[Growth], rounds: int) -> dict[str, dict[str, Any]]:
 
 def draw_growth(found: dict[str, dict[str, Any]], path: str) -> None:
     """One panel a number: seconds and memory over it, both logarithmic."""
-    plt = importlib.import_module("matplotlib.pyplot")
+    plt, ticker = importlib.import_module("matplotlib.pyplot"), importlib.import_module("matplotlib.ticker")
     figure, axes = plt.subplots(2, len(found), figsize=(3.0 * len(found), 5.4), squeeze=False, sharey="row")
     for column, told in enumerate(found.values()):
         for row, (key, exponent) in enumerate((("seconds", "exponent"), ("peak", "memory exponent"))):
@@ -255,8 +255,12 @@ def draw_growth(found: dict[str, dict[str, Any]], path: str) -> None:
             axis.loglog(values, line, ":", color="0.5", label=f"power {told[exponent]:.2f}")
             axis.set_xticks(values, [f"{value:g}" for value in values])
             axis.minorticks_off()
+            axis.set_title(told["label"] if row == 0 else "", fontsize="medium")
             axis.legend(frameon=False)
-        axes[1, column].set_xlabel(told["label"])
+    for row in (0, 1):  # marks that the eye can read: 1, 2, 5, 10 and so on
+        axes[row, 0].yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes[row, 0].yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axes[1, 0].set_ylim(*(limit * factor for limit, factor in zip(axes[1, 0].get_ylim(), (0.5, 1.5), strict=True)))
     axes[0, 0].set_ylabel("processor time [s]")
     axes[1, 0].set_ylabel("greatest memory [MB]")
     figure.tight_layout()

@@ -86,7 +86,7 @@ def test_missing_peers_are_named_and_the_benchmark_goes_on(bench, no_peers, tmp_
         assert set(row) == {field.name for field in fields(bench.Row)}
         assert row["code"] == "semiwear"
         assert row["field_error"] <= report["target_field_error"]
-        assert row["ms"] > 0.0 and row["new_grid_ms"] > 0.0
+        assert row["ms"] > 0.0 and row["new_grid_ms"] > 0.0 and row["convolutions"] > 0.0
         assert row["ratio"] is None and row["met"] is None
 
 
@@ -172,3 +172,12 @@ def test_aspher_takes_square_cells_only(bench) -> None:
     assert not aspher.can(bench.HertzProblem(64).case())
     assert not aspher.can(bench.circular_hertz(48).case())
     assert not aspher.can(bench.RollSweep((32, 32), positions=2).case())
+
+
+@pytest.mark.parametrize("fraction", [0.01, 0.1, 0.5])
+def test_rough_surfaces_touch_on_the_share_that_they_are_named_after(bench, fraction):
+    case = bench.RoughProblem(128, fraction).case()
+    (answer,) = bench.solve_case(bench.Semiwear().open(case), case, "nested", 1e-6)
+    assert answer.converged
+    assert np.count_nonzero(answer.pressure) / answer.pressure.size == pytest.approx(fraction, rel=0.2)
+    assert case.problems[0].gap.std() == pytest.approx(1e-3)
