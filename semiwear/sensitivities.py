@@ -1,36 +1,46 @@
 """Sensitivities: by how much quantities of worn flanks change with the fields of a scene.
 
-Each field is moved by one and by two steps to either side, everything else of the run being alike: its grids, its
-number of wear steps, and the compliance and contact lines that it shares with the scene. Central differences d(h) and
-d(2h) give the derivative (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357)
+Each field is moved by a step to either side, everything else of the run being alike: its grids, its number of wear
+steps, and the compliance and contact lines that it shares with the scene. Where slopes to either side are nearly the
+same, the central difference d(h) is the derivative: a smooth quantity's error is then a small share of what the
+slopes differ by, that of one which scatters about a line 0.29 of it (independent errors of the three values). Where
+they are not, the field is moved by two steps as well (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
 Slopes to either side differ by h f'' where a quantity is smooth: half as much over one step as over two. Where they
 differ as much over both, the quantity has a kink, such as where a tip comes to press.
+
+Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
+respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that
+number share theirs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.optimise.quantity import Quantity, quantity_of
 from semiwear.optimise.space import is_number, scene_value
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
+from semiwear.scene.load import parse_scene
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
+from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
 from semiwear.sweep.bar import hearing
-from semiwear.sweep.measure import MESHES, Measure, Measured
+from semiwear.sweep.measure import MESHES, Measure
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import in_processes
-from semiwear.sweep.scenes import Task
+from semiwear.sweep.scenes import Task, shared_solution
 from semiwear.sweep.variation import read_variation
 from semiwear.threads import available_threads
 
@@ -39,10 +49,16 @@ __all__ = ["sensitivities"]
 FloatArray = NDArray[np.float64]
 
 _STEP = 0.01  # of a field's value
-_SIDES = (-2, -1, 1, 2)
+_NEAR, _FAR = (-1, 1), (-2, 2)  # steps
+_SIDES = (*_NEAR, *_FAR)
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
 _SMOOTH = 1.5  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
+_STRAIGHT = 0.03  # of the derivative: slopes to either side that differ by less need no second pair of runs
+_SCATTER = 0.29  # of what they differ by: error of a central difference whose values scatter, sqrt(1/2) / sqrt(6)
+_DOUBTFUL = 0.01  # of the derivative
+_NOTHING = 1e-9  # of a quantity: it does not depend on the field
+_COEFFICIENT, _MESHES_RUN = "wear.coefficient_mm2_per_N", "wear.until.meshes"
 
 
 def sensitivities(
@@ -75,7 +91,8 @@ def sensitivities(
     Dataset
         Along `quantity` and `field`: `derivative` in units of the quantity over that of the field, its `error`,
         `relative` (change of the quantity over that of the field, both relative), `kink` where slopes to either side
-        differ; NaN, with its reason in `message` along `field`, where neither side can be solved.
+        differ, `doubtful` where there is a kink or the error is above 1 % of the derivative; NaN, with its reason in
+        `message` along `field`, where neither side can be solved. `runs` along `field` says how many each took.
 
     Raises
     ------
@@ -86,7 +103,9 @@ def sensitivities(
 
     Notes
     -----
-    It takes four runs a field, and one more.
+    It takes one run, and two for each field: four where the first two tell a bend, a kink or scatter, none for the
+    wear coefficient where runs end at depths. With ``numerics.accuracy`` the numbers are chosen once; all runs then
+    have those, with as many plain wear steps as the accurate one told of, and `value` is theirs.
 
     Examples
     --------
@@ -112,18 +131,17 @@ def sensitivities(
     measure = Measure(tuple(dict.fromkeys(quantity.path for quantity in quantities)))
     count = available_threads() if workers is None else workers
     with hearing(progress) as hears:
-        total = 1 + len(_SIDES) * len(steps)
-        base = solve(Task("", scene, measure))
-        hears.step(1, total, "the scene")
-        if base.status is not Status.DONE:
-            raise SemiwearError(f"sensitivities: the scene itself cannot be solved: {base.message}")
-        tasks, refused = _tasks(_paired(scene, base), steps, measure)
-        outcomes: dict[str, Outcome] = {}
-        solved = in_processes(tasks, count) if count and len(tasks) > 1 else map(solve, tasks)
-        for done, outcome in enumerate(solved, 2):
-            outcomes[outcome.key] = outcome
-            hears.step(done, total, outcome.key.rpartition(" ")[0])
-    return _dataset(scene, quantities, steps, base.measured, outcomes, refused)
+        runs = _Runs(count, hears, 1 + len(_NEAR) * len(steps))
+        settled, base = _settled(scene, measure, runs)
+        moved = {key: _Moved(key, float(scene_value(settled, key) or 0.0), step) for key, step in steps.items()}
+        shared = _shared_with(settled, moved, quantities)
+        own = [one for key, one in moved.items() if key not in shared]
+        runs.fill(settled, base, own, _NEAR, measure)
+        bent = [one for one in own if any(_bends(one.values(quantity), quantity, base) for quantity in quantities)]
+        runs.fill(settled, base, bent, _FAR, measure)
+    for key, other in shared.items():
+        moved[key].found, moved[key].refused = moved[other].found, moved[other].refused
+    return _dataset(settled, quantities, list(moved.values()), base)
 
 
 def _steps(scene: Scene, to: object, problems: list[Problem]) -> dict[str, float]:
@@ -164,35 +182,144 @@ def _no_number(scene: Scene, key: str, value: object) -> Problem:
     return Problem(key, shown(value), "a field that is a number", fix)
 
 
-def _paired(scene: Scene, base: Outcome) -> Scene:
-    """The scene with the number of wear steps that it took: another one would make quantities jump."""
+@dataclass
+class _Moved:
+    """A field, and what was found to its sides.
+
+    Attributes
+    ----------
+    key : str
+    at, step : float
+    found : dict of int to Outcome
+        By steps away from the scene's value.
+    refused : dict of int to str
+        Why there is no such scene.
+    runs : int
+    """
+
+    key: str
+    at: float
+    step: float
+    found: dict[int, Outcome] = field(default_factory=dict)
+    refused: dict[int, str] = field(default_factory=dict)
+    runs: int = 0
+
+    def values(self, quantity: Quantity) -> dict[int, float]:
+        """Values of a quantity by steps away, NaN where it has none."""
+        return {side: quantity.value(one.measured, low_is_good=True) for side, one in self.found.items()}
+
+    @property
+    def message(self) -> str:
+        """Why there are no values."""
+        told = [*self.refused.values(), *(one.message for one in self.found.values() if one.message)]
+        return "; ".join(dict.fromkeys(told))
+
+
+class _Runs:
+    """Solves scenes, and tells how many are done."""
+
+    def __init__(self, workers: int, hears: Progress, total: int) -> None:
+        self._workers, self._hears, self._total, self._done = workers, hears, total, 0
+
+    def one(self, scene: Scene, measure: Measure) -> Outcome:
+        """The scene itself.
+
+        Raises
+        ------
+        SemiwearError
+            It cannot be solved.
+        """
+        outcome = solve(Task("", scene, measure))
+        self._tell("the scene")
+        if outcome.status is not Status.DONE:
+            raise SemiwearError(f"sensitivities: the scene itself cannot be solved: {outcome.message}")
+        return outcome
+
+    def fill(
+        self, scene: Scene, base: Outcome, fields: Sequence[_Moved], sides: Sequence[int], measure: Measure
+    ) -> None:
+        """Find what fields are at their sides."""
+        tasks: list[Task] = []
+        places: dict[str, tuple[_Moved, int]] = {}
+        for one in fields:
+            for side in sides:
+                try:
+                    changed = scene.replace({one.key: one.at + side * one.step})
+                except SceneError as error:
+                    one.refused[side] = "; ".join(str(problem) for problem in error.problems)
+                    continue
+                changed = replace(changed, title=scene.title)
+                same, stretch = shared_solution(changed, scene, measure)
+                if stretch != 1.0 and same == scene:
+                    one.found[side] = _stretched(base, stretch)
+                    continue
+                one.runs += 1
+                tasks.append(Task(f"{one.key} {side}", changed, measure))
+                places[tasks[-1].key] = one, side
+        self._total = max(self._total, self._done + len(tasks))
+        solved = in_processes(tasks, self._workers) if self._workers and len(tasks) > 1 else map(solve, tasks)
+        for outcome in solved:
+            moved, side = places[outcome.key]
+            moved.found[side] = outcome
+            self._tell(moved.key)
+
+    def _tell(self, text: str) -> None:
+        self._done += 1
+        self._hears.step(self._done, self._total, text)
+
+
+def _stretched(base: Outcome, stretch: float) -> Outcome:
+    """The outcome of the same wear after so many times the meshes."""
+    known = base.measured.variables
+    changed = {path: stretch * known[path] for path in INVERSE_TO_COEFFICIENT if path in known}
+    return replace(base, measured=replace(base.measured, variables=known | changed))
+
+
+def _settled(scene: Scene, measure: Measure, runs: _Runs) -> tuple[Scene, Outcome]:
+    """The scene with the numbers that it took, and its outcome: other numbers would make quantities jump."""
     assert scene.wear is not None
-    if scene.numerics.wear_steps != "auto" or scene.wear.until.meshes is None or scene.numerics.accuracy is not None:
-        return scene
-    if MESHES not in base.measured.variables:
-        return scene
-    return scene.replace({"numerics.wear_steps": int(base.measured.variables[MESHES].size) - 1})
+    if scene.numerics.accuracy is not None:
+        chosen = parse_scene(simulate(scene).attrs["scene_toml"])
+        scene = scene.replace(
+            {
+                f"numerics.{name}": getattr(chosen.numerics, name)
+                for name in scene.numerics.chosen_for_accuracy
+                if name != "wear_steps"
+            }
+            | {"numerics.accuracy": None}
+        )
+    base = runs.one(scene, measure)
+    told = base.measured.variables
+    if scene.numerics.wear_steps == "auto" and scene.wear.until.meshes is not None and MESHES in told:
+        scene = scene.replace({"numerics.wear_steps": int(told[MESHES].size) - 1})
+    return scene, base
 
 
-def _tasks(scene: Scene, steps: Mapping[str, float], measure: Measure) -> tuple[list[Task], dict[str, str]]:
-    """Runs to either side of every field, and why some are no legal scenes."""
-    tasks, refused = [], {}
-    for key, step in steps.items():
-        value = float(scene_value(scene, key) or 0.0)
-        for side in _SIDES:
-            name = f"{key} {side}"
-            try:
-                changed = scene.replace({key: value + side * step})
-            except SceneError as error:
-                refused[name] = "; ".join(str(problem) for problem in error.problems)
-                continue
-            tasks.append(Task(name, replace(changed, title=scene.title), measure))
-    return tasks, refused
+def _shared_with(scene: Scene, moved: Mapping[str, _Moved], quantities: Sequence[Quantity]) -> dict[str, str]:
+    """The number of meshes, if it has the runs of the wear coefficient: both are moved by the same share."""
+    coefficient, meshes = moved.get(_COEFFICIENT), moved.get(_MESHES_RUN)
+    if coefficient is None or meshes is None or any(quantity.variable.group != "history" for quantity in quantities):
+        return {}
+    rated = any(isinstance(table, RatingTable) for table in vars(scene.effects).values())
+    alike = np.isclose(coefficient.step * meshes.at, meshes.step * coefficient.at, rtol=1e-9)
+    return {} if rated or not alike else {_MESHES_RUN: _COEFFICIENT}
+
+
+def _bends(values: Mapping[int, float], quantity: Quantity, base: Outcome) -> bool:
+    """Whether a first pair of values leaves it open what the derivative is."""
+    if not all(np.isfinite(values.get(side, np.nan)) for side in _NEAR):
+        return True
+    middle = quantity.value(base.measured, low_is_good=True)
+    change, bend = abs(values[1] - values[-1]), abs(values[1] - 2.0 * middle + values[-1])
+    return max(change, bend) > _NOTHING * abs(middle) and 2.0 * bend > _STRAIGHT * change
 
 
 def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[float, float, bool]:
     """Derivative, its error and whether there is a kink, from values at sides; NaN where there are too few."""
     known = {side: value for side, value in values.items() if np.isfinite(value)}
+    if set(values) == set(known) == set(_NEAR):
+        slope = (known[1] - known[-1]) / (2.0 * step)
+        return slope, _SCATTER * abs(known[1] - 2.0 * middle + known[-1]) / step, False
     if len(known) == len(_SIDES):
         near = (known[1] - known[-1]) / (2.0 * step)
         far = (known[2] - known[-2]) / (4.0 * step)
@@ -208,54 +335,42 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
     return np.nan, np.nan, False
 
 
-def _dataset(
-    scene: Scene,
-    quantities: Sequence[Quantity],
-    steps: Mapping[str, float],
-    base: Measured,
-    outcomes: Mapping[str, Outcome],
-    refused: Mapping[str, str],
-) -> xr.Dataset:
-    shape = len(quantities), len(steps)
+def _dataset(scene: Scene, quantities: Sequence[Quantity], moved: Sequence[_Moved], base: Outcome) -> xr.Dataset:
+    shape = len(quantities), len(moved)
     slope, error, relative = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    kink, middle = (
-        np.zeros(shape, bool),
-        np.array([quantity.value(base, low_is_good=True) for quantity in quantities]),
-    )
-    messages = []
-    for k, (key, step) in enumerate(steps.items()):
-        sides = {side: outcomes.get(f"{key} {side}") for side in _SIDES}
-        reasons = [refused[name] for side in _SIDES if (name := f"{key} {side}") in refused]
-        reasons += [one.message for one in sides.values() if one is not None and one.message]
-        messages.append("; ".join(dict.fromkeys(reasons)))
-        value = float(scene_value(scene, key) or 0.0)
+    kink = np.zeros(shape, bool)
+    middle = np.array([quantity.value(base.measured, low_is_good=True) for quantity in quantities])
+    for k, one in enumerate(moved):
         for q, quantity in enumerate(quantities):
-            values = {
-                side: np.nan if one is None else quantity.value(one.measured, low_is_good=True)
-                for side, one in sides.items()
-            }
-            slope[q, k], error[q, k], kink[q, k] = _slopes(values, float(middle[q]), step)
-            relative[q, k] = slope[q, k] * value / middle[q] if middle[q] else np.nan
+            slope[q, k], error[q, k], kink[q, k] = _slopes(one.values(quantity), float(middle[q]), one.step)
+            relative[q, k] = slope[q, k] * one.at / middle[q] if middle[q] else np.nan
+    size = np.abs(middle)[:, None] * _NOTHING / np.array([one.step for one in moved])
+    doubtful = kink | ~(error <= np.maximum(_DOUBTFUL * np.abs(slope), size))
     because = {"missing_because": "the scene cannot be solved on both sides of the field's value: see message"}
     both = ("quantity", "field")
-    present = np.array([float(scene_value(scene, key) or 0.0) for key in steps])
     per_unit = "derivative, units of the quantity per unit of the field"
     data = {
-        "derivative": (
-            both,
-            slope,
-            {"long_name": per_unit, **because},
-        ),
+        "derivative": (both, slope, {"long_name": per_unit, **because}),
         "error": (both, error, {"long_name": "error of the derivative", **because}),
         "relative": (both, relative, {"units": "1", "long_name": "relative change over relative change", **because}),
         "kink": (both, kink, {"long_name": "slopes to either side differ"}),
+        "doubtful": (both, doubtful, {"long_name": "a kink, or an error above 1 % of the derivative"}),
         "value": ("quantity", middle, {"long_name": "value in the scene, in its unit"}),
         "units": ("quantity", np.array([quantity.units for quantity in quantities]), {}),
-        "step": ("field", np.array(list(steps.values())), {"long_name": "step, in the unit of the field"}),
-        "field_value": ("field", present, {"long_name": "value in the scene, in its unit"}),
-        "message": ("field", np.array(messages, dtype=np.str_), {"long_name": "why a side has no value"}),
+        "step": ("field", np.array([one.step for one in moved]), {"long_name": "step, in the unit of the field"}),
+        "field_value": (
+            "field",
+            np.array([one.at for one in moved]),
+            {"long_name": "value in the scene, in its unit"},
+        ),
+        "runs": ("field", np.array([one.runs for one in moved]), {"long_name": "scenes solved for the field"}),
+        "message": (
+            "field",
+            np.array([one.message for one in moved], dtype=np.str_),
+            {"long_name": "why a side has no value"},
+        ),
     }
-    coords = {"quantity": [quantity.text for quantity in quantities], "field": list(steps)}
+    coords = {"quantity": [quantity.text for quantity in quantities], "field": [one.key for one in moved]}
     attrs = {
         "title": f"Sensitivities of {scene.title or 'a scene'}",
         "source": f"semiwear {version()}",

@@ -22,10 +22,12 @@ from semiwear.sweep.scenes import Member
 from semiwear.sweep.store import Store
 from semiwear.sweep.variation import SAMPLE, Axis, Variation
 
-__all__ = ["assembled"]
+__all__ = ["INVERSE_TO_COEFFICIENT", "assembled"]
+
+INVERSE_TO_COEFFICIENT = (MESHES, "/life/meshes_to_limit", "/life/hours_to_limit")
+"""Variables that are inverse to the wear coefficient where all else does not know it."""
 
 _STEPS = "wear_step"
-_INVERSE_TO_COEFFICIENT = (MESHES, "/life/meshes_to_limit", "/life/hours_to_limit")
 _STATUS = "what became of the scene"
 _THIS_RUN = "this sweep"
 
@@ -139,7 +141,7 @@ class _Table:
         for path, values in found.variables.items():
             if path not in self.arrays:
                 continue
-            factor = stretch if path in _INVERSE_TO_COEFFICIENT else 1.0
+            factor = stretch if path in INVERSE_TO_COEFFICIENT else 1.0
             places = [self._places(dim, values.shape[i], found) for i, dim in enumerate(_dims(path, self._measure))]
             self.arrays[path][k, ...][np.ix_(*places) if places else ()] = values * factor
         for dim, array in self.coords.items():

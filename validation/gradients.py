@@ -1,0 +1,198 @@
+"""Are the derivatives that `sensitivities` gives right, do they know when they are not, and what do they cost?
+
+    python -m validation.gradients [--scenes 50] [--fields 20] [--seed 0] [--table FOUND.csv]
+
+Pairs of teeth, loads, relief and wear are drawn; of each scene the derivatives of wear depth, pressure, root stress
+and transmission error with respect to its fields are compared with Richardson-extrapolated central differences of
+half the steps, from runs of their own. A derivative should be within 1 % of them, their own error set aside, in 95 %
+of all; the rest should be called doubtful. The cost is told in processor time over that of the scene's own run, both
+in a process in which all is compiled, on one thread and with no results kept from earlier runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("SEMIWEAR_CACHE_DIR", "off")
+
+import numpy as np
+import xarray as xr
+
+import semiwear as sw
+from semiwear.scene import Scene
+
+QUANTITIES = (
+    "wear_depth_max[gear]",
+    "contact_pressure_pitch",
+    "root_stress_max[gear]",
+    "transmission_error_amplitude",
+)
+ALLOWED, ASKED = 0.01, 0.95
+_MATTERS = 1e-4  # relative change of a quantity over that of a field: less is nothing to an engineer
+_STEP = 0.005  # of a field's value
+
+RELIEF = "effects.modification.pinion."
+RANGES: dict[str, tuple[float, float]] = {
+    "operation.pinion_torque_Nm": (200.0, 400.0),
+    "wear.coefficient_mm2_per_N": (0.5e-13, 2e-13),
+    "wear.until.meshes": (0.5e8, 2e8),
+    "material.pinion.youngs_modulus_MPa": (180e3, 220e3),
+    "material.gear.youngs_modulus_MPa": (180e3, 220e3),
+    "material.pinion.poissons_ratio": (0.25, 0.33),
+    "material.gear.poissons_ratio": (0.25, 0.33),
+    f"{RELIEF}tip_relief_um": (5.0, 25.0),
+    f"{RELIEF}tip_relief_length_mm": (1.0, 2.5),
+    f"{RELIEF}root_relief_um": (5.0, 25.0),
+    f"{RELIEF}root_relief_length_mm": (1.0, 2.5),
+    f"{RELIEF}crowning_um": (3.0, 12.0),
+    f"{RELIEF}lead_slope_um": (3.0, 12.0),
+    "effects.modification.gear.tip_relief_um": (5.0, 25.0),
+    "effects.modification.gear.tip_relief_length_mm": (1.0, 2.5),
+    "effects.modification.gear.crowning_um": (3.0, 12.0),
+    "effects.misalignment.shaft_angle_error_mrad": (0.1, 1.0),
+    "effects.wear_law.load.exponent": (0.7, 1.2),
+    "gear_pair.pinion_face_width_mm": (10.0, 18.0),
+    "gear_pair.pinion_bore_radius_mm": (12.0, 18.0),
+}
+"""Fields of the drawn scenes, and where they lie."""
+
+COARSE = {"numerics.face_slices": 11, "numerics.roll_positions": 16, "numerics.profile_points": 71}
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one scene told.
+
+    Attributes
+    ----------
+    derivatives, reference, error : (quantity, field) arrays
+        Relative; `error` is that of the reference.
+    doubtful : (quantity, field) array of bool
+    runs : int
+    cost : float
+        Processor time over that of the scene's own run.
+    """
+
+    derivatives: np.ndarray
+    reference: np.ndarray
+    error: np.ndarray
+    doubtful: np.ndarray
+    runs: int
+    cost: float
+
+
+def drawn(random: np.random.Generator) -> Scene:
+    """A scene in the manner of the shipped spur pair."""
+    teeth = {
+        "gear_pair.pinion_teeth": int(random.integers(16, 25)),
+        "gear_pair.gear_teeth": int(random.integers(24, 45)),
+        "gear_pair.helix_angle_deg": float(random.choice([0.0, 0.0, 15.0])),
+        "gear_pair.centre_distance_mm": None,
+    }
+    values = {key: float(random.uniform(*ends)) for key, ends in RANGES.items()}
+    values["effects.wear_law.load.reference_pressure_MPa"] = 1000.0
+    return sw.load_scene("spur_fzg_c").replace({**teeth, **values, **COARSE, "numerics.threads": 1})
+
+
+def compared(scene: Scene, fields: Sequence[str]) -> Found:
+    """Derivatives of a scene and their reference."""
+    begin = time.process_time()
+    sw.simulate(scene)
+    forward = time.process_time() - begin
+    begin = time.process_time()
+    told = sw.sensitivities(scene, QUANTITIES, fields, workers=0)
+    cost = (time.process_time() - begin) / forward
+    reference, error = differences(scene, fields, told)
+    return Found(
+        told["relative"].values, reference, error, told["doubtful"].values, 1 + int(told["runs"].sum()), cost
+    )
+
+
+def differences(scene: Scene, fields: Sequence[str], told: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Richardson-extrapolated central differences, relative, and their error."""
+    steps = int(sw.simulate(scene)["history"].sizes["wear_step"]) - 1
+    fixed = scene.replace({"numerics.wear_steps": steps})
+    near, far = (_central(fixed, fields, count * _STEP) / told["value"].values[:, None] for count in (1, 2))
+    return (4.0 * near - far) / 3.0, np.abs(near - far) / 3.0
+
+
+def _central(scene: Scene, fields: Sequence[str], step: float) -> np.ndarray:
+    columns = []
+    for field in fields:
+        at = float(_value(scene, field))
+        high, low = (_read(sw.simulate(scene.replace({field: at * (1.0 + sign * step)}))) for sign in (1, -1))
+        columns.append((high - low) / (2.0 * step))
+    return np.stack(columns, axis=1)
+
+
+def _value(scene: Scene, key: str) -> float:
+    value: object = scene
+    for name in key.split("."):
+        value = getattr(value, name)
+    return float(str(value))
+
+
+def _read(tree: xr.DataTree) -> np.ndarray:
+    last = tree["history"].to_dataset().isel(wear_step=-1)
+    names = [(name.partition("[")[0], name.partition("[")[2].rstrip("]")) for name in QUANTITIES]
+    return np.array([float(last[name].sel(body=body) if body else last[name]) for name, body in names])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare derivatives of drawn scenes; 0 where they are right, or called doubtful, as often as is asked."""
+    parser = argparse.ArgumentParser(prog="python -m validation.gradients")
+    parser.add_argument("--scenes", type=int, default=50)
+    parser.add_argument("--fields", type=int, default=len(RANGES), help="of those that are drawn, the first")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--table", type=Path, help="CSV of every derivative")
+    options = parser.parse_args(arguments)
+    fields = list(RANGES)[: options.fields]
+    random = np.random.default_rng(options.seed)
+    rows = ["scene,quantity,field,relative,reference,reference_error,doubtful"]
+    right = told = doubtful = missed = 0
+    costs = []
+    for number in range(options.scenes):
+        scene = drawn(random)
+        try:
+            found = compared(scene, fields)
+        except (sw.SceneError, sw.SemiwearError) as error:
+            print(f"scene {number}: left out, {str(error).splitlines()[-1]}", flush=True)
+            continue
+        apart = np.abs(found.derivatives - found.reference)
+        good = apart <= ALLOWED * np.abs(found.reference) + found.error
+        good |= np.maximum(np.abs(found.derivatives), np.abs(found.reference)) <= _MATTERS
+        right, told = right + int(good.sum()), told + good.size
+        doubtful += int((~good & found.doubtful).sum())
+        missed += int((~good & ~found.doubtful).sum())
+        costs.append(found.cost)
+        for q, name in enumerate(QUANTITIES):
+            for k, field in enumerate(fields):
+                numbers = found.derivatives[q, k], found.reference[q, k], found.error[q, k], found.doubtful[q, k]
+                rows.append(f"{number},{name},{field}," + ",".join(f"{one:.6g}" for one in numbers))
+        print(
+            f"scene {number}: {good.mean():.1%} within 1 %, {(~good & ~found.doubtful).sum()} wrong and not told, "
+            f"{found.doubtful.mean():.1%} called doubtful, {found.runs} runs, {found.cost:.1f} forward runs of time",
+            flush=True,
+        )
+        if options.table:
+            options.table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    if not told:
+        return 1
+    print(
+        f"{len(costs)} scenes, {len(fields)} fields, {told} derivatives: {right / told:.1%} within 1 %, "
+        f"{doubtful / told:.1%} not and called doubtful, {missed / told:.1%} not and not told; "
+        f"cost {np.median(costs):.1f} forward runs (median; {min(costs):.1f} to {max(costs):.1f})"
+    )
+    return 0 if right >= ASKED * told and missed <= (1.0 - ASKED) * told else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
