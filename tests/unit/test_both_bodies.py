@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear import commands, plot
+from semiwear import plot
+from semiwear.commands.wear_table import wear_table
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.report import write_report
 from semiwear.results.wearing import control_place, pitch_name, worn_bodies
@@ -101,7 +102,7 @@ class TestWorn:
     def test_the_table_shows_every_body_that_wears(self, worn):
         tree = tree_of(worn)
         greatest = [float(tree["flank/wear_depth"].sel(body=body)[-1].max()) for body in worn]
-        head, *rows = commands._table(tree).splitlines()
+        head, *rows = wear_table(tree).splitlines()
         assert ("wear p/g [um]" if len(worn) > 1 else f"{worn[0]} wear [um]") in head
         assert "/".join(f"{depth:.1f}" for depth in greatest) in rows[-1].split()
         assert f"{float(tree['history/wear_depth_max_pinion_root'][-1]):.1f}" in rows[-1] or "pinion" not in worn

@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import semiwear as sw
-from semiwear import commands
+from semiwear.commands.wear_table import wear_table
 from semiwear.results.life_axis import hours_of
 from semiwear.scene import parse_scene
 from tests.strategies.results import SCENE, synthetic_tree
@@ -101,7 +101,7 @@ def test_units_that_cannot_be_told_are_refused(tree):
 
 
 def test_the_table_of_a_run_has_hours_where_there_is_a_speed(tree):
-    head, *rows = commands._table(tree).splitlines()
+    head, *rows = wear_table(tree).splitlines()
     assert head.split()[:2] == ["meshes", "hours"]
     assert rows[-1].split()[1] == f"{hours_of(tree)[-1]:.4g}"
-    assert "hours" not in commands._table(synthetic_tree())
+    assert "hours" not in wear_table(synthetic_tree())

@@ -7,7 +7,7 @@ import pytest
 
 import semiwear as sw
 from semiwear import collect, plot
-from semiwear.commands import _table
+from semiwear.commands.wear_table import wear_table
 from semiwear.contact.loads import SlicePressures
 from semiwear.plan import plan
 from semiwear.report.pictures import PICTURES, draw
@@ -78,7 +78,7 @@ def test_missing_values_say_why_and_outlive_a_file(without_pitch, tmp_path):
 
 @pytest.mark.slow
 def test_table_report_and_pictures_cope_and_say_why(without_pitch, tmp_path):
-    table = _table(without_pitch)
+    table = wear_table(without_pitch)
     assert "nan" not in table
     assert "- p pitch [MPa]: no roll position has its greatest pressure within the pitch band" in table
     assert "contact pressure pitch: no roll position" in wear_steps(without_pitch)

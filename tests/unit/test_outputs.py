@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear import cli, commands
+from semiwear import cli
+from semiwear.commands import simulation
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import read_point_grid
 from semiwear.meshing.deviation_grid import write_deviation_grid
@@ -168,7 +169,7 @@ def test_a_result_is_on_disk_whatever_its_table_or_report_does(tmp_path, capsys,
     with pytest.raises(ZeroDivisionError):
         run(capsys, "run", SCENE, "--report", tmp_path / "worn.html")
     assert sw.open_results(path).identical(TREE)
-    monkeypatch.setattr(commands, "_table", fails)
+    monkeypatch.setattr(simulation, "wear_table", fails)
     path.unlink()
     with pytest.raises(ZeroDivisionError):
         run(capsys, "run", SCENE, "-o", path)

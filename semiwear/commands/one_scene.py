@@ -1,0 +1,63 @@
+"""Commands that look at one scene without wearing it: `screen`, `geometry` and `calibrate`."""
+
+from __future__ import annotations
+
+import argparse
+
+import semiwear as sw
+from semiwear.commands.progress_bar import ProgressBar
+from semiwear.plot.geometry import geometry_figure
+from semiwear.targets import file_target, replacing
+from semiwear.untyped import Table
+
+__all__ = ["calibrate", "geometry", "screen"]
+
+
+def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Print which effects a scene calls for."""
+    with ProgressBar("computing one mesh cycle of the scene as it is ...", "effect", "screening") as bar:
+        screening = sw.screen(scene, options.threshold, progress=bar)
+    print(screening)
+    rows = [
+        {
+            "effect": row.effect,
+            "present": row.present,
+            "changes": dict(row.changes),
+            "time": row.time,
+            "note": row.note,
+        }
+        for row in screening.rows
+    ]
+    base = dict(screening.base)
+    return {"called_for": screening.called_for, "could_go": screening.could_go, "base": base, "effects": rows}
+
+
+def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Draw a scene's teeth and the path of contact."""
+    target = file_target("-o", options.output, (".png", ".svg", ".pdf"))
+    figure = geometry_figure(scene)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix[1:], dpi=150)
+    print(f"teeth: {options.output}")
+    return {"teeth": options.output}
+
+
+def calibrate(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Print the wear coefficient that measured flanks tell."""
+    with ProgressBar(unit="step") as bar:
+        found = sw.calibrate(
+            scene, options.measured, before=options.before, body=options.body, meshes=options.meshes,
+            robust=options.robust, confidence=options.confidence, progress=bar,
+        )  # fmt: skip
+    print(found)
+    life = None if options.life is None else found.life(options.life, k_scatter=options.k_scatter)
+    if life is not None:
+        print(f"\n{life}")
+    return {
+        "body": found.body,
+        "coefficient_mm2_per_N": found.coefficient,
+        "coefficients_mm2_per_N": found.coefficients,
+        "interval_mm2_per_N": found.interval,
+        "confidence": found.confidence,
+        "life": None if life is None else str(life),
+    }

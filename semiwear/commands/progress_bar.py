@@ -1,0 +1,48 @@
+"""Progress of a command on a terminal."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+__all__ = ["ProgressBar"]
+
+_LOG = logging.getLogger(__name__)
+
+
+class ProgressBar:
+    """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else a line a step."""
+
+    def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", what: str = "wear") -> None:
+        self._begin, self._unit, self._what = begin, unit, what
+        self._bar: tqdm | None = None
+
+    def __enter__(self) -> ProgressBar:
+        _LOG.info(self._begin)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def step(self, done: int, total: int, text: str) -> None:
+        """Show how much of the total is done."""
+        if not _LOG.isEnabledFor(logging.INFO):
+            return
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            _LOG.info("%s, %s %d of %d: %s", self._what, self._unit, done, total, text)
+            return
+        if self._bar is None:
+            # what an earlier sweep has left is done, but not at the rate of this one
+            first = done if self._what == "sweep" else 0
+            self._bar = tqdm(total=total, unit=self._unit, desc=self._what, leave=True, initial=first)
+        if done < self._bar.n:
+            self._bar.reset(total)  # coarse runs for an accuracy are over
+        self._bar.total = total
+        self._bar.set_postfix_str(text)
+        self._bar.update(done - self._bar.n)

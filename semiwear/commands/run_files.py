@@ -1,0 +1,49 @@
+"""Options and files of a run: refused before anything is computed where they cannot serve."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+import semiwear as sw
+from semiwear.accuracy.run import ROUNDS, round_checkpoint
+from semiwear.errors import SceneError
+from semiwear.scene import scene_files
+from semiwear.targets import PAGES, RESULTS, file_target, require_apart
+
+__all__ = ["require_options", "require_outputs"]
+
+
+def require_options(options: argparse.Namespace) -> None:
+    """Refuse options that mean nothing without others."""
+    if options.against and not options.report:
+        raise SceneError.of("--against", options.against, "a result beside --report FILE", "add --report FILE")
+    if options.resume and not options.output:
+        raise SceneError.of(
+            "--resume", True, "a flag beside -o FILE", "add -o FILE: finished steps lie in FILE.partial"
+        )
+
+
+def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
+    """Refuse outputs that cannot be written, or would take the place of what is read or of one another."""
+    outputs: dict[str, str | Path] = {}
+    for name, path, endings in (("-o", options.output, RESULTS), ("--report", options.report, PAGES)):
+        if path is None:
+            continue
+        folder = file_target(name, path, endings).parent
+        if not folder.is_dir():
+            raise SceneError.of(name, path, "a file in a folder that exists", f"make the folder {folder}")
+        if not os.access(folder, os.W_OK):
+            raise SceneError.of(name, path, "a file in a folder that can be written", "choose another folder")
+        outputs[name] = path
+    if options.output:
+        checkpoint = Path(f"{options.output}.partial")
+        outputs["the checkpoint of -o"] = checkpoint
+        outputs |= {f"checkpoint {k + 1} of -o": round_checkpoint(checkpoint, k) for k in range(1, ROUNDS)}
+    inputs: dict[str, str | Path] = {name: file for name, file in scene_files(scene).items()}
+    if options.scene not in sw.shipped_scenes():
+        inputs["the scene"] = options.scene
+    if options.against:
+        inputs["--against"] = options.against
+    require_apart(outputs, inputs)

@@ -1,0 +1,166 @@
+"""Command `run`: simulates a scene, saves and reports the result."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import time
+import uuid
+from glob import escape
+from pathlib import Path
+
+import xarray as xr
+
+import semiwear as sw
+from semiwear.accuracy.run import ROUNDS, round_checkpoint
+from semiwear.commands.progress_bar import ProgressBar
+from semiwear.commands.run_files import require_options, require_outputs
+from semiwear.commands.wear_table import life_sentence, wear_table
+from semiwear.errors import ConvergenceError
+from semiwear.results.checkpoint import peek, remove_checkpoint
+from semiwear.results.pressing_tips import pressing_tips
+from semiwear.sweep.command import store_of
+from semiwear.sweep.store import kept_scenes
+from semiwear.untyped import Table
+
+__all__ = ["kept", "run"]
+
+_LOG = logging.getLogger(__name__)
+
+_AFTER_A_STOP = (
+    "{steps} finished wear step{s} kept in {path}: --resume goes on from there, {depths}at fidelity line with more "
+    "numerics.max_iterations; any other change of the scene starts from the beginning"
+)
+
+
+def kept(options: argparse.Namespace) -> str:
+    """State that a stopped run leaves behind, if any."""
+    if options.command == "sweep":
+        count = kept_scenes(store_of(options.output))
+        told = f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
+        return told if count else ""
+    path = Path(f"{getattr(options, 'output', None)}.partial")
+    found = peek(path)
+    if found is None or not found.finished:
+        return ""
+    return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
+
+
+def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
+    """Simulate a scene, save and report the result."""
+    require_options(options)
+    require_outputs(options, scene)
+    against = sw.open_results(options.against) if options.against else None
+    begin = time.perf_counter()
+    checkpoint = _checkpoint(options)
+    stopped = None
+    with ProgressBar() as bar:
+        try:
+            tree = sw.simulate(scene, progress=bar, checkpoint=checkpoint, resume=options.resume)
+        except ConvergenceError as error:
+            if error.result is None:
+                raise
+            tree, stopped = error.result, error
+    spent = time.perf_counter() - begin
+    if options.output:  # before anything else can fail
+        try:
+            sw.save(tree, options.output)
+        except OSError as error:
+            raise OSError(f"{error}{kept(options)}") from error
+    try:
+        _tell(tree, spent, options, against)
+    except BaseException:
+        _LOG.warning("semiwear: %s", _kept_result(tree, options))
+        raise
+    if stopped is not None:
+        if checkpoint is not None:
+            _tell_what_is_kept(checkpoint, tree["history"].sizes["wear_step"] - 1, scene)
+        raise stopped
+    if checkpoint is not None:
+        _clear_away(checkpoint, options.output)
+    return _end_of_run(tree, options, spent)
+
+
+def _end_of_run(tree: xr.DataTree, options: argparse.Namespace, spent: float) -> Table:
+    """Files, seconds, and the last wear step's quantities in the units of the result."""
+    last = tree["history"].to_dataset().isel(wear_step=-1)
+    history = {"meshes": last["meshes"].item()} if "meshes" in last.coords else {}
+    for name, array in last.data_vars.items():
+        bodies = array["body"].values if "body" in array.dims else [None]
+        history |= {
+            str(name) if body is None else f"{name}[{body}]": (array if body is None else array.sel(body=body)).item()
+            for body in bodies
+        }
+    life = (
+        {str(name): array.item() for name, array in tree["life"].data_vars.items()}
+        if "life" in tree.children
+        else None
+    )
+    steps = tree["history"].sizes["wear_step"] - 1
+    return {"result": options.output, "report": options.report, "seconds": spent, "wear_steps": steps,
+            "history": history, "life": life}  # fmt: skip
+
+
+def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against: xr.DataTree | None) -> None:
+    """Print a result, and write its report."""
+    print(wear_table(tree))
+    for text in pressing_tips(tree):
+        print(f"\n{text}")
+    if "life" in tree.children:
+        print(f"\n{life_sentence(tree)}")
+    print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")
+    if options.output:
+        print(f"result: {options.output}")
+    if options.report:
+        print(f"report: {sw.report(tree, options.report, against, over=options.over)}")
+
+
+def _kept_result(tree: xr.DataTree, options: argparse.Namespace) -> str:
+    """Where the result of a run is whose table or report failed; without -o it is saved beside the report."""
+    if options.output:
+        return f"the result is saved in {options.output}"
+    if not options.report:
+        return "the result was not to be saved: give -o FILE"
+    path = Path(options.report).with_suffix(".nc")
+    if path.exists():
+        path = path.with_stem(f"{path.stem}_{uuid.uuid4().hex[:8]}")
+    sw.save(tree, path)
+    return f"the report failed; the result is saved in {path}"
+
+
+def _checkpoint(options: argparse.Namespace) -> Path | None:
+    """Where the run keeps its finished wear steps; says what lies there already."""
+    if not options.output:
+        return None
+    path = Path(f"{options.output}.partial")
+    found = peek(path)
+    if found is not None and found.finished:
+        told = f"{path}: {found.finished} finished wear steps"
+        if found.damaged:
+            told += "; what follows them is damaged and computed again"
+        if not options.resume:
+            told += " of an earlier run, for --resume to go on from; this run starts anew and will replace them"
+        _LOG.warning(told)
+    elif options.resume and (found is not None or not path.exists()):
+        _LOG.warning("no steps in %s: starting from the beginning", path)
+    return path
+
+
+def _tell_what_is_kept(checkpoint: Path, steps: int, scene: sw.Scene) -> None:
+    """Say how a stopped run can go on, where it has come so far."""
+    if not steps:
+        return
+    by_depth = scene.wear is not None and scene.wear.until.control_depths_um is not None
+    depths = "with other wear.until.control_depths_um after those that were reached, or " if by_depth else ""
+    told = _AFTER_A_STOP.format(steps=steps, s="s are" if steps > 1 else " is", path=checkpoint, depths=depths)
+    _LOG.warning(told)
+
+
+def _clear_away(checkpoint: Path, written: str) -> None:
+    """Remove what a finished run no longer needs."""
+    output = Path(os.path.realpath(written))
+    for left in output.parent.glob(f".{escape(output.name)}.*.part"):  # by a run that was killed as it saved
+        left.unlink(missing_ok=True)
+    for round_ in range(ROUNDS):
+        remove_checkpoint(round_checkpoint(checkpoint, round_))

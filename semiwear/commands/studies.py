@@ -1,0 +1,59 @@
+"""Commands that solve many scenes of a study file: `sweep`, `optimise` and `infer`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from semiwear.commands.progress_bar import ProgressBar
+from semiwear.inference.command import run_inference
+from semiwear.optimise.command import run_optimise
+from semiwear.scatter.command import SCATTER, prepare_study
+from semiwear.sweep.command import run_study
+from semiwear.untyped import Table
+
+__all__ = ["infer", "optimise", "sweep"]
+
+
+def sweep(options: argparse.Namespace) -> Table:
+    """Solve the scenes of a study file."""
+    begin = time.perf_counter()
+    with ProgressBar("reading the study ...", "scene", "sweep") as bar:
+        told = run_study(
+            options.study, options.output, workers=options.workers, scheduler=options.scheduler,
+            resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
+        )  # fmt: skip
+    spent = _tell(told, begin)
+    return {"dataset": options.output, "report": options.report, "seconds": spent}
+
+
+def optimise(options: argparse.Namespace) -> Table:
+    """Find the best design of a study file."""
+    begin = time.perf_counter()
+    with ProgressBar("reading the study ...", "design", "search") as bar:
+        told = run_optimise(
+            options.study, options.output, workers=options.workers, designs=options.designs,
+            report=options.report, progress=bar,
+        )  # fmt: skip
+    spent = _tell(told, begin)
+    return {"best": options.output, "designs": options.designs, "report": options.report, "seconds": spent}
+
+
+def infer(options: argparse.Namespace) -> Table:
+    """Infer the unknown fields of a study file."""
+    begin = time.perf_counter()
+    with ProgressBar("reading the study ...", "step", "inference") as bar:
+        told = run_inference(
+            options.study, options.output, workers=options.workers, store=options.store, report=options.report,
+            progress=bar,
+        )  # fmt: skip
+    spent = _tell(told, begin)
+    return {"output": options.output, "report": options.report, "seconds": spent}
+
+
+def _tell(end: str, begin: float) -> float:
+    """Print how a study has ended, and the seconds since it began, which are returned."""
+    spent = time.perf_counter() - begin
+    print(end)
+    print(f"\n{spent:.1f} s")
+    return spent
