@@ -278,6 +278,7 @@ def _stretched(base: Outcome, stretch: float) -> Outcome:
 def _settled(scene: Scene, measure: Measure, runs: _Runs) -> tuple[Scene, Outcome]:
     """The scene with the numbers that it took, and its outcome: other numbers would make quantities jump."""
     assert scene.wear is not None
+    until = scene.wear.until
     if scene.numerics.accuracy is not None:
         chosen = parse_scene(simulate(scene).attrs["scene_toml"])
         scene = scene.replace(
@@ -290,7 +291,7 @@ def _settled(scene: Scene, measure: Measure, runs: _Runs) -> tuple[Scene, Outcom
         )
     base = runs.one(scene, measure)
     told = base.measured.variables
-    if scene.numerics.wear_steps == "auto" and scene.wear.until.meshes is not None and MESHES in told:
+    if scene.numerics.wear_steps == "auto" and until.meshes is not None and MESHES in told:
         scene = scene.replace({"numerics.wear_steps": int(told[MESHES].size) - 1})
     return scene, base
 
