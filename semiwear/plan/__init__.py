@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.compliance.blas_threads import one_blas_thread
+from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import footprints
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth, fresh_flanks, slices_near
-from semiwear.contact.patch_contact import PATCH
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
@@ -178,7 +178,7 @@ class Plan:
             lines=lines,
             grid=shape.grid,
             problem=problem,
-            fidelity=effects.rubbing(scene, pair, lines, PATCH if patches else LINE),
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches)),
             half_width=whole,
             zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
@@ -379,6 +379,15 @@ def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: f
     if 2.0 * ellipse.major_half_axis <= face_width:
         return ellipse.minor_half_axis
     return float(line_contact_half_width(np.array(load / face_width), np.array(across), modulus))
+
+
+def _fidelity(patches: bool) -> Fidelity:
+    """Patches, whose solver is loaded only where they are asked for, or lines."""
+    if not patches:
+        return LINE
+    from semiwear.contact.patch_contact import PATCH
+
+    return PATCH
 
 
 def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: FloatArray | None) -> RollGrid:

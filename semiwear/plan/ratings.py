@@ -16,7 +16,6 @@ from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.meshing.point_flank_sections import normal_module as module_of_points
 from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
-from semiwear.results.rating_errors import safeties_of
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.wear.stepping import WearState, WearStepper
@@ -139,6 +138,8 @@ class Ratings:
     @property
     def quantities(self) -> dict[str, np.ndarray]:
         """Safeties as reported quantities, by name."""
+        from semiwear.results.rating_errors import safeties_of
+
         return dict(safeties_of(np.array(self.modes), self.arrays["safety"]))
 
 

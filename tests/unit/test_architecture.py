@@ -210,7 +210,13 @@ QUICK = {
         "xarray",
         "scipy",
     ),
-    "import semiwear as sw; str(sw.plan(sw.load_scene('face_gear_25x160')))": ("matplotlib", "netCDF4", "tqdm"),
+    "import semiwear as sw; str(sw.plan(sw.load_scene('face_gear_25x160')))": (
+        "matplotlib",
+        "netCDF4",
+        "tqdm",
+        "xarray",
+        "semiwear.contact.patch_contact",
+    ),
 }
 
 
