@@ -213,7 +213,8 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
                 status, rotation = _solve(
                     work, iteration > 1, slices, pairs, between, torque, _CLOSED, active, rotation, force, slack
                 )
-            width[:] = np.exp(image)
+            for i in range(n):  # an array assigned whole takes a second longer to compile
+                width[i] = np.exp(image[i])
             return status, rotation, force, slack, iteration, change
         # widths and loads answer each other, sometimes slowly, sometimes with overshoot
         mixing = _mixing(residual, last_residual) if iteration > 1 else 0.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
 from semiwear.contact.problem import picked
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
 
@@ -74,6 +74,17 @@ def _rising(values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _places_of(values, rising):  # type: ignore[no-untyped-def]
+    """How many of some rising numbers are less than each of others that rise, too."""
+    out, k = np.empty(values.shape[0], dtype=np.int64), ZERO
+    for i in range(values.shape[0]):
+        while k < rising.shape[0] and rising[k] < values[i]:
+            k += 1
+        out[i] = k
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
     """Loads of chosen candidates; the results of `share_torque`."""
     n, usual = chosen.size, rules.usual_half_width
@@ -103,8 +114,10 @@ def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width
             width[i] = max(half_width[at], LEAST_WIDTH * usual)
         else:
             active[i], width[i] = gap[i] <= nearest, usual
-    starts = np.searchsorted(chosen, found.starts)
-    floor = np.full(n, LEAST_WIDTH * usual)
+    starts = _places_of(found.starts, chosen)
+    floor = np.empty(n)
+    for i in range(n):
+        floor[i] = LEAST_WIDTH * usual
     status, rotation, load, slack, iterations, change = solve_line_loads(
         Slices(static, gap, lever, arc, length, floor, curvature, starts),
         rules.near, torque, rules.tolerance, rules.max_iterations, active, width,
@@ -125,6 +138,17 @@ def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width
         approach = max(approach, lever[i] * rotation - gap[i])
     complementarity = max(product / highest, deepest) / approach
     return status, touching + rotation, iterations, change, abs(balance / torque - 1.0), complementarity
+
+
+@njit(cache=True, error_model="numpy")
+def _chosen(near, every):  # type: ignore[no-untyped-def]
+    """Numbers of the near ones, or of all."""
+    out, count = np.empty(near.shape[0], dtype=np.int64), ZERO
+    for i in range(near.shape[0]):
+        if near[i] or every:
+            out[count] = i
+            count += 1
+    return out[:count]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -165,17 +189,18 @@ def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_w
         least = min(least, worn.gap[found.flat[i]])
         loaded |= force.ravel()[found.flat[i]] > 0.0
     # only what is nearer than the approach can touch; where the start knows it, that spares much
-    near = np.empty(n, dtype=np.bool_)
+    near, count = np.empty(n, dtype=np.bool_), ZERO
     for i in range(n):
         if loaded:
             near[i] = worn.gap[found.flat[i]] < least + MARGIN * (expected * found.lever[i] - least)
         else:
             near[i] = found.least[i] < cap
-    chosen = np.flatnonzero(near) if near.any() else np.arange(n)
+        count += near[i]
+    chosen = _chosen(near, count == 0)
     answer = _share_among(found, chosen, worn, torque, rules, rolls, force, half_width)
     if answer[0] != 0 or chosen.size == n:
         return answer
     for i in range(n):
         if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < 0.0:
-            return _share_among(found, np.arange(n), worn, torque, rules, rolls, force, half_width)
+            return _share_among(found, _chosen(near, True), worn, torque, rules, rolls, force, half_width)
     return answer
