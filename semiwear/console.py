@@ -98,7 +98,7 @@ class _Notes(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print the note."""
-        if record.levelno >= logging.WARNING or record.name in _OF_THE_COMMAND_LINE:
+        if record.levelno >= logging.WARNING or record.name.startswith(_OF_THE_COMMAND_LINE):
             print(record.getMessage(), file=sys.stderr, flush=True)
 
 

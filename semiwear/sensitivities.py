@@ -9,7 +9,8 @@ they are not, the field is moved by two steps as well (Richardson 1911, Phil. Tr
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
 Slopes to either side differ by h f'' where a quantity is smooth: half as much over one step as over two. Where they
-differ as much over both, the quantity has a kink, such as where a tip comes to press.
+differ as much over both, the quantity has a kink, such as where a tip comes to press. Where they differ by more over
+one step than half of that over two, values scatter: the error is 0.39 of what they differ by over one.
 
 Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
 respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that
@@ -56,6 +57,7 @@ _KINK = 0.05  # of the derivative: by how much slopes to either side differ wher
 _SMOOTH = 1.5  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
 _STRAIGHT = 0.03  # of the derivative: slopes to either side that differ by less need no second pair of runs
 _SCATTER = 0.29  # of what they differ by: error of a central difference whose values scatter, sqrt(1/2) / sqrt(6)
+_SCATTER_OF_FOUR = 0.39  # the same of the value from four, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
 _DOUBTFUL = 0.01  # of the derivative
 _NOTHING = 1e-9  # of a quantity: it does not depend on the field
 _COEFFICIENT, _MESHES_RUN = "wear.coefficient_mm2_per_N", "wear.until.meshes"
@@ -326,8 +328,9 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
         far = (known[2] - known[-2]) / (4.0 * step)
         bends = [abs(known[s] - 2.0 * middle + known[-s]) / (s * step) for s in (1, 2)]  # of slopes to either side
         slope = (4.0 * near - far) / 3.0
-        kink = bends[0] > _KINK * abs(slope) and bends[1] < _SMOOTH * bends[0]
-        return slope, abs(near - far) / 3.0, kink
+        scatters = bends[1] < _SMOOTH * bends[0]
+        error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * bends[0] if scatters else 0.0)
+        return slope, error, scatters and bends[0] > _KINK * abs(slope)
     for sign in (1, -1):
         if sign in known and 2 * sign in known:
             near = sign * (known[sign] - middle) / step

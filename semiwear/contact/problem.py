@@ -91,8 +91,8 @@ class Candidates(NamedTuple):
         The same and the far field of the stripe kernel.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
-    aside : (n, n) array [mm/N/mm^2]
-        `less_aside`; no rows where pressure is not resolved across the lines.
+    aside : (m, m) array [mm/N/mm^2]
+        `less_aside` between all n; of no rows where pressure is not resolved across the lines.
     farthest_aside : (n,) array [mm]
         Distance from a footprint, across the line, up to which `slope` and `aside` hold.
     least, profile, lever, length, arc : (n,) arrays [mm]

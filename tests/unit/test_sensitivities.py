@@ -70,7 +70,7 @@ def test_smooth_quantities(scene: sw.Scene, by_formula: Callable) -> None:
 
 
 def test_scatter_and_bends_take_a_second_pair_and_are_told(scene: sw.Scene, by_formula: Callable) -> None:
-    by_formula(lambda s: 1.0 + 0.1 * (torque(s) - 1.0) + 1e-3 * np.sin(5e3 * torque(s)))
+    by_formula(lambda s: 1.0 + 0.1 * (torque(s) - 1.0) + 1e-3 * np.sin(7.3e3 * torque(s)))
     found = public(scene, "wear_depth_max", [TORQUE], workers=0)
     assert found["runs"].values[0] == 4
     assert found["doubtful"].all()
