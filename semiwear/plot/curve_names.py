@@ -49,12 +49,18 @@ def name_curves(ax: Axes) -> None:
         )  # fmt: skip
 
 
-def name_place(ax: Axes, x: float, y: float, name: str, *, colour: str = "black", above: bool = False) -> None:
-    """Write the name of a place beside it, towards the middle of the axes, rimmed to stand out on any ground."""
+def name_place(
+    ax: Axes, x: float, y: float, name: str, *, colour: str = "black", above: bool = False, left: bool | None = None
+) -> None:
+    """Write the name of a place beside it, rimmed to stand out on any ground; `left` of it or right.
+
+    Unless it is said, towards the middle of the axes.
+    """
     from matplotlib import patheffects
 
-    low, high = ax.get_xlim()
-    left = x > 0.5 * (low + high)
+    if left is None:
+        low, high = ax.get_xlim()
+        left = x > 0.5 * (low + high)
     rim = "black" if colour == "white" else "white"
     ax.annotate(
         name,

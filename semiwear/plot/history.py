@@ -143,7 +143,8 @@ def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
         if meshes[-1] > 0:
             middle = 0.5 * depth.values[-1], 0.5 * meshes[-1]
             ax.plot([0.0, depth.values[-1]], [0.0, meshes[-1]], color="#888888", lw=1.0, ls="--")
-            name_place(ax, *middle, "constant rate", colour="#555555", above=True)
+            higher = float(np.interp(middle[0], depth.values, meshes)) > middle[1]
+            name_place(ax, *middle, "constant rate", colour="#555555", left=not higher)  # away from the curve
     return ax
 
 
