@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 
 __all__ = ["ContactConditions"]
 
@@ -44,6 +47,27 @@ class ContactConditions:
     surface_speed: FloatArray
     sliding_speed: FloatArray
     roughness_ratio: FloatArray | float = 1.0
+
+    @classmethod
+    def hertz(cls, line_load: FloatArray, curvature: FloatArray, surface_speed: FloatArray, modulus: float) -> Self:
+        """Conditions of Hertz line contacts whose surfaces slide across the line alone.
+
+        Parameters
+        ----------
+        line_load : (roll, face) array [N/mm]
+        curvature : (roll, face) array [1/mm]
+        surface_speed : (2, roll, face) array [mm/s]
+        modulus : float [MPa]
+            Effective modulus E*.
+        """
+        return cls(
+            line_load=line_load,
+            half_width=line_contact_half_width(line_load, curvature, modulus),
+            curvature=curvature,
+            pressure=line_contact_pressure(line_load, curvature, modulus),
+            surface_speed=surface_speed,
+            sliding_speed=np.abs(surface_speed[0] - surface_speed[1]),
+        )
 
     @property
     def loaded(self) -> BoolArray:

@@ -14,7 +14,7 @@ from math import acos, cos, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
-from semiwear.closed_forms import effective_modulus, line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms import effective_modulus
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.ratings.oil import LUBRICANT_FACTOR, Oil
@@ -107,14 +107,7 @@ def film_of_test(oil: Oil, load_stage: float) -> float:
     radii = np.array([action - tip_radius[1], tip_radius[1]])  # of pinion and wheel where contact begins
     speed = _SPEED * radii * (1.0, _TEETH[0] / _TEETH[1])
     load, curvature = np.full((1, 1), _SHARE * line_load), np.full((1, 1), action / float(radii.prod()))
-    conditions = ContactConditions(
-        line_load=load,
-        half_width=line_contact_half_width(load, curvature, modulus),
-        curvature=curvature,
-        pressure=line_contact_pressure(load, curvature, modulus),
-        surface_speed=speed[:, None, None],
-        sliding_speed=np.full((1, 1), abs(speed[0] - speed[1])),
-    )
+    conditions = ContactConditions.hertz(load, curvature, speed[:, None, None], modulus)
     flash = FlashTemperature("blok", bulk, _CONDUCTIVITY, _DENSITY, _HEAT)
     hot = flash.contact_temperature(conditions, np.full((1, 1), friction))
     contact = FilmContact(conditions.sum_speed, conditions.pressure, curvature, hot, modulus)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from semiwear.closed_forms.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms.hertz import elliptic_contact
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import (
     FilmThickness,
@@ -30,14 +31,8 @@ def conditions(load, driving, driven, curvature) -> ContactConditions:
         *(np.atleast_2d(np.asarray(values, float)) for values in (load, driving, driven, curvature))
     )
     safe = np.where(load > 0.0, curvature, 1.0)
-    return ContactConditions(
-        line_load=load,
-        half_width=line_contact_half_width(load, safe, MODULUS),
-        curvature=np.where(load > 0.0, curvature, 0.0),
-        pressure=line_contact_pressure(load, safe, MODULUS),
-        surface_speed=np.stack([driving, driven]),
-        sliding_speed=np.abs(driving - driven),
-    )
+    found = ContactConditions.hertz(load, safe, np.stack([driving, driven]), MODULUS)
+    return replace(found, curvature=np.where(load > 0.0, curvature, 0.0))
 
 
 def ertel_grubin(state: ContactConditions, film: FilmThickness) -> float:

@@ -9,7 +9,7 @@ from math import acos, cos, pi, radians, sin, sqrt, tan
 import numpy as np
 import pytest
 
-from semiwear.closed_forms import effective_modulus, line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms import effective_modulus
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.ratings.load_stages import mean_friction
@@ -94,14 +94,7 @@ class Spur:
         load = (1e3 * torque / self.base[0] / self.width * share)[:, None]
         curvature = (self.action / (first * second))[:, None]
         velocity = np.stack([speed * first, speed * self.teeth[0] / self.teeth[1] * second])[..., None]
-        conditions = ContactConditions(
-            line_load=load,
-            half_width=line_contact_half_width(load, curvature, MODULUS),
-            curvature=curvature,
-            pressure=line_contact_pressure(load, curvature, MODULUS),
-            surface_speed=velocity,
-            sliding_speed=np.abs(velocity[0] - velocity[1]),
-        )
+        conditions = ContactConditions.hertz(load, curvature, velocity, MODULUS)
         return FlashTemperature("blok", 70.0, **STEEL).rise(conditions, np.full(load.shape, friction))[:, 0]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from semiwear.closed_forms import effective_modulus, line_contact_half_width, line_contact_pressure
+from semiwear.closed_forms import effective_modulus
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.ratings.bending import (
@@ -70,14 +70,7 @@ def conditions(pressure: float, radius: float, speeds: tuple[float, float]) -> C
     """One slice of a line contact, from what the reports print of a point."""
     curvature, velocity = np.full((1, 1), 1.0 / radius), np.array(speeds)[:, None, None]
     load = pi * pressure**2 * radius / MODULUS * np.ones((1, 1))
-    return ContactConditions(
-        line_load=load,
-        half_width=line_contact_half_width(load, curvature, MODULUS),
-        curvature=curvature,
-        pressure=line_contact_pressure(load, curvature, MODULUS),
-        surface_speed=velocity,
-        sliding_speed=np.abs(velocity[0] - velocity[1]),
-    )
+    return ContactConditions.hertz(load, curvature, velocity, MODULUS)
 
 
 def film(state: ContactConditions, contact_temperature: float, bulk: float, roughness: float) -> float:
