@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.loaded_teeth import LoadedState
+from semiwear.meshing.flank_grid import at_places
 
 __all__ = ["worn_depth"]
 
@@ -25,8 +26,6 @@ def worn_depth(state: LoadedState, profile: FloatArray, places: FloatArray) -> F
     """
     found = np.zeros(places.shape)
     for body, wear in enumerate((state.driving_wear, state.wear)):
-        if wear is None:
-            continue
-        for i in range(places.shape[2]):
-            found[body, :, i] = np.interp(places[body, :, i], profile[body, i], wear[i])
+        if wear is not None:
+            found[body] = at_places(profile[body], wear, places[body])
     return found

@@ -15,7 +15,17 @@ from numpy.typing import NDArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_pair import FlankPair
 
-__all__ = ["FlankGrid", "change_above", "cubic", "flank_grid", "locate", "slope_at", "slopes_of_cell", "smooth_value"]
+__all__ = [
+    "FlankGrid",
+    "at_places",
+    "change_above",
+    "cubic",
+    "flank_grid",
+    "locate",
+    "slope_at",
+    "slopes_of_cell",
+    "smooth_value",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -59,6 +69,11 @@ class FlankGrid:
         place = float(np.interp(face, self.face, np.arange(self.face.size, dtype=float)))
         low = min(int(place), max(self.face.size - 2, 0))
         return low, place - low
+
+
+def at_places(nodes: FloatArray, values: FloatArray, places: FloatArray) -> FloatArray:
+    """Values on the nodes of every slice, (face, node) both, at places of its lines, (roll, face); linear between."""
+    return np.stack([np.interp(places[:, i], nodes[i], values[i]) for i in range(nodes.shape[0])], axis=1)
 
 
 def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:

@@ -19,6 +19,7 @@ from semiwear.contact.footprint import depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
+from semiwear.meshing.flank_grid import at_places
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.mapping import (
     InterpolatedWear,
@@ -224,7 +225,7 @@ class _CaseStep:
         if stepper.coefficients.driven:
             total = stepper.coefficients.driven * own_wear(*arguments, DRIVEN)
             if stepper.depth_factor is not None:
-                total = total * _at_lines(teeth, stepper.depth_factor(self.state.wear), coarse.profile)
+                total = total * at_places(teeth.grid.profile, stepper.depth_factor(self.state.wear), coarse.profile)
         if stepper.coefficients.driving:
             driving = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
             total = total + driving if total.size else driving
@@ -440,12 +441,6 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
-
-
-def _at_lines(teeth: LoadedTeeth, values: FloatArray, places: FloatArray) -> FloatArray:
-    """Values on the driven flank's nodes at places in its slices, (roll, face)."""
-    nodes = teeth.grid.profile
-    return np.stack([np.interp(places[:, i], nodes[i], values[i]) for i in range(nodes.shape[0])], axis=1)
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:
