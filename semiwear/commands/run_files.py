@@ -12,7 +12,12 @@ from semiwear.errors import SceneError
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
-__all__ = ["require_options", "require_outputs"]
+__all__ = ["checkpoint_of", "require_options", "require_outputs"]
+
+
+def checkpoint_of(output: str) -> Path:
+    """Where a run with this result keeps its finished wear steps."""
+    return Path(f"{output}.partial")
 
 
 def require_options(options: argparse.Namespace) -> None:
@@ -38,7 +43,7 @@ def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
             raise SceneError.of(name, path, "a file in a folder that can be written", "choose another folder")
         outputs[name] = path
     if options.output:
-        checkpoint = Path(f"{options.output}.partial")
+        checkpoint = checkpoint_of(options.output)
         outputs["the checkpoint of -o"] = checkpoint
         outputs |= {f"checkpoint {k + 1} of -o": round_checkpoint(checkpoint, k) for k in range(1, ROUNDS)}
     inputs: dict[str, str | Path] = {name: file for name, file in scene_files(scene).items()}

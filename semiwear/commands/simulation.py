@@ -15,7 +15,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.commands.progress_bar import ProgressBar
-from semiwear.commands.run_files import require_options, require_outputs
+from semiwear.commands.run_files import checkpoint_of, require_options, require_outputs
 from semiwear.commands.wear_table import life_sentence, wear_table
 from semiwear.errors import ConvergenceError
 from semiwear.results.checkpoint import peek, remove_checkpoint
@@ -40,7 +40,10 @@ def kept(options: argparse.Namespace) -> str:
         count = kept_scenes(store_of(options.output))
         told = f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
         return told if count else ""
-    path = Path(f"{getattr(options, 'output', None)}.partial")
+    output = getattr(options, "output", None)
+    if output is None:
+        return ""
+    path = checkpoint_of(output)
     found = peek(path)
     if found is None or not found.finished:
         return ""
@@ -133,7 +136,7 @@ def _checkpoint(options: argparse.Namespace) -> Path | None:
     """Where the run keeps its finished wear steps; says what lies there already."""
     if not options.output:
         return None
-    path = Path(f"{options.output}.partial")
+    path = checkpoint_of(options.output)
     found = peek(path)
     if found is not None and found.finished:
         told = f"{path}: {found.finished} finished wear steps"
