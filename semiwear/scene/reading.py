@@ -47,9 +47,8 @@ _OTHER_NAMES = {
     "cycles": ("meshes",),
     "revolutions": ("meshes",),
 }
-# Names of ratings that no scene has the inputs of, in small letters, and why.
-_WORM = "remove it: that wear safety is of worm gears, whose inputs a scene does not have (docs/failure_modes.md)"
-_NOT_RATED = {name: _WORM for name in ("din_3996", "din3996", "iso_14521", "iso_ts_14521", "worm", "worm_wear")}
+# Names of a rating that no scene has the inputs of, in small letters.
+_OF_WORMS = frozenset({"din_3996", "din3996", "iso_14521", "iso_ts_14521", "worm", "worm_wear"})
 # Of more unknown names, those that follow are counted: to find out what each may mean takes a millisecond and more.
 MOST_UNKNOWN = 20
 
@@ -193,8 +192,11 @@ def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
     allowed = f"a name of {where}"
     if len(meanings) != 1:
         allowed += f": {', '.join(map(last_of, schema.children(table)))}"
-    if name.casefold() in _NOT_RATED:
-        return Problem(key, shown(raw), f"a name of {where}", _NOT_RATED[name.casefold()])
+    if name.casefold() in _OF_WORMS:
+        fix = (
+            "remove it: that wear safety is of worm gears, whose inputs a scene does not have (docs/failure_modes.md)"
+        )
+        return Problem(key, shown(raw), f"a name of {where}", fix)
     if meanings:
         near = (last_of(meant) if parent(meant) == table else meant for meant in meanings)
         fix = f"did you mean {' or '.join(near)}?"
