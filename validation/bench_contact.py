@@ -36,22 +36,8 @@ from dataclasses import asdict, dataclass, replace
 from importlib import metadata
 from typing import Any
 
-from contact_peers import (
-    PEERS,
-    ROUGH_LOADS,
-    Answer,
-    Case,
-    Code,
-    HertzProblem,
-    RollSweep,
-    RoughProblem,
-    Semiwear,
-    Session,
-    circular_hertz,
-    field_error,
-    solve_case,
-    unseen,
-)
+from contact_peers import PEERS, Answer, Code, Semiwear, Session, field_error, solve_case
+from contact_problems import ROUGH_LOADS, Case, HertzProblem, RollSweep, RoughProblem, circular_hertz, unseen
 
 from semiwear.compliance.half_space import HalfSpace
 
