@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace, fast_length
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
+from semiwear.contact.between_contacts import BetweenContacts, border_squared_over_area
 from semiwear.contact.certificate import Residuals, residuals_of
 from semiwear.contact.complementarity import Preconditioner, solve_complementarity
 from semiwear.contact.nested_grids import coarsen, refine_pressure
 from semiwear.kernel_cache import njit
+from semiwear.untyped import Reals
 
 __all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
 
@@ -28,6 +30,7 @@ _COARSE_TOLERANCE = 2e-3  # on coarser grids: less than their discretisation err
 _BOXES = 12  # boxes tried before the whole grid is taken
 _ROUNDING = 1e-13  # of the largest displacement: overlap that means nothing
 _WORTH_A_BOX = 0.75  # share of the grid above which a box does not pay
+_MANY_CONTACTS = 100.0  # cells at edges, squared, over those in contact: a single round contact has ten
 
 
 @dataclass(frozen=True)
@@ -177,7 +180,7 @@ def _solve_box(
         return displacement[box]  # the solver goes on with it if need be, and then asks again
 
     solved = solve_complementarity(
-        *_on_grid(problem.gap[box], problem.cell, whole),
+        *_on_grid(problem.gap[box], problem.cell, start[box], whole),
         load=1.0 if problem.by_load else None,
         approach=None if problem.by_load else 1.0,
         allowed=problem.allowed[box],
@@ -191,11 +194,21 @@ def _solve_box(
 
 
 def _on_grid(
-    gap: FloatArray, cell: tuple[float, float], whole: HalfSpace | None = None
+    gap: FloatArray, cell: tuple[float, float], start: FloatArray, whole: HalfSpace | None = None
 ) -> tuple[HalfSpace, FloatArray, Preconditioner]:
-    """Half-space under a gap, the gap, and the periodic neighbour of the half-space that preconditions it."""
+    """Half-space under a gap, the gap, and what preconditions it: the half-space's periodic neighbour.
+
+    Where a pressure to start from shows many contacts, residuals are continued between them.
+    """
     half_space = whole if whole is not None and whole.shape == gap.shape else HalfSpace(gap.shape, cell)
-    return half_space, gap, lambda residual, free: half_space.precondition(residual, roughly=True)
+    if border_squared_over_area(start > 0.0) < _MANY_CONTACTS:
+        return half_space, gap, lambda residual, free: half_space.precondition(residual, roughly=True)
+    between = BetweenContacts((gap.shape[0], gap.shape[1]), cell)
+
+    def precondition(residual: FloatArray, free: BoolArray) -> Reals:
+        return between.collect(half_space.precondition(between.fill(residual, free), roughly=True), free)
+
+    return half_space, gap, precondition
 
 
 def _nested_start(problem: DimensionlessContact) -> FloatArray:
@@ -217,7 +230,7 @@ def _nested_start(problem: DimensionlessContact) -> FloatArray:
     first = _nested_start(coarse)
     box = _box_around(first > 0.0) if first.any() else (slice(None), slice(None))
     solved = solve_complementarity(
-        *_on_grid(coarse_gap[box], coarse.cell),
+        *_on_grid(coarse_gap[box], coarse.cell, first[box]),
         lever=coarse.cell[0] * coarse.cell[1],
         load=1.0 if problem.by_load else None,
         approach=None if problem.by_load else 1.0,

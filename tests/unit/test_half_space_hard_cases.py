@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import fftconvolve
 
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.contact import ContactStatus, HalfSpaceContact, extrapolate, solve_half_space
+from semiwear.contact import ContactStatus, HalfSpaceContact, bounding_box, extrapolate, solve_half_space
 from tests.strategies.contact import coordinates
 
 MODULUS = 1e5
@@ -251,3 +251,20 @@ def test_few_cells_on_a_rough_bowl_of_long_cells(seed, cells):
     result = solve(gap, cell, load=load, tolerance=1e-9)
     assert result.status is ContactStatus.CONVERGED and 2 <= result.contact_cells <= 5
     certify(result, gap, cell)
+
+
+def test_many_contacts_take_few_iterations(monkeypatch):
+    n = 256
+    wave = np.hypot(np.fft.fftfreq(n, 1 / n)[:, None], np.fft.rfftfreq(n, 1 / n))
+    amplitude = np.where((wave > 0.0) & (wave <= n / 2), np.maximum(wave, 4.0) ** -1.8, 0.0)
+    noise = np.random.default_rng(2).standard_normal((n, n))
+    heights = np.fft.irfft2(amplitude * np.fft.rfft2(noise), (n, n))
+    gap = -1e-3 * heights / heights.std()
+    result = solve(gap, (1 / n, 1 / n), load=2200.0)
+    assert result.status.valid
+    assert 0.4 < result.contact_cells / gap.size < 0.6
+    certify(result, gap, (1 / n, 1 / n))
+    monkeypatch.setattr(bounding_box, "_MANY_CONTACTS", np.inf)
+    plain = solve(gap, (1 / n, 1 / n), load=2200.0)
+    assert result.iterations < 0.6 * plain.iterations
+    assert np.linalg.norm(result.pressure - plain.pressure) < 2e-7 * np.linalg.norm(plain.pressure)
