@@ -58,8 +58,8 @@ def in_lanes(
     """
     lanes, parts = lane_count(dtype), 2 if padded else 1
     along_x = frequencies(shape[0], padded)
-    along_y = np.concatenate([parts * np.arange(shape[1]) + part for part in range(parts)])
-    along_y = np.minimum(along_y, parts * shape[1] - along_y)
+    # the other half of each part mirrors it
+    along_y = np.concatenate([np.arange(part, shape[1] * parts // 2 + 1, parts) for part in range(parts)])
     blocks = -(-along_x.size // lanes)
     ordered = np.zeros((blocks, along_y.size, lanes), dtype)
     for block, into in enumerate(ordered):  # one after the other, which takes no memory besides
@@ -209,13 +209,20 @@ def _add_turned_back(total, values, turn, count):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, error_model="numpy")
-def _scale_and_swap(values, factors, at, n):  # type: ignore[no-untyped-def]
+def _scale_and_swap(values, factors, at, n, odd):  # type: ignore[no-untyped-def]
+    """Multiply by factors that are the same for a frequency and its negative; returns how many were read."""
     lanes = lanes_of(values)
-    for k in range(n):
+    count = (n + 1) // 2 if odd else n // 2 + 1
+    for k in range(count):
         factor = load(factors, at + k * lanes, values)
+        far = n - 1 - k if odd else (n - k) % n
         r, i = load(values, 2 * k * lanes, values) * factor, load(values, (2 * k + 1) * lanes, values) * factor
+        x, y = load(values, 2 * far * lanes, values) * factor, load(values, (2 * far + 1) * lanes, values) * factor
         store(values, 2 * k * lanes, i)
         store(values, (2 * k + 1) * lanes, r)
+        store(values, 2 * far * lanes, y)
+        store(values, (2 * far + 1) * lanes, x)
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -273,9 +280,9 @@ def _columns_forward(grid, padded, turn, spectrum, width, buffers):  # type: ign
 def _rows(ny, rows, padded, factors, turn, spectrum, width, buffers):  # type: ignore[no-untyped-def]
     """Forward and back along the rows of the spectrum, with the factors in between."""
     n, lanes, values = turn.shape[0] // 2, lanes_of(spectrum), buffers[0]
-    block = (2 if padded else 1) * n * lanes
+    at = 0
     for first in range(0, rows, lanes):
-        count, at = min(lanes, rows - first), first // lanes * block
+        count = min(lanes, rows - first)
         for lane in range(count):
             row = (first + lane) * (2 * width + 2 * lanes)
             for j in range(ny):
@@ -284,12 +291,12 @@ def _rows(ny, rows, padded, factors, turn, spectrum, width, buffers):  # type: i
         for k in range(2 * ny * lanes, 2 * n * lanes):
             values[k] = 0.0
         waves = _transform(values, buffers[1], buffers[2], turn)
-        _scale_and_swap(waves, factors, at, n)
+        at += _scale_and_swap(waves, factors, at, n, False) * lanes
         result = _transform(waves, buffers[3], buffers[4], turn)
         if padded:
             _turn_half_a_step(values, turn, ny)
             waves = _transform(values, buffers[1], buffers[2], turn)
-            _scale_and_swap(waves, factors, at + n * lanes, n)
+            at += _scale_and_swap(waves, factors, at, n, True) * lanes
             _add_turned_back(result, _transform(waves, buffers[0], buffers[5], turn), turn, ny)
         for lane in range(count):
             row = (first + lane) * (2 * width + 2 * lanes)

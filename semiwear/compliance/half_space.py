@@ -20,7 +20,8 @@ __all__ = ["HalfSpace", "fast_length"]
 FloatArray = NDArray[np.float64]
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
-_MOST_KEPT = 256 * 2**20  # bytes of coefficients and spectra together
+_MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together
+_MOST_IDLE = 32 * 2**20  # bytes of work space in double precision that are kept: it is rarely wanted
 _LINE = 64  # bytes of a line of the cache
 
 
@@ -81,23 +82,30 @@ def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArr
         spectrum *= factor
         spectrum /= 4 * px * py
         return spectrum
-    periodic = table
-    for axis, n in enumerate((px, py)):
-        away = np.arange(n) / n
-        periodic = np.swapaxes(periodic, 0, axis)  # along the first axis, and back
-        near, far = periodic[:-1], periodic[:0:-1]
-        periodic = (1.0 - away)[:, None] * near
-        periodic += away[:, None] * far
-        periodic = np.swapaxes(periodic, 0, axis)
+    periodic = np.empty((px, py))
+    away_x, away_y = np.arange(px) / px, np.arange(py) / py
+    for k, away in enumerate(away_x):  # row by row, which takes no memory besides
+        row = (1.0 - away) * table[k] + away * table[px - k]
+        periodic[k] = (1.0 - away_y) * row[:-1] + away_y * row[:0:-1]
     return np.asarray(1.0 / (fft.rfft2(periodic).real[: px // 2 + 1] * factor * (px * py)))
 
 
 def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
-    key = (px, py, dx, dy, inverse, dtype)
-    found = _kept.get(key)
-    if found is None:
-        found = _kept.keep(key, in_lanes(_spectrum(px, py, dx, dy, inverse), (px, py), not inverse, dtype))
-    return found
+    """Spectrum as `convolve` wants it; what the iterations of a contact want is found together."""
+
+    def key(inverse: bool, dtype: DTypeLike) -> Hashable:
+        return px, py, dx, dy, inverse, np.dtype(dtype)
+
+    found = _kept.get(key(inverse, dtype))
+    if found is not None:
+        return found
+    wanted = {key(inverse, dtype): np.zeros(0)}
+    for backwards, precisions in ((False, (np.float64, np.float32)), (True, (np.float32,))):
+        spectrum = _spectrum(px, py, dx, dy, backwards)
+        for precision in {*precisions, *([dtype] if backwards == inverse else [])}:
+            ordered = in_lanes(spectrum, (px, py), not backwards, precision)
+            wanted[key(backwards, precision)] = _kept.keep(key(backwards, precision), ordered)
+    return wanted[key(inverse, dtype)]
 
 
 class _WorkSpace(local):
@@ -114,6 +122,11 @@ class _WorkSpace(local):
             first = -memory.ctypes.data % _LINE  # vectors must not straddle lines of the cache
             self._kept = memory[first : first + wanted]
         return np.asarray(self._kept[:wanted].view(dtype))
+
+    def let_go(self) -> None:
+        """Keep no more than a little."""
+        if self._kept.size > _MOST_IDLE:
+            self._kept = np.zeros(0, np.uint8)
 
 
 _work = _WorkSpace()
@@ -185,6 +198,9 @@ class HalfSpace:
         else:
             for grid, into, own in zip(grids, result, factors, strict=True):
                 convolve(grid, into, own, not inverse, turn_x, turn_y, work, spectrum, buffer)
+        del work
+        if not roughly:
+            _work.let_go()
         if self._modulus != 1.0:
             result *= self._modulus if inverse else 1.0 / self._modulus
         return result

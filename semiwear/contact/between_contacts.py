@@ -187,7 +187,6 @@ class BetweenContacts:
     """
 
     def __init__(self, shape: tuple[int, int], cell: tuple[float, float]) -> None:
-        self._values = np.empty(shape)
         self._levels: list[_Level] = []
         (nx, ny), (dx, dy) = shape, cell
         while max(nx, ny) > _COARSEST:
@@ -197,16 +196,15 @@ class BetweenContacts:
             self._levels.append(_Level(along_x, along_y, *np.empty((2, nx, ny), np.float32)))
 
     def fill(self, values: FloatArray, contact: BoolArray) -> FloatArray:
-        """Values (nx, ny), zero without contact, continued there; the array is used again by the next call."""
-        fine, present = self._values, contact
-        fine[:] = values
+        """Continue values (nx, ny), zero without contact, where there is none: in the array itself."""
+        fine, present = values, contact
         for level in self._levels:
             _means(fine, level.along_x, level.along_y, level.values)
             _means(present, level.along_x, level.along_y, level.present)
             fine, present = level.values, level.present
-        for level, (fine, present) in reversed(self._with_finer(self._values, contact)):
+        for level, (fine, present) in reversed(self._with_finer(values, contact)):
             _fill(level.values, present, level.along_x, level.along_y, fine)
-        return self._values
+        return values
 
     def collect(self, values: Reals, contact: BoolArray) -> Reals:
         """Transpose of `fill` for the same cells in contact, which it has seen last; changes the values (nx, ny)."""

@@ -206,7 +206,9 @@ def _on_grid(
     between = BetweenContacts((gap.shape[0], gap.shape[1]), cell)
 
     def precondition(residual: FloatArray, free: BoolArray) -> Reals:
-        return between.collect(half_space.precondition(between.fill(residual, free), roughly=True), free)
+        step = half_space.precondition(between.fill(residual, free), roughly=True)
+        residual *= free  # as it was
+        return between.collect(step, free)
 
     return half_space, gap, precondition
 

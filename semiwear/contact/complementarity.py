@@ -229,6 +229,21 @@ def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | fl
     return float(values)
 
 
+def _load(lever: FloatArray | float, pressure: FloatArray) -> float:
+    """Sum of lever times pressure."""
+    if isinstance(lever, np.ndarray):
+        return float((lever * pressure).sum())
+    return lever * float(pressure.sum())
+
+
+def _flat_start(start: FloatArray, allowed: BoolArray) -> FloatArray:
+    """Pressure to start from, nowhere negative and zero where it must be."""
+    pressure = np.asarray(start, float).ravel()
+    np.maximum(pressure, 0.0, out=pressure)
+    pressure *= allowed
+    return pressure
+
+
 def solve_complementarity(  # noqa: C901
     compliance: Compliance,
     gap: FloatArray,
@@ -262,7 +277,7 @@ def solve_complementarity(  # noqa: C901
     allowed : bool array like the gap
         Cells that may touch.
     start : array like the gap [MPa]
-        Pressure to start from; negative values count as zero.
+        Pressure to start from; negative values count as zero. Its memory may become that of the result.
     tolerance : float
         Relative L2 error of the pressure. What is compared with it is the preconditioned residual relative to the
         pressure, times 1.4: a bound as long as the preconditioner is not less than 0.7 times the inverse.
@@ -287,19 +302,18 @@ def solve_complementarity(  # noqa: C901
     if not allowed_flat.all():  # a cell infinitely far away never becomes free
         gap_flat = np.where(allowed_flat, gap_flat, np.inf)
     lever_flat, direction_flat = _flat(lever, shape), _flat(direction, shape)
-    pressure = np.zeros(gap.size)
-    if start is not None:
-        pressure = np.where(allowed_flat, np.maximum(start.ravel(), 0.0), 0.0)
+    pressure = np.zeros(gap.size) if start is None else _flat_start(start, allowed_flat)
     target, level = (0.0 if load is None else float(load)), (0.0 if approach is None else float(approach))
     if by_load:
-        total = float((lever_flat * pressure).sum())
+        total = _load(lever_flat, pressure)
         if target > 0.0 and total <= 0.0:
             pressure = allowed_flat.astype(float)
-            total = float((lever_flat * pressure).sum())
+            total = _load(lever_flat, pressure)
         pressure *= target / total if total > 0.0 else 0.0
 
     free, search = np.empty(gap.size, bool), np.zeros(0)
-    residual, last_residual, move = (np.zeros(gap.size) for _ in range(3))
+    residual, move = np.zeros(gap.size), np.zeros(gap.size)
+    last_residual: Reals = np.zeros(gap.size, np.float32)  # only says how far a direction is kept
     iteration, last_product, reach, exact = 0, 0.0, _FIRST_REACH, verify is None
     if pressure.any():  # roughly where it is found anew at the end in any case
         displacement = compliance.apply(pressure.reshape(shape), roughly=not exact).astype(float, copy=False).ravel()
@@ -311,11 +325,11 @@ def solve_complementarity(  # noqa: C901
         nonlocal displacement, residual, last_residual, move, exact, last_product
         displacement = residual = last_residual = move = np.zeros(0)
         displacement = (verify or compliance.apply)(pressure.reshape(shape)).ravel()
-        residual, last_residual, move = (np.zeros(gap.size) for _ in range(3))
+        residual, move, last_residual = np.zeros(gap.size), np.zeros(gap.size), np.zeros(gap.size, np.float32)
         exact, last_product = True, 0.0
 
     def finish(status: ComplementarityStatus, error: float) -> Complementarity:
-        reached = float((lever_flat * pressure).sum())
+        reached = _load(lever_flat, pressure)
         return Complementarity(
             pressure.reshape(shape), displacement.reshape(shape), level, reached, status, iteration, error
         )
@@ -366,11 +380,13 @@ def solve_complementarity(  # noqa: C901
             check()
             reach = _FIRST_REACH
             continue
+        del step  # memory for what follows
         image = compliance.apply(move.reshape(shape), roughly=True).ravel()
         wanted = _advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
         if not wanted > 0.0:
             check()
             return finish(ComplementarityStatus.NOT_POSITIVE, error)
+        del image
         reach *= _CAUTION * min(max(wanted, 0.5), 2.0)
-        residual, last_residual = last_residual, residual
+        last_residual[:] = residual
         exact, last_product = False, product
