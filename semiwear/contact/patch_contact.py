@@ -129,6 +129,8 @@ class _Position:
         rolls, lever = problem.rolls_of(self.position), float(problem.lines.lever_arm.max())
         least, usual = float(worn.least[rolls].min()), problem.typical_approach
         first: TeethLoads | None = None
+        iterations = 0
+        start: FloatArray | None = None  # (pairs, slices, columns) forces
         if loads.force[rolls].any():
             approach = lever * float(loads.rotation[self.position])
         else:
@@ -145,11 +147,10 @@ class _Position:
             if not np.isfinite(gap[rows.candidate >= 0]).any():
                 approach = self._farther(least, approach)
                 continue
-            if first is not None:
-                guess = self._hertz(rows, columns, first)
-            else:
-                guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
-            solution = self._share(rows, gap, guess)
+            if start is None:
+                start = loads.cells[rolls] if first is None else self._hertz(rolls, columns, first)
+            solution = self._share(rows, gap, _fitted(start[rows.pairs(problem), rows.faces], columns))
+            iterations += solution.sharing.iterations
             if solution.sharing.status is not ComplementarityStatus.CONVERGED:
                 longer = self.wear_compliance is not None
                 shorter = ", or take shorter wear steps (more numerics.wear_steps)" if longer else ""
@@ -158,12 +159,15 @@ class _Position:
             approach = lever * solution.rotation
             if approach <= rows.approach:
                 break
+            start = np.zeros((problem.pairs, problem.lines.face.size, columns))
+            start[rows.pairs(problem), rows.faces] = solution.sharing.pressure
         else:
             raise ConvergenceError(
                 f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
                 "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
             )
         self._keep(rows, solution, loads)
+        loads.iterations[self.position] = iterations
         if self.wear_compliance is None:
             worn.require_followed(loads.force, rolls, f"{self.position}/{problem.per_cycle}")
 
@@ -184,15 +188,15 @@ class _Position:
         except ConvergenceError:
             return None
 
-    def _hertz(self, rows: _Rows, columns: int, first: TeethLoads) -> FloatArray:
+    def _hertz(self, rolls: IntArray, columns: int, first: TeethLoads) -> FloatArray:
         """Line loads as semi-ellipses around the footprints: where cells are first taken to touch."""
-        at, lines, cells = (rows.rolls, rows.faces), self.problem.lines, _cells_of(self.problem)
+        lines, cells = self.problem.lines, _cells_of(self.problem)
         offset = cells.offsets(columns)
-        centre = (self.worn.profile[at] - lines.profile[at]) * lines.spacing[at]
-        width = np.maximum(first.half_width[at], cells.width)
-        shape = np.sqrt(np.maximum(1.0 - ((offset - centre[:, None]) / width[:, None]) ** 2, 0.0))
-        total = shape.sum(axis=1)
-        return first.force[at][:, None] * shape / np.where(total > 0.0, total, 1.0)[:, None]
+        centre = (self.worn.profile[rolls] - lines.profile[rolls]) * lines.spacing[rolls]
+        width = np.maximum(first.half_width[rolls], cells.width)
+        shape = np.sqrt(np.maximum(1.0 - ((offset - centre[..., None]) / width[..., None]) ** 2, 0.0))
+        total = shape.sum(axis=-1)
+        return first.force[rolls][..., None] * shape / np.where(total > 0.0, total, 1.0)[..., None]
 
     def _share(self, rows: _Rows, gap: FloatArray, guess: FloatArray) -> SharedTorque:
         problem, columns = self.problem, gap.shape[1]
@@ -236,7 +240,6 @@ class _Position:
         # Hertz: b = 2 q / (pi p0)
         loads.half_width[at] = 2.0 * force * width / (pi * np.where(greatest > 0.0, greatest, 1.0))
         loads.rotation[position] = solution.rotation
-        loads.iterations[position] = solution.sharing.iterations
         loads.balance[position] = solution.balance
         loads.complementarity[position] = solution.complementarity
 
@@ -272,6 +275,10 @@ class _Rows:
     faces: IntArray
     starts: IntArray
     candidate: IntArray
+
+    def pairs(self, problem: ContactProblem) -> IntArray:
+        """Tooth pair of each row."""
+        return self.rolls // problem.per_cycle
 
     @classmethod
     def of(cls, problem: ContactProblem, position: int, worn: Footprints, approach: float) -> _Rows:
