@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.compliance.half_space import HalfSpace
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints
@@ -211,16 +210,16 @@ class _Position:
         footprint = (self.worn.profile[at] - problem.lines.profile[at]) * problem.lines.spacing[at]
         farthest, across = known.farthest_aside[chosen, None], np.zeros(gap.shape)
         across[on] = np.clip(_cells_of(problem).offsets(columns) - footprint[:, None], -farthest, farthest)
-        cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
+        cell, longest = (problem.slice_length, _cells_of(problem).width), int(np.diff(rows.starts).max())
         system = PatchSystem(
             starts=rows.starts,
-            half_spaces=tuple(HalfSpace((int(count), columns), cell, problem.modulus) for count in counts),
-            per_force=1.0 / (cell[0] * cell[1]),
+            cell=cell,
+            modulus=problem.modulus,
             smooth=smooth,
             tilt=tilt,
             aside=aside,
             across=across,
-            coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
+            coefficients=_coefficients(longest, columns, cell, problem.modulus),
         )
         lever = problem.lines.lever_arm[rows.rolls, rows.faces]
         return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)

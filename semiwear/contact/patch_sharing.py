@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.contact.certificate import residuals_of
-from semiwear.contact.complementarity import Complementarity, ComplementarityStatus, solve_complementarity
-from semiwear.contact.patch_system import PatchSystem, RowPreconditioner
+from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
+from semiwear.contact.patch_iteration import solve_in_windows
+from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
 from semiwear.kernel_cache import njit
 
 __all__ = ["SharedTorque", "share_torque"]
@@ -77,26 +78,15 @@ def share_torque(
     allowed = np.isfinite(gap)
     # from where the first cell touches: a gap that all share would cost digits
     touching = float((gap.min(axis=1) / lever).min())
-    near = np.where(allowed, gap - touching * lever[:, None], 0.0)
-    start = np.where(allowed, guess, 0.0)
-    if not (start > 0.0).any():
+    near = gap - touching * lever[:, None]
+    start = np.where(allowed, np.maximum(guess, 0.0), 0.0)
+    if not start.any():
         start.ravel()[np.argmin(gap / lever[:, None])] = 1.0
-    arms = np.broadcast_to(lever[:, None], gap.shape)
-    sharing = solve_complementarity(
-        system,
-        near,
-        RowPreconditioner(system, gap.shape[1]),
-        lever=arms,
-        direction=arms,
-        load=torque,
-        allowed=allowed,
-        start=start,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
+    sharing = solve_in_windows(system, near, lever, torque, start, tolerance, max_iterations)
     if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
-        sharing = _by_active_sets(system, np.where(allowed, near, np.inf), lever, torque, sharing, max_iterations)
+        sharing = _by_active_sets(system, near, lever, torque, sharing, max_iterations)
     closing = sharing.approach * lever
+    near = np.where(allowed, near, 0.0)
     left = residuals_of(near, sharing.displacement, closing, allowed, sharing.pressure)
     least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
     approach = max(float(np.where(allowed, closing[:, None] - near, 0.0).max()), least)
@@ -154,11 +144,11 @@ def _by_active_sets(
     closed, near = np.where(allowed, gap, 0.0), max(gap.shape[1] // 8, 1)
     active = iterated.pressure > 0.0
     force, used, changed = iterated.pressure.copy(), iterated.iterations, 1
-    precondition, most = RowPreconditioner(system, gap.shape[1]), used + max_iterations
+    kept, most, answer, z = row_preconditioner(*gap.shape), used + max_iterations, *np.empty((2, *gap.shape))
     for attempt in range(max_iterations):
         if not active.any():
             active.ravel()[np.argmin(gap / arms)] = True
-        answer = precondition(np.where(active, arms, 0.0), active)
+        precondition(kept, system, np.where(active, arms, 0.0), active, answer)
         moment = float(lever @ answer.sum(axis=1))
         force = np.where(active, force, 0.0)
         force += answer * ((torque - float(lever @ force.sum(axis=1))) / moment)
@@ -166,7 +156,7 @@ def _by_active_sets(
         residual, direction, before = np.where(active, -(closed + displacement), 0.0), np.zeros_like(force), 0.0
         goal = np.inf
         while True:
-            z = precondition(residual, active)
+            precondition(kept, system, residual, active, z)
             slip = -float(lever @ z.sum(axis=1)) / moment
             rotation += slip
             residual = residual + np.where(active, slip * arms, 0.0)

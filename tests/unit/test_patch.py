@@ -11,7 +11,6 @@ from scipy.optimize import brentq, nnls
 
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.compliance.half_space import HalfSpace
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.patch_gap import PatchCells
@@ -89,8 +88,8 @@ def two_pairs(seed: int) -> Dense:
     lever = random.uniform(70.0, 80.0, rows)
     system = PatchSystem(
         starts=starts,
-        half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
-        per_force=1.0 / (CELL[0] * CELL[1]),
+        cell=CELL,
+        modulus=MODULUS,
         smooth=smooth,
         tilt=tilt,
         aside=less + less.T,
@@ -157,8 +156,8 @@ def test_forces_beside_the_line_bend_teeth_as_those_of_a_line_that_has_moved(see
     force = np.zeros(system.across.shape)
     force[rows, column] = random.random(rows.size)
     nothing = np.zeros_like(system.smooth)
-    system = replace(system, aside=nothing)
-    local = replace(system, smooth=nothing, tilt=nothing).apply(force)
+    system = system._replace(aside=nothing)
+    local = system._replace(smooth=nothing, tilt=nothing).apply(force)
     moved = picked(system.smooth, system.tilt, rows, system.across[rows, column])
     seen = (system.apply(force) - local)[rows, column]
     np.testing.assert_allclose(seen, moved @ force.sum(axis=1), rtol=1e-12, atol=1e-18)
@@ -222,7 +221,7 @@ def test_what_iterations_leave_is_solved_by_active_sets(seed):
 
 def test_an_indefinite_half_space_is_told():
     dense = two_pairs(0)
-    wrong = replace(dense, system=replace(dense.system, smooth=-dense.system.smooth, per_force=-1.0))
+    wrong = replace(dense, system=dense.system._replace(smooth=-dense.system.smooth, modulus=-MODULUS))
     found = wrong.share(np.ones(dense.gap.shape), 1e-7, 100)
     assert found.sharing.status is ComplementarityStatus.NOT_POSITIVE
 
