@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError
+from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
@@ -54,8 +56,18 @@ def solve_cells(
 ) -> TeethLoads:
     """Loads of the cells and slices; as in `SolveLoads`."""
     loads = problem.no_loads() if start is None else start.copy()
-    for position in range(problem.per_cycle) if positions is None else positions:
-        _Position(problem, position, worn, wear_compliance).solve(loads)
+
+    def solve(share: IntArray) -> list[_Found]:
+        return [_Position(problem, int(position), worn, wear_compliance).solve(loads) for position in share]
+
+    wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
+    found = [one for share in in_shares(solve, wanted) for one in share]
+    loads.cells = _with_columns(loads.cells, max((one.cells.shape[1] for one in found), default=0))
+    for one in found:
+        _keep(problem, one, loads)
+        if wear_compliance is None:
+            where = f"{one.position}/{problem.per_cycle}"
+            worn.require_followed(loads.force, problem.rolls_of(one.position), where)
     return loads
 
 
@@ -122,8 +134,8 @@ class _Position:
         """The position, for messages."""
         return f"mesh position {self.position}/{self.problem.per_cycle}"
 
-    def solve(self, loads: TeethLoads) -> None:
-        """Find the loads, starting from those that are there."""
+    def solve(self, loads: TeethLoads) -> _Found:
+        """The loads, from those that are there."""
         problem, worn, cells = self.problem, self.worn, _cells_of(self.problem)
         rolls, lever = problem.rolls_of(self.position), float(problem.lines.lever_arm.max())
         least, usual = float(worn.least[rolls].min()), problem.typical_approach
@@ -135,14 +147,15 @@ class _Position:
         else:
             first = self._line_loads()
             approach = lever * float(first.rotation[self.position]) if first else least + usual
-        columns = max(loads.cells.shape[-1], cells.columns_for(2.0 * problem.usual_half_width))
+        most = max(loads.cells.shape[-1], cells.columns_for(2.0 * problem.usual_half_width))
         for _ in range(_APPROACHES):
             approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * usual)
             rows = _Rows.of(problem, self.position, worn, approach)
-            gap, reach = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
-            if reach > (0.5 * columns - 0.5) * cells.width:
-                columns = cells.columns_for(reach)
+            gap, reach = cells.gap(rows.rolls, rows.faces, approach, most, worn.removed)
+            columns = cells.columns_for(reach)
+            if columns > most:
                 gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+            gap = _fitted(gap, columns)
             if not np.isfinite(gap[rows.candidate >= 0]).any():
                 approach = self._farther(least, approach)
                 continue
@@ -157,18 +170,13 @@ class _Position:
             # gaps up to the approach were looked at: what reaches farther is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
-                break
+                return _Found(self.position, rows, solution, iterations)
             start = np.zeros((problem.pairs, problem.lines.face.size, columns))
             start[rows.pairs(problem), rows.faces] = solution.sharing.pressure
-        else:
-            raise ConvergenceError(
-                f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
-                "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
-            )
-        self._keep(rows, solution, loads)
-        loads.iterations[self.position] = iterations
-        if self.wear_compliance is None:
-            worn.require_followed(loads.force, rolls, f"{self.position}/{problem.per_cycle}")
+        raise ConvergenceError(
+            f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
+            "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
+        )
 
     def _farther(self, least: float, approach: float) -> float:
         """A greater approach to look at where no cell's middle is nearer: an edge may be steep over a cell."""
@@ -224,23 +232,46 @@ class _Position:
         lever = problem.lines.lever_arm[rows.rolls, rows.faces]
         return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
 
-    def _keep(self, rows: _Rows, solution: SharedTorque, loads: TeethLoads) -> None:
-        cells, width, position = solution.sharing.pressure, _cells_of(self.problem).width, self.position
-        columns = cells.shape[1]
-        loads.cells = _with_columns(loads.cells, columns)
-        all_rolls, at = self.problem.rolls_of(position), (rows.rolls, rows.faces)
-        more = (loads.cells.shape[-1] - columns) // 2
-        loads.cells[all_rolls] = 0.0
-        loads.force[all_rolls] = 0.0
-        loads.half_width[all_rolls] = 0.0
-        loads.cells[rows.rolls, rows.faces, more : more + columns] = cells
-        force, greatest = cells.sum(axis=1), cells.max(axis=1)
-        loads.force[at] = force
-        # Hertz: b = 2 q / (pi p0)
-        loads.half_width[at] = 2.0 * force * width / (pi * np.where(greatest > 0.0, greatest, 1.0))
-        loads.rotation[position] = solution.rotation
-        loads.balance[position] = solution.balance
-        loads.complementarity[position] = solution.complementarity
+
+class _Found(NamedTuple):
+    """Loads of a mesh position.
+
+    Attributes
+    ----------
+    position : int
+    rows : _Rows
+    solution : SharedTorque
+    iterations : int
+        Of all approaches that were tried.
+    """
+
+    position: int
+    rows: _Rows
+    solution: SharedTorque
+    iterations: int
+
+    @property
+    def cells(self) -> FloatArray:
+        """Forces on the cells of the rows [N]."""
+        return self.solution.sharing.pressure
+
+
+def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
+    """Put the loads of a mesh position where they belong."""
+    cells, position = found.cells, found.position
+    rolls, at = problem.rolls_of(position), (found.rows.rolls, found.rows.faces)
+    more = (loads.cells.shape[-1] - cells.shape[1]) // 2
+    for values in (loads.cells, loads.force, loads.half_width):
+        values[rolls] = 0.0
+    loads.cells[*at, more : more + cells.shape[1]] = cells
+    force, greatest = cells.sum(axis=1), cells.max(axis=1)
+    loads.force[at] = force
+    # Hertz: b = 2 q / (pi p0)
+    loads.half_width[at] = 2.0 * force * _cells_of(problem).width / (pi * np.where(greatest > 0.0, greatest, 1.0))
+    loads.rotation[position] = found.solution.rotation
+    loads.iterations[position] = found.iterations
+    loads.balance[position] = found.solution.balance
+    loads.complementarity[position] = found.solution.complementarity
 
 
 def _reason(solution: SharedTorque) -> str:
@@ -311,6 +342,6 @@ def _with_columns(cells: FloatArray, columns: int) -> FloatArray:
 def _fitted(cells: FloatArray, columns: int) -> FloatArray:
     """Rows of cells cut, or filled with zeros, to so many columns around the middle."""
     more = (columns - cells.shape[-1]) // 2
-    if more >= 0:
+    if more > 0:
         return np.pad(cells, ((0, 0), (more, more)))
-    return cells[:, -more:more]
+    return np.ascontiguousarray(cells[:, -more : cells.shape[1] + more])
