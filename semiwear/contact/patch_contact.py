@@ -24,6 +24,7 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import FlankGap, gap_of_flanks
 from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -32,6 +33,7 @@ from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
@@ -56,9 +58,11 @@ def solve_cells(
 ) -> TeethLoads:
     """Loads of the cells and slices; as in `SolveLoads`."""
     loads = problem.no_loads() if start is None else start.copy()
+    flanks = gap_of_flanks(problem.lines, worn.removed)
 
     def solve(share: IntArray) -> list[_Found]:
-        return [_Position(problem, int(position), worn, wear_compliance).solve(loads) for position in share]
+        positions = (_Position(problem, int(position), worn, flanks, wear_compliance) for position in share)
+        return [position.solve(loads) for position in positions]
 
     wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
     found = [one for share in in_shares(solve, wanted) for one in share]
@@ -127,6 +131,7 @@ class _Position:
     problem: ContactProblem
     position: int
     worn: Footprints
+    flanks: FlankGap
     wear_compliance: FloatArray | None
 
     @property
@@ -151,10 +156,10 @@ class _Position:
         for _ in range(_APPROACHES):
             approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * usual)
             rows = _Rows.of(problem, self.position, worn, approach)
-            gap, reach = cells.gap(rows.rolls, rows.faces, approach, most, worn.removed)
+            gap, reach = cells.gap(rows.rolls, rows.faces, approach, most, self.flanks)
             columns = cells.columns_for(reach)
             if columns > most:
-                gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+                gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, self.flanks)
             gap = _fitted(gap, columns)
             if not np.isfinite(gap[rows.candidate >= 0]).any():
                 approach = self._farther(least, approach)
@@ -215,19 +220,13 @@ class _Position:
         return first.force[rolls][..., None] * shape / np.where(total > 0.0, total, 1.0)[..., None]
 
     def _share(self, rows: _Rows, gap: FloatArray, guess: FloatArray) -> SharedTorque:
-        problem, columns = self.problem, gap.shape[1]
-        gap[rows.candidate < 0] = np.inf
-        on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
-        chosen, between, at = rows.candidate[on], np.ix_(on, on), (rows.rolls[on], rows.faces[on])
-        smooth, tilt, aside = (np.zeros((rows.rolls.size, rows.rolls.size)) for _ in range(3))
-        smooth[between] = known.compliance(known.smooth, chosen, self.worn, self.wear_compliance)
-        tilt[between] = known.slope[np.ix_(chosen, chosen)] / problem.lines.spacing[at][:, None]
-        aside[between] = known.aside[np.ix_(chosen, chosen)]
-        # tooth compliance was taken at footprints
-        footprint = (self.worn.profile[at] - problem.lines.profile[at]) * problem.lines.spacing[at]
-        farthest, across = known.farthest_aside[chosen, None], np.zeros(gap.shape)
-        across[on] = np.clip(_cells_of(problem).offsets(columns) - footprint[:, None], -farthest, farthest)
-        cell, longest = (problem.slice_length, _cells_of(problem).width), int(np.diff(rows.starts).max())
+        problem, cell = self.problem, (self.problem.slice_length, _cells_of(self.problem).width)
+        flanks, wear = self.flanks, self.wear_compliance
+        offsets, flat_wear = _cells_of(problem).offsets(gap.shape[1]), np.zeros(0) if wear is None else wear.ravel()
+        smooth, tilt, aside, across, lever = _between_rows(
+            rows.candidate, rows.candidates, rows.rolls, rows.faces, self.worn.profile, flanks.profile,
+            flanks.spacing, problem.lines.lever_arm, offsets, flat_wear, gap,
+        )  # fmt: skip
         system = PatchSystem(
             starts=rows.starts,
             cell=cell,
@@ -236,10 +235,45 @@ class _Position:
             tilt=tilt,
             aside=aside,
             across=across,
-            coefficients=_coefficients(longest, columns, cell, problem.modulus),
+            coefficients=_coefficients(int(np.diff(rows.starts).max()), gap.shape[1], cell, problem.modulus),
         )
-        lever = problem.lines.lever_arm[rows.rolls, rows.faces]
         return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _between_rows(candidate, known, rolls, faces, worn, profile, spacing, lever_arm, offsets, wear, gap):  # type: ignore[no-untyped-def]
+    """`smooth`, `tilt`, `aside` and `across` of a `PatchSystem`, and lever arms of its rows [mm].
+
+    `worn` and `profile` (roll, face) are the places of footprints and fresh lines; `wear` is flat, with no entries
+    where no step is taken; gaps of rows that are no candidates become infinite.
+    """
+    rows, columns = gap.shape
+    smooth, tilt, aside = np.zeros((rows, rows)), np.zeros((rows, rows)), np.zeros((rows, rows))
+    across, lever, moved = np.zeros((rows, columns)), np.empty(rows), np.zeros(rows)
+    for r in range(rows):
+        k, i, own = rolls[r], faces[r], candidate[r]
+        lever[r] = lever_arm[k, i]
+        if own < 0:
+            gap[r] = np.inf
+            continue
+        moved[r] = min(max(worn[k, i] - known.profile[own], -known.farthest_move), known.farthest_move)
+        # tooth compliance was taken at footprints
+        footprint, farthest = (worn[k, i] - profile[k, i]) * spacing[k, i], known.farthest_aside[own]
+        for c in range(columns):
+            across[r, c] = min(max(offsets[c] - footprint, -farthest), farthest)
+    for r in range(rows):
+        own, per_mm = candidate[r], spacing[rolls[r], faces[r]]
+        for s in range(rows):
+            other = candidate[s]
+            if own < 0 or other < 0:
+                continue
+            change = known.slope[own, other] * moved[r] + known.slope[other, own] * moved[s]
+            smooth[r, s] = known.smooth[own, other] + change
+            tilt[r, s] = known.slope[own, other] / per_mm
+            aside[r, s] = known.aside[own, other]
+        if own >= 0 and wear.size > 0:
+            smooth[r, r] += wear[known.flat[own]]
+    return smooth, tilt, aside, across, lever
 
 
 class _Found(NamedTuple):
@@ -322,24 +356,39 @@ class _Rows:
     @classmethod
     def of(cls, problem: ContactProblem, position: int, worn: Footprints, approach: float) -> _Rows:
         """Slices nearer than the approach [mm], and what lies between them."""
-        candidates, lines = problem.candidates(position, approach), problem.lines
-        slices = lines.face.size
-        place = np.full(lines.profile.size, -1)
-        place[candidates.flat] = np.arange(candidates.flat.size)
-        rolls, faces, starts = [], [], [0]
-        for roll in problem.rolls_of(position):
-            near = np.flatnonzero(worn.least[roll] < approach)
-            if near.size == 0:
-                continue
-            # whole multiples, so that few spectra serve all
-            count = min(-(-(int(near[-1] - near[0]) + 1) // _ROWS) * _ROWS, slices)
-            first = min(int(near[0]), slices - count)
-            rolls.append(np.full(count, roll))
-            faces.append(np.arange(first, first + count))
-            starts.append(starts[-1] + count)
-        at = np.concatenate(rolls), np.concatenate(faces)
-        index = place[np.ravel_multi_index(at, lines.profile.shape)]
-        return cls(candidates, approach, *at, np.array(starts), index)
+        candidates = problem.candidates(position, approach)
+        return cls(
+            candidates, approach, *_find_rows(problem.rolls_of(position), worn.least, approach, candidates.flat)
+        )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _find_rows(rolls, least, approach, flat):  # type: ignore[no-untyped-def]
+    """`rolls`, `faces`, `starts` and `candidate` of `_Rows`; `flat` are the candidates, rising."""
+    slices = least.shape[1]
+    most = rolls.size * slices
+    row_rolls, row_faces = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    index = np.empty(most, dtype=np.int64)
+    starts, pairs, n = np.zeros(rolls.size + 1, dtype=np.int64), ZERO, ZERO
+    for roll in rolls:
+        near, last = slices, -1
+        for i in range(slices):
+            if least[roll, i] < approach:
+                near, last = min(near, i), i
+        if last < 0:
+            continue
+        # whole multiples, so that few spectra serve all
+        count = min((last - near + _ROWS) // _ROWS * _ROWS, slices)
+        first = min(near, slices - count)
+        for i in range(first, first + count):
+            place = roll * slices + i
+            at = np.searchsorted(flat, place)
+            row_rolls[n], row_faces[n] = roll, i
+            index[n] = at if at < flat.size and flat[at] == place else -1
+            n += 1
+        pairs += 1
+        starts[pairs] = n
+    return row_rolls[:n], row_faces[:n], starts[: pairs + 1], index[:n]
 
 
 def _with_columns(cells: FloatArray, columns: int) -> FloatArray:

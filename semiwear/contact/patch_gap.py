@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.gap import fresh_at, gap_of_flanks, removed_at, slice_gap
+from semiwear.contact.gap import FlankGap, fresh_at, removed_at, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
-from semiwear.meshing.removed import Removed
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
 
@@ -25,7 +24,7 @@ IntArray = NDArray[np.int64]
 _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[no-untyped-def]
     """Gaps less than `approach`; the separation is convex: beyond a greater one that grows all are greater."""
     farthest = -1.0
@@ -103,7 +102,7 @@ class PatchCells:
     width: float
 
     def gap(
-        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, removed: Removed
+        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, flanks: FlankGap
     ) -> tuple[FloatArray, float]:
         """Separation at the nominal rotation in the middle of cells, fresh and worn together.
 
@@ -115,7 +114,8 @@ class PatchCells:
             Gaps that are surely greater are left out: elasticity only opens gaps, so nothing touches there.
         columns : int
             Cells in a row, the line in the middle; even.
-        removed : Removed
+        flanks : FlankGap
+            Of these lines, on flanks from which material is removed.
 
         Returns
         -------
@@ -124,8 +124,8 @@ class PatchCells:
         reach : float [mm]
             Farthest distance of a cell from the line at which something can touch; negative where nothing can.
         """
-        lines, out = self.lines, np.full((rolls.size, columns), np.inf)
-        reach = _gaps(rolls, faces, approach, columns, self.width, gap_of_flanks(lines, removed), out)
+        out = np.full((rolls.size, columns), np.inf)
+        reach = _gaps(rolls, faces, approach, columns, self.width, flanks, out)
         return out, reach
 
     def offsets(self, columns: int) -> FloatArray:

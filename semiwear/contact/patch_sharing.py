@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.certificate import residuals_of
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.patch_iteration import solve_in_windows
 from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
@@ -75,27 +74,55 @@ def share_torque(
     again : bool
         Whether active sets are tried where the iterations end short of the tolerance.
     """
-    allowed = np.isfinite(gap)
-    # from where the first cell touches: a gap that all share would cost digits
-    touching = float((gap.min(axis=1) / lever).min())
-    near = gap - touching * lever[:, None]
-    start = np.where(allowed, np.maximum(guess, 0.0), 0.0)
-    if not start.any():
-        start.ravel()[np.argmin(gap / lever[:, None])] = 1.0
+    near, start, touching = _from_first_touch(gap, lever, guess)
     sharing = solve_in_windows(system, near, lever, torque, start, tolerance, max_iterations)
     if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
         sharing = _by_active_sets(system, near, lever, torque, sharing, max_iterations)
-    closing = sharing.approach * lever
-    near = np.where(allowed, near, 0.0)
-    left = residuals_of(near, sharing.displacement, closing, allowed, sharing.pressure)
+    left, approach, borne = _left(near, lever, sharing.approach, sharing.pressure, sharing.displacement)
     least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
-    approach = max(float(np.where(allowed, closing[:, None] - near, 0.0).max()), least)
     return SharedTorque(
         sharing,
         touching + sharing.approach,
-        balance=abs(float(lever @ sharing.pressure.sum(axis=1)) / torque - 1.0),
-        complementarity=max(left.spread, -left.least) / approach,
+        balance=abs(borne / torque - 1.0),
+        complementarity=left / max(approach, least),
     )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _from_first_touch(gap, lever, guess):  # type: ignore[no-untyped-def]
+    """Gaps from where the first cell touches, forces to start from, and the rotation up to there.
+
+    A gap that all cells share would cost digits. Where no force is guessed, the first cell bears one.
+    """
+    rows, columns = gap.shape
+    near, start, touching, any_force, first, at = np.empty(gap.shape), np.zeros(gap.shape), np.inf, False, 0, 0
+    for r in range(rows):
+        for c in range(columns):
+            if gap[r, c] / lever[r] < touching:
+                touching, first, at = gap[r, c] / lever[r], r, c
+            if gap[r, c] < np.inf and guess[r, c] > 0.0:
+                start[r, c], any_force = guess[r, c], True
+    if not any_force:
+        start[first, at] = 1.0
+    for r in range(rows):
+        for c in range(columns):
+            near[r, c] = gap[r, c] - touching * lever[r]
+    return near, start, touching
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _left(gap, lever, rotation, force, displacement):  # type: ignore[no-untyped-def]
+    """Greatest gap under pressed cells or penetration of others, greatest approach of a cell, and the torque."""
+    worst, approach, borne = 0.0, 0.0, 0.0
+    for r in range(gap.shape[0]):
+        closing, total = rotation * lever[r], 0.0
+        for c in range(gap.shape[1]):
+            separation = gap[r, c] + displacement[r, c] - closing
+            worst = max(worst, abs(separation) if force[r, c] > 0.0 else -separation)
+            approach = max(approach, closing - gap[r, c])
+            total += force[r, c]
+        borne += lever[r] * total
+    return worst, approach, borne
 
 
 @njit(cache=True, error_model="numpy")

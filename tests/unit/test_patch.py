@@ -13,6 +13,7 @@ from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pr
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import gap_of_flanks
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
 from semiwear.contact.patch_system import PatchSystem
@@ -247,7 +248,7 @@ def test_gap_of_cells_is_curvature_and_wear():
     cells = PatchCells(lines, grid, 0.11)
     wear = np.stack([1e-3 * (1.0 + np.sin(grid.profile[0] + phase)) for phase in (0.0, 1.0, 2.0)])
     rolls, faces = np.array([0, 1, 1]), np.array([2, 0, 1])
-    gap, reach = cells.gap(rolls, faces, 0.02, 40, Removed.alike(cells.grid, wear, 2))
+    gap, reach = cells.gap(rolls, faces, 0.02, 40, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
     away = (np.arange(40) - 19.5) * 0.11
     place = lines.profile[rolls, faces][:, None] + away
     fresh = 0.5 * 0.03 * away**2
@@ -266,8 +267,8 @@ def test_gap_does_not_depend_on_the_number_of_columns():
     cells = PatchCells(lines, even_grid(lines, 101), 0.11)
     wear = 1e-3 * np.random.default_rng(0).random(cells.grid.profile.shape)
     rolls, faces = np.array([0, 1]), np.array([0, 2])
-    wide, reach = cells.gap(rolls, faces, 0.02, 80, Removed.alike(cells.grid, wear, 2))
-    narrow, same = cells.gap(rolls, faces, 0.02, 8, Removed.alike(cells.grid, wear, 2))
+    wide, reach = cells.gap(rolls, faces, 0.02, 80, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
+    narrow, same = cells.gap(rolls, faces, 0.02, 8, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
     assert same == reach
     np.testing.assert_array_equal(narrow, wide[:, 36:44])
 
