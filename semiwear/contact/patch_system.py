@@ -31,6 +31,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
+_FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves
 _DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
 
 
@@ -145,7 +146,7 @@ def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
 class RowPreconditioner(NamedTuple):
     """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
 
-    Factors are kept until other cells are free; those of rows, until other cells of the row are.
+    Factors of rows are kept until other cells of the row are free; that of their coupling, until more than a few are.
 
     Attributes
     ----------
@@ -164,12 +165,12 @@ class RowPreconditioner(NamedTuple):
     on : (rows,) int array
         Rows that have free cells; `used` of them.
     used : (1,) int array
-    root : (rows,) array
-        Square roots of the stiffness of these rows.
+    changed : (1,) int array
+        Cells that have changed since the coupling was made.
     coupling : (rows, rows) array
-        Deflection of these rows under one another's forces [mm/N], times `root` from the left.
+        Deflection of these rows under one another's forces, times the square root of the stiffness from both sides.
     whole : (rows, rows) array
-        Cholesky factor of 1 plus that with `root` from both sides; of its diagonal, the inverse.
+        Cholesky factor of 1 plus that; of its diagonal, the inverse.
     """
 
     free: BoolArray
@@ -180,7 +181,7 @@ class RowPreconditioner(NamedTuple):
     stiffness: FloatArray
     on: IntArray
     used: IntArray
-    root: FloatArray
+    changed: IntArray
     coupling: FloatArray
     whole: FloatArray
 
@@ -197,7 +198,7 @@ def row_preconditioner(rows, columns):  # type: ignore[no-untyped-def]
         np.zeros(rows),
         np.empty(rows, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
-        np.empty(rows),
+        np.zeros(1, dtype=np.int64),
         np.empty((rows, rows)),
         np.empty((rows, rows)),
     )
@@ -216,6 +217,7 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
     out : (rows, columns) array [N], changed
     """
     if _factor_rows(kept, system.coefficients[0], free):
+        kept.changed[0] = 0
         _couple_rows(kept, system.starts, system.coefficients, system.smooth)
         lift = 0.0
         while not _factor_whole(kept, lift):
@@ -228,36 +230,44 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
 
 @njit(cache=True, error_model="numpy")
 def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
-    """`_factor_row` of every row whose free cells are not those that they were before; whether there are any."""
+    """`_factor_row` of every row whose free cells are not those that they were before; whether coupling is due, too.
+
+    It is where more than a few cells have changed since it was made, or a row has free cells that had none.
+    """
     rows, columns = free.shape
-    changed = False
+    count, due = 0, False
     for r in range(rows):
         same = True
         for c in range(columns):
             same &= free[r, c] == kept.free[r, c]
         if same:
             continue
-        m, changed = ZERO, True
+        m = ZERO
         for c in range(columns):
+            kept.changed[0] += free[r, c] != kept.free[r, c]
             kept.free[r, c] = free[r, c]
             if free[r, c]:
                 kept.members[r, m] = c
                 m += 1
+        due |= kept.counts[r] == 0
         kept.counts[r] = m
         kept.stiffness[r] = _factor_row(own, kept.members[r], m, kept.factors[r], kept.ones[r])
-    return changed
+    for r in range(rows):
+        count += kept.counts[r]
+    return due or kept.changed[0] > _FEW_CHANGED * count
 
 
 @njit(cache=True, error_model="numpy")
 def _couple_rows(kept, starts, coefficients, smooth):  # type: ignore[no-untyped-def]
     """Coupling of the rows that have free cells."""
     n = ZERO
-    pairs, width = np.empty(kept.on.shape[0], dtype=np.int64), np.empty(kept.on.shape[0])
+    most = kept.on.shape[0]
+    pairs, width, root = np.empty(most, dtype=np.int64), np.empty(most), np.empty(most)
     for pair in range(starts.shape[0] - 1):
         for r in range(starts[pair], starts[pair + 1]):
             if kept.counts[r] > 0:
                 kept.on[n], pairs[n], width[n] = r, pair, sqrt(0.5 * _EVEN_ACROSS * kept.counts[r])
-                kept.root[n] = sqrt(kept.stiffness[r])
+                root[n] = sqrt(kept.stiffness[r])
                 n += 1
     kept.used[0] = n
     for i in range(n):
@@ -266,8 +276,7 @@ def _couple_rows(kept, starts, coefficients, smooth):  # type: ignore[no-untyped
             value = smooth[r, s]
             if i != j and pairs[i] == pairs[j]:
                 value += coefficients[r - s, int(width[i] * width[j] + 0.5)]
-            kept.coupling[i, j] = kept.root[i] * value
-            kept.coupling[j, i] = kept.root[j] * value
+            kept.coupling[i, j] = kept.coupling[j, i] = root[i] * value * root[j]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -276,11 +285,11 @@ def _factor_whole(kept, lift):  # type: ignore[no-untyped-def]
     a = kept.whole
     for i in range(kept.used[0]):
         for j in range(i):
-            total = kept.coupling[i, j] * kept.root[j]
+            total = kept.coupling[i, j]
             for k in range(j):
                 total -= a[i, k] * a[j, k]
             a[i, j] = total * a[j, j]
-        total = 1.0 + lift + kept.coupling[i, i] * kept.root[i]
+        total = 1.0 + lift + kept.coupling[i, i]
         for k in range(i):
             total -= a[i, k] * a[i, k]
         if not total > 0.0:
@@ -316,14 +325,21 @@ def _solve_rows(kept, residual, out, sums):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _solve(kept, residual, out):  # type: ignore[no-untyped-def]
-    """(D + E c E')^-1 = D^-1 - D^-1 E R (1 + R c R)^-1 R c E' D^-1, with R^2 = E' D^-1 E."""
+    """(D + E c E')^-1 = D^-1 - D^-1 E / R (1 + R c R)^-1 R c R / R E' D^-1, with R^2 = E' D^-1 E.
+
+    R c R may be that of a few other free cells: what is subtracted remains less than what it is subtracted from.
+    """
     n, sums = kept.used[0], np.empty(residual.shape[0])
     _solve_rows(kept, residual, out, sums)
-    x, on, a = np.empty(n), kept.on, kept.whole
+    x, on, a, even = np.empty(n), kept.on, kept.whole, np.empty(n)
+    for i in range(n):
+        stiffness = kept.stiffness[on[i]]
+        even[i] = 1.0 / sqrt(stiffness) if stiffness > 0.0 else 0.0
+        sums[i] = sums[on[i]] * even[i]
     for i in range(n):
         total = 0.0
         for j in range(n):
-            total += kept.coupling[i, j] * sums[on[j]]
+            total += kept.coupling[i, j] * sums[j]
         for k in range(i):
             total -= a[i, k] * x[k]
         x[i] = total * a[i, i]
@@ -334,4 +350,4 @@ def _solve(kept, residual, out):  # type: ignore[no-untyped-def]
     for i in range(n):
         r = on[i]
         for k in range(kept.counts[r]):
-            out[r, kept.members[r, k]] -= x[i] / kept.root[i] * kept.ones[r, k]
+            out[r, kept.members[r, k]] -= x[i] * even[i] * kept.ones[r, k]
