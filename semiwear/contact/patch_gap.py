@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.gap import FlankGap, fresh_at, removed_at, slice_gap
+from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_grid import FlankGrid, cubic, locate, slopes_of_cell
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
 
@@ -30,13 +30,15 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
     farthest = -1.0
     for r in range(rolls.shape[0]):
         gap = slice_gap(flank, rolls[r], faces[r])
-        least = gap.removed.min()
+        least, curve = gap.removed.min(), fresh_curve(gap.derivatives)
+        known, start, end, slope_a, slope_b = -1, 0.0, 0.0, 0.0, 0.0
         for side in (-1.0, 1.0):
             c, before = 0, gap.derivatives[0]
             while True:
                 distance = (c + 0.5) * width
                 place = gap.at + side * distance / gap.per_mm
-                fresh = fresh_at(gap, place)
+                within = gap.low <= place <= gap.high
+                fresh = fresh_on(curve, place - gap.at) if within else fresh_at(gap, place)
                 if not fresh < np.inf:  # beyond all roundings
                     break
                 if fresh + least <= approach:
@@ -46,7 +48,11 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
                 before = fresh
                 if c < columns // 2:
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + removed_at(gap, place)
+                    cell, x = locate(gap.nodes, gap.split, place)
+                    if cell != known:
+                        known, start, end = cell, gap.removed[cell], gap.removed[cell + 1]
+                        slope_a, slope_b = slopes_of_cell(gap.removed, gap.nodes, gap.split, cell)
+                    out[r, column] = fresh + cubic(start, end, slope_a, slope_b, x)
                 c += 1
     return farthest
 
