@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Hashable
+from functools import lru_cache
 from math import frexp, ldexp
 from threading import Lock, local
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -15,9 +17,10 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
 from semiwear.untyped import Reals
 
-__all__ = ["HalfSpace", "fast_length"]
+__all__ = ["GridPlans", "HalfSpace", "fast_length", "grid_plans"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together
@@ -91,7 +94,7 @@ def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArr
 
 
 def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
-    """Spectrum as `convolve` wants it; what the iterations of a contact want is found together."""
+    """Spectrum as `convolve` wants it; all that the iterations of a contact want is found with its first part."""
 
     def key(inverse: bool, dtype: DTypeLike) -> Hashable:
         return px, py, dx, dy, inverse, np.dtype(dtype)
@@ -99,13 +102,16 @@ def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DType
     found = _kept.get(key(inverse, dtype))
     if found is not None:
         return found
-    wanted = {key(inverse, dtype): np.zeros(0)}
-    for backwards, precisions in ((False, (np.float64, np.float32)), (True, (np.float32,))):
+    together: dict[bool, list[DTypeLike]] = {inverse: [dtype]}
+    if np.dtype(dtype) == np.float32:
+        together = {False: [np.float64, np.float32], True: [np.float32]}
+    ordered = {}
+    for backwards, precisions in together.items():
         spectrum = _spectrum(px, py, dx, dy, backwards)
-        for precision in {*precisions, *([dtype] if backwards == inverse else [])}:
-            ordered = in_lanes(spectrum, (px, py), not backwards, precision)
-            wanted[key(backwards, precision)] = _kept.keep(key(backwards, precision), ordered)
-    return wanted[key(inverse, dtype)]
+        for precision in precisions:
+            in_order = in_lanes(spectrum, (px, py), not backwards, precision)
+            ordered[key(backwards, precision)] = _kept.keep(key(backwards, precision), in_order)
+    return ordered[key(inverse, dtype)]
 
 
 class _WorkSpace(local):
@@ -204,3 +210,57 @@ class HalfSpace:
         if self._modulus != 1.0:
             result *= self._modulus if inverse else 1.0 / self._modulus
         return result
+
+
+class GridPlans(NamedTuple):
+    """What compiled functions need to `convolve` grids that have as many columns, one after the other.
+
+    Attributes
+    ----------
+    factors : (any,) array [mm/MPa]
+        Factors of all grids in lanes, for a unit modulus.
+    first_factor : (grids + 1,) int array
+        Where those of each grid begin.
+    turns : (any, 2) array
+        Half steps along the rows of each grid.
+    first_turn : (grids + 1,) int array
+    turns_across : (any, 2) array
+        Half steps along the columns, the same for all.
+    sizes : (grids, 2) int array
+        Numbers of work space for the spectrum and a buffer of each grid.
+    work_size : int
+        Numbers of work space for the largest grid.
+    """
+
+    factors: FloatArray
+    first_factor: IntArray
+    turns: FloatArray
+    first_turn: IntArray
+    turns_across: FloatArray
+    sizes: IntArray
+    work_size: int
+
+    def work_space(self) -> FloatArray:
+        """Memory of this thread, enough for each of the grids; it is overwritten by whoever asks next."""
+        return np.asarray(_work.of(self.work_size, np.float64))
+
+
+@lru_cache(maxsize=256)
+def grid_plans(counts: tuple[int, ...], columns: int, cell: tuple[float, float]) -> GridPlans:
+    """Half-spaces under grids of some numbers of rows, of as many columns each, without influence on each other."""
+    lengths, across = [fast_length(count) for count in counts], fast_length(columns)
+    factors = [_factors(length, across, float(cell[0]), float(cell[1]), False, np.float64) for length in lengths]
+    turns = [half_steps(length, np.float64) for length in lengths]
+    sizes = np.array([work_size((length, across), np.float64) for length in lengths])
+    together = np.concatenate(factors), np.concatenate(turns)
+    for array in together:  # as those of a single grid, for which functions are compiled
+        array.flags.writeable = False
+    return GridPlans(
+        together[0],
+        np.cumsum([0, *(own.size for own in factors)]),
+        together[1],
+        np.cumsum([0, *(len(own) for own in turns)]),
+        half_steps(across, np.float64),
+        sizes[:, 1:].copy(),
+        int(sizes[:, 0].max()),
+    )

@@ -28,17 +28,35 @@ from numpy.typing import NDArray
 from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart, Reals
 
-__all__ = ["Complementarity", "ComplementarityStatus", "Compliance", "Preconditioner", "solve_complementarity"]
+__all__ = [
+    "CAUTION",
+    "ERROR_PER_STEP",
+    "FINEST",
+    "FIRST_REACH",
+    "Complementarity",
+    "ComplementarityStatus",
+    "Compliance",
+    "Preconditioner",
+    "advance",
+    "downhill_change",
+    "search_direction",
+    "separation_left",
+    "solve_complementarity",
+]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_FIRST_REACH = 0.7  # step length along the first direction: the preconditioner is an inverse within a factor of two
-_CAUTION = 0.7  # and along later ones, relative to the length that was best before: rather short, then cut at one
-_ERROR_PER_STEP = 1.4  # at most, measured: error over preconditioned residual, since the preconditioner falls short
+FIRST_REACH = 0.7
+"""Step length along the first direction: the preconditioner is an inverse within a factor of two."""
+CAUTION = 0.7
+"""And along later ones, relative to the length that was best before: rather short, then cut at one."""
+ERROR_PER_STEP = 1.4
+"""At most, measured: error over preconditioned residual, since the preconditioner falls short."""
+FINEST = 1e-13
+"""Error in which further steps only gather rounding."""
 _ATTEMPTS = 12  # directions and lengths tried until the energy falls
 _ROUNDING = 1e-14  # of the load
-_FINEST = 1e-13  # error in which further steps only gather rounding
 
 
 class Compliance(Protocol):
@@ -109,7 +127,7 @@ _kernel = njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract",
 
 
 @_kernel
-def _residual(pressure, displacement, gap, lever, direction, by_load, approach, free, residual):  # type: ignore[no-untyped-def]
+def separation_left(pressure, displacement, gap, lever, direction, by_load, approach, free, residual):  # type: ignore[no-untyped-def]
     """Negative separation on the free cells (pressed or penetrating), and the approach; fills free and residual."""
     n = pressure.shape[0]
     work, travel = 0.0, 0.0
@@ -139,7 +157,7 @@ def _residual(pressure, displacement, gap, lever, direction, by_load, approach, 
 
 
 @_kernel
-def _direct(step, residual, last_residual, last_product, pressure, lever, direction, by_load, free, search):  # type: ignore[no-untyped-def]
+def search_direction(step, residual, last_residual, last_product, pressure, lever, direction, by_load, free, search):  # type: ignore[no-untyped-def]
     """Make the preconditioned residual admissible and the search direction from it (Polak-Ribiere, not negative)."""
     n = step.shape[0]
     work, travel = 0.0, 0.0
@@ -193,7 +211,34 @@ def _admissible(pressure, search, residual, length, lever, direction, by_load, l
 
 
 @_kernel
-def _advance(pressure, displacement, move, image, work, cut, lever, direction, by_load, load):  # type: ignore[no-untyped-def]
+def downhill_change(pressure, search, step, residual, product, reach, lever, direction, by_load, load, move):  # type: ignore[no-untyped-def]
+    """`_admissible` change along which the energy falls, at a length that may have to be shorter for that.
+
+    Returns its work, not positive where only rounding is left, whether anything was cut off, and the length.
+    """
+    n = pressure.shape[0]
+    work, cut = 0.0, False
+    for attempt in range(_ATTEMPTS):
+        work, cut = _admissible(pressure, search, residual, reach, lever, direction, by_load, load, move)
+        if work > 0.0:
+            break
+        # where penetrating cells are pushed back, a preconditioned direction can fail; the residual never does
+        if attempt == 0:
+            for i in range(n):
+                search[i] = step[i]
+        elif attempt == 1:
+            square = 0.0
+            for i in range(n):
+                square += _of(lever, i) / _of(direction, i) * residual[i] * residual[i]
+            for i in range(n):
+                search[i] = residual[i] * (product / square)
+        else:
+            reach *= 0.25
+    return work, cut, reach
+
+
+@_kernel
+def advance(pressure, displacement, move, image, work, cut, lever, direction, by_load, load):  # type: ignore[no-untyped-def]
     """Go along the change as far as the energy falls and no pressure becomes negative; best length without that."""
     n = pressure.shape[0]
     curvature = 0.0
@@ -314,7 +359,7 @@ def solve_complementarity(  # noqa: C901
     free, search = np.empty(gap.size, bool), np.zeros(0)
     residual, move = np.zeros(gap.size), np.zeros(gap.size)
     last_residual: Reals = np.zeros(gap.size, np.float32)  # only says how far a direction is kept
-    iteration, last_product, reach, exact = 0, 0.0, _FIRST_REACH, verify is None
+    iteration, last_product, reach, exact = 0, 0.0, FIRST_REACH, verify is None
     if pressure.any():  # roughly where it is found anew at the end in any case
         displacement = compliance.apply(pressure.reshape(shape), roughly=not exact).astype(float, copy=False).ravel()
     else:
@@ -338,17 +383,17 @@ def solve_complementarity(  # noqa: C901
         level = float(np.min((gap_flat / direction_flat)[allowed_flat]))
         return finish(ComplementarityStatus.NO_CONTACT, 0.0)
     while True:
-        level = _residual(
+        level = separation_left(
             pressure, displacement, gap_flat, lever_flat, direction_flat, by_load, level, free, residual
         )
         step = precondition(residual.reshape(shape), free.reshape(shape)).ravel()
         if search.dtype != step.dtype or search.size == 0:
             search = np.zeros(gap.size, step.dtype)  # as precise as the preconditioner, on which conjugacy rests
-        product, size, pressed = _direct(
+        product, size, pressed = search_direction(
             step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
         )
-        error = _ERROR_PER_STEP * float(np.sqrt(size / pressed)) if pressed > 0.0 else np.inf
-        small = error <= max(tolerance, _FINEST) or size == 0.0
+        error = ERROR_PER_STEP * float(np.sqrt(size / pressed)) if pressed > 0.0 else np.inf
+        small = error <= max(tolerance, FINEST) or size == 0.0
         if exact and small:
             if not pressed > 0.0:
                 return finish(ComplementarityStatus.NO_CONTACT, 0.0)
@@ -360,33 +405,22 @@ def solve_complementarity(  # noqa: C901
                 return finish(ComplementarityStatus.NOT_CONVERGED, error)
             continue
         iteration += 1
-        for attempt in range(_ATTEMPTS):
-            work, cut = _admissible(
-                pressure, search, residual, reach, lever_flat, direction_flat, by_load, target, move
-            )
-            if work > 0.0:
-                break
-            # where penetrating cells are pushed back, a preconditioned direction can fail; the residual never does
-            if attempt == 0:
-                search[:] = step
-            elif attempt == 1:
-                area = lever_flat / direction_flat
-                search[:] = residual * (product / float((area * residual * residual).sum()))
-            else:
-                reach *= 0.25
+        work, cut, reach = downhill_change(
+            pressure, search, step, residual, product, reach, lever_flat, direction_flat, by_load, target, move
+        )
         if not work > 0.0:  # what is left is rounding, of the recurrence at first
             if exact:
                 return finish(ComplementarityStatus.NOT_CONVERGED, error)
             check()
-            reach = _FIRST_REACH
+            reach = FIRST_REACH
             continue
         del step  # memory for what follows
         image = compliance.apply(move.reshape(shape), roughly=True).ravel()
-        wanted = _advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
+        wanted = advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
         if not wanted > 0.0:
             check()
             return finish(ComplementarityStatus.NOT_POSITIVE, error)
         del image
-        reach *= _CAUTION * min(max(wanted, 0.5), 2.0)
+        reach *= CAUTION * min(max(wanted, 0.5), 2.0)
         last_residual[:] = residual
         exact, last_product = False, product

@@ -15,15 +15,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.compliance.half_space import HalfSpace
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import FlankGap, gap_of_flanks
 from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -32,6 +33,8 @@ from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError
+from semiwear.kernel_cache import ZERO, njit
+from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
@@ -40,7 +43,7 @@ IntArray = NDArray[np.int64]
 
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
 _CONVOLUTIONS = 400  # at a mesh position
-_MARGIN = 1.1  # of the expected approach, within which gaps can close
+_MARGIN = 1.05  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
 _AROUND = 8.0  # half-widths along the line within which pressure counts for the stress below the surface
 _ROWS = 8  # rows of a patch come in multiples
@@ -55,8 +58,20 @@ def solve_cells(
 ) -> TeethLoads:
     """Loads of the cells and slices; as in `SolveLoads`."""
     loads = problem.no_loads() if start is None else start.copy()
-    for position in range(problem.per_cycle) if positions is None else positions:
-        _Position(problem, position, worn, wear_compliance).solve(loads)
+    flanks = gap_of_flanks(problem.lines, worn.removed)
+
+    def solve(share: IntArray) -> list[_Found]:
+        positions = (_Position(problem, int(position), worn, flanks, wear_compliance) for position in share)
+        return [position.solve(loads) for position in positions]
+
+    wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
+    found = [one for share in in_shares(solve, wanted) for one in share]
+    loads.cells = _with_columns(loads.cells, max((one.cells.shape[1] for one in found), default=0))
+    for one in found:
+        _keep(problem, one, loads)
+        if wear_compliance is None:
+            where = f"{one.position}/{problem.per_cycle}"
+            worn.require_followed(loads.force, problem.rolls_of(one.position), where)
     return loads
 
 
@@ -116,6 +131,7 @@ class _Position:
     problem: ContactProblem
     position: int
     worn: Footprints
+    flanks: FlankGap
     wear_compliance: FloatArray | None
 
     @property
@@ -123,33 +139,35 @@ class _Position:
         """The position, for messages."""
         return f"mesh position {self.position}/{self.problem.per_cycle}"
 
-    def solve(self, loads: TeethLoads) -> None:
-        """Find the loads, starting from those that are there."""
+    def solve(self, loads: TeethLoads) -> _Found:
+        """The loads, from those that are there."""
         problem, worn, cells = self.problem, self.worn, _cells_of(self.problem)
         rolls, lever = problem.rolls_of(self.position), float(problem.lines.lever_arm.max())
         least, usual = float(worn.least[rolls].min()), problem.typical_approach
         first: TeethLoads | None = None
+        iterations = 0
+        start: FloatArray | None = None  # (pairs, slices, columns) forces
         if loads.force[rolls].any():
-            approach = lever * float(loads.rotation[self.position])
+            approach = lever * float(loads.rotation[self.position]) + self._growth(loads.force[rolls], rolls)
         else:
             first = self._line_loads()
             approach = lever * float(first.rotation[self.position]) if first else least + usual
-        columns = max(loads.cells.shape[-1], cells.columns_for(2.0 * problem.usual_half_width))
+        most = max(loads.cells.shape[-1], cells.columns_for(2.0 * problem.usual_half_width))
         for _ in range(_APPROACHES):
             approach = least + _MARGIN * max(approach - least, _LEAST_APPROACH * usual)
             rows = _Rows.of(problem, self.position, worn, approach)
-            gap, reach = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
-            if reach > (0.5 * columns - 0.5) * cells.width:
-                columns = cells.columns_for(reach)
-                gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, worn.removed)
+            gap, reach = cells.gap(rows.rolls, rows.faces, approach, most, self.flanks)
+            columns = cells.columns_for(reach)
+            if columns > most:
+                gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, self.flanks)
+            gap = _fitted(gap, columns)
             if not np.isfinite(gap[rows.candidate >= 0]).any():
                 approach = self._farther(least, approach)
                 continue
-            if first is not None:
-                guess = self._hertz(rows, columns, first)
-            else:
-                guess = _fitted(loads.cells[rows.rolls, rows.faces], columns)
-            solution = self._share(rows, gap, guess)
+            if start is None:
+                start = loads.cells[rolls] if first is None else self._hertz(rolls, columns, first)
+            solution = self._share(rows, gap, _fitted(start[rows.pairs(problem), rows.faces], columns))
+            iterations += solution.sharing.iterations
             if solution.sharing.status is not ComplementarityStatus.CONVERGED:
                 longer = self.wear_compliance is not None
                 shorter = ", or take shorter wear steps (more numerics.wear_steps)" if longer else ""
@@ -157,15 +175,22 @@ class _Position:
             # gaps up to the approach were looked at: what reaches farther is solved again with more
             approach = lever * solution.rotation
             if approach <= rows.approach:
-                break
-        else:
-            raise ConvergenceError(
-                f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
-                "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
-            )
-        self._keep(rows, solution, loads)
+                return _Found(self.position, rows, solution, iterations)
+            start = np.zeros((problem.pairs, problem.lines.face.size, columns))
+            start[rows.pairs(problem), rows.faces] = solution.sharing.pressure
+        raise ConvergenceError(
+            f"load sharing stopped at {self.where}: the approach, {approach:.3g} mm by now, grows with every "
+            "cell that is let touch; check the torque, the materials and numerics.tooth_compliance"
+        )
+
+    def _growth(self, force: FloatArray, rolls: IntArray) -> float:
+        """By how much more a wear step under forces lets flanks approach [mm]: its wear where they are, on average.
+
+        A start that was found under a wear step counts it twice, which only lets more be looked at.
+        """
         if self.wear_compliance is None:
-            worn.require_followed(loads.force, rolls, f"{self.position}/{problem.per_cycle}")
+            return 0.0
+        return float((self.wear_compliance[rolls] * force**2).sum() / force.sum())
 
     def _farther(self, least: float, approach: float) -> float:
         """A greater approach to look at where no cell's middle is nearer: an edge may be steep over a cell."""
@@ -184,61 +209,112 @@ class _Position:
         except ConvergenceError:
             return None
 
-    def _hertz(self, rows: _Rows, columns: int, first: TeethLoads) -> FloatArray:
+    def _hertz(self, rolls: IntArray, columns: int, first: TeethLoads) -> FloatArray:
         """Line loads as semi-ellipses around the footprints: where cells are first taken to touch."""
-        at, lines, cells = (rows.rolls, rows.faces), self.problem.lines, _cells_of(self.problem)
+        lines, cells = self.problem.lines, _cells_of(self.problem)
         offset = cells.offsets(columns)
-        centre = (self.worn.profile[at] - lines.profile[at]) * lines.spacing[at]
-        width = np.maximum(first.half_width[at], cells.width)
-        shape = np.sqrt(np.maximum(1.0 - ((offset - centre[:, None]) / width[:, None]) ** 2, 0.0))
-        total = shape.sum(axis=1)
-        return first.force[at][:, None] * shape / np.where(total > 0.0, total, 1.0)[:, None]
+        centre = (self.worn.profile[rolls] - lines.profile[rolls]) * lines.spacing[rolls]
+        width = np.maximum(first.half_width[rolls], cells.width)
+        shape = np.sqrt(np.maximum(1.0 - ((offset - centre[..., None]) / width[..., None]) ** 2, 0.0))
+        total = shape.sum(axis=-1)
+        return first.force[rolls][..., None] * shape / np.where(total > 0.0, total, 1.0)[..., None]
 
     def _share(self, rows: _Rows, gap: FloatArray, guess: FloatArray) -> SharedTorque:
-        problem, columns = self.problem, gap.shape[1]
-        gap[rows.candidate < 0] = np.inf
-        on, known = np.flatnonzero(rows.candidate >= 0), rows.candidates
-        chosen, between, at = rows.candidate[on], np.ix_(on, on), (rows.rolls[on], rows.faces[on])
-        smooth, tilt, aside = (np.zeros((rows.rolls.size, rows.rolls.size)) for _ in range(3))
-        smooth[between] = known.compliance(known.smooth, chosen, self.worn, self.wear_compliance)
-        tilt[between] = known.slope[np.ix_(chosen, chosen)] / problem.lines.spacing[at][:, None]
-        aside[between] = known.aside[np.ix_(chosen, chosen)]
-        # tooth compliance was taken at footprints
-        footprint = (self.worn.profile[at] - problem.lines.profile[at]) * problem.lines.spacing[at]
-        farthest, across = known.farthest_aside[chosen, None], np.zeros(gap.shape)
-        across[on] = np.clip(_cells_of(problem).offsets(columns) - footprint[:, None], -farthest, farthest)
-        cell, counts = (problem.slice_length, _cells_of(problem).width), np.diff(rows.starts)
+        problem, cell = self.problem, (self.problem.slice_length, _cells_of(self.problem).width)
+        flanks, wear = self.flanks, self.wear_compliance
+        offsets, flat_wear = _cells_of(problem).offsets(gap.shape[1]), np.zeros(0) if wear is None else wear.ravel()
+        smooth, tilt, aside, across, lever = _between_rows(
+            rows.candidate, rows.candidates, rows.rolls, rows.faces, self.worn.profile, flanks.profile,
+            flanks.spacing, problem.lines.lever_arm, offsets, flat_wear, gap,
+        )  # fmt: skip
         system = PatchSystem(
             starts=rows.starts,
-            half_spaces=tuple(HalfSpace((int(count), columns), cell, problem.modulus) for count in counts),
-            per_force=1.0 / (cell[0] * cell[1]),
+            cell=cell,
+            modulus=problem.modulus,
             smooth=smooth,
             tilt=tilt,
             aside=aside,
             across=across,
-            coefficients=_coefficients(int(counts.max()), columns, cell, problem.modulus),
+            coefficients=_coefficients(int(np.diff(rows.starts).max()), gap.shape[1], cell, problem.modulus),
         )
-        lever = problem.lines.lever_arm[rows.rolls, rows.faces]
         return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
 
-    def _keep(self, rows: _Rows, solution: SharedTorque, loads: TeethLoads) -> None:
-        cells, width, position = solution.sharing.pressure, _cells_of(self.problem).width, self.position
-        columns = cells.shape[1]
-        loads.cells = _with_columns(loads.cells, columns)
-        all_rolls, at = self.problem.rolls_of(position), (rows.rolls, rows.faces)
-        more = (loads.cells.shape[-1] - columns) // 2
-        loads.cells[all_rolls] = 0.0
-        loads.force[all_rolls] = 0.0
-        loads.half_width[all_rolls] = 0.0
-        loads.cells[rows.rolls, rows.faces, more : more + columns] = cells
-        force, greatest = cells.sum(axis=1), cells.max(axis=1)
-        loads.force[at] = force
-        # Hertz: b = 2 q / (pi p0)
-        loads.half_width[at] = 2.0 * force * width / (pi * np.where(greatest > 0.0, greatest, 1.0))
-        loads.rotation[position] = solution.rotation
-        loads.iterations[position] = solution.sharing.iterations
-        loads.balance[position] = solution.balance
-        loads.complementarity[position] = solution.complementarity
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _between_rows(candidate, known, rolls, faces, worn, profile, spacing, lever_arm, offsets, wear, gap):  # type: ignore[no-untyped-def]
+    """`smooth`, `tilt`, `aside` and `across` of a `PatchSystem`, and lever arms of its rows [mm].
+
+    `worn` and `profile` (roll, face) are the places of footprints and fresh lines; `wear` is flat, with no entries
+    where no step is taken; gaps of rows that are no candidates become infinite.
+    """
+    rows, columns = gap.shape
+    smooth, tilt, aside = np.zeros((rows, rows)), np.zeros((rows, rows)), np.zeros((rows, rows))
+    across, lever, moved = np.zeros((rows, columns)), np.empty(rows), np.zeros(rows)
+    for r in range(rows):
+        k, i, own = rolls[r], faces[r], candidate[r]
+        lever[r] = lever_arm[k, i]
+        if own < 0:
+            gap[r] = np.inf
+            continue
+        moved[r] = min(max(worn[k, i] - known.profile[own], -known.farthest_move), known.farthest_move)
+        # tooth compliance was taken at footprints
+        footprint, farthest = (worn[k, i] - profile[k, i]) * spacing[k, i], known.farthest_aside[own]
+        for c in range(columns):
+            across[r, c] = min(max(offsets[c] - footprint, -farthest), farthest)
+    for r in range(rows):
+        own, per_mm = candidate[r], spacing[rolls[r], faces[r]]
+        for s in range(rows):
+            other = candidate[s]
+            if own < 0 or other < 0:
+                continue
+            change = known.slope[own, other] * moved[r] + known.slope[other, own] * moved[s]
+            smooth[r, s] = known.smooth[own, other] + change
+            tilt[r, s] = known.slope[own, other] / per_mm
+            aside[r, s] = known.aside[own, other]
+        if own >= 0 and wear.size > 0:
+            smooth[r, r] += wear[known.flat[own]]
+    return smooth, tilt, aside, across, lever
+
+
+class _Found(NamedTuple):
+    """Loads of a mesh position.
+
+    Attributes
+    ----------
+    position : int
+    rows : _Rows
+    solution : SharedTorque
+    iterations : int
+        Of all approaches that were tried.
+    """
+
+    position: int
+    rows: _Rows
+    solution: SharedTorque
+    iterations: int
+
+    @property
+    def cells(self) -> FloatArray:
+        """Forces on the cells of the rows [N]."""
+        return self.solution.sharing.pressure
+
+
+def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
+    """Put the loads of a mesh position where they belong."""
+    cells, position = found.cells, found.position
+    rolls, at = problem.rolls_of(position), (found.rows.rolls, found.rows.faces)
+    more = (loads.cells.shape[-1] - cells.shape[1]) // 2
+    for values in (loads.cells, loads.force, loads.half_width):
+        values[rolls] = 0.0
+    loads.cells[*at, more : more + cells.shape[1]] = cells
+    force, greatest = cells.sum(axis=1), cells.max(axis=1)
+    loads.force[at] = force
+    # Hertz: b = 2 q / (pi p0)
+    loads.half_width[at] = 2.0 * force * _cells_of(problem).width / (pi * np.where(greatest > 0.0, greatest, 1.0))
+    loads.rotation[position] = found.solution.rotation
+    loads.iterations[position] = found.iterations
+    loads.balance[position] = found.solution.balance
+    loads.complementarity[position] = found.solution.complementarity
 
 
 def _reason(solution: SharedTorque) -> str:
@@ -273,27 +349,46 @@ class _Rows:
     starts: IntArray
     candidate: IntArray
 
+    def pairs(self, problem: ContactProblem) -> IntArray:
+        """Tooth pair of each row."""
+        return self.rolls // problem.per_cycle
+
     @classmethod
     def of(cls, problem: ContactProblem, position: int, worn: Footprints, approach: float) -> _Rows:
         """Slices nearer than the approach [mm], and what lies between them."""
-        candidates, lines = problem.candidates(position, approach), problem.lines
-        slices = lines.face.size
-        place = np.full(lines.profile.size, -1)
-        place[candidates.flat] = np.arange(candidates.flat.size)
-        rolls, faces, starts = [], [], [0]
-        for roll in problem.rolls_of(position):
-            near = np.flatnonzero(worn.least[roll] < approach)
-            if near.size == 0:
-                continue
-            # whole multiples, so that few spectra serve all
-            count = min(-(-(int(near[-1] - near[0]) + 1) // _ROWS) * _ROWS, slices)
-            first = min(int(near[0]), slices - count)
-            rolls.append(np.full(count, roll))
-            faces.append(np.arange(first, first + count))
-            starts.append(starts[-1] + count)
-        at = np.concatenate(rolls), np.concatenate(faces)
-        index = place[np.ravel_multi_index(at, lines.profile.shape)]
-        return cls(candidates, approach, *at, np.array(starts), index)
+        candidates = problem.candidates(position, approach)
+        return cls(
+            candidates, approach, *_find_rows(problem.rolls_of(position), worn.least, approach, candidates.flat)
+        )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _find_rows(rolls, least, approach, flat):  # type: ignore[no-untyped-def]
+    """`rolls`, `faces`, `starts` and `candidate` of `_Rows`; `flat` are the candidates, rising."""
+    slices = least.shape[1]
+    most = rolls.size * slices
+    row_rolls, row_faces = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    index = np.empty(most, dtype=np.int64)
+    starts, pairs, n = np.zeros(rolls.size + 1, dtype=np.int64), ZERO, ZERO
+    for roll in rolls:
+        near, last = slices, -1
+        for i in range(slices):
+            if least[roll, i] < approach:
+                near, last = min(near, i), i
+        if last < 0:
+            continue
+        # whole multiples, so that few spectra serve all
+        count = min((last - near + _ROWS) // _ROWS * _ROWS, slices)
+        first = min(near, slices - count)
+        for i in range(first, first + count):
+            place = roll * slices + i
+            at = np.searchsorted(flat, place)
+            row_rolls[n], row_faces[n] = roll, i
+            index[n] = at if at < flat.size and flat[at] == place else -1
+            n += 1
+        pairs += 1
+        starts[pairs] = n
+    return row_rolls[:n], row_faces[:n], starts[: pairs + 1], index[:n]
 
 
 def _with_columns(cells: FloatArray, columns: int) -> FloatArray:
@@ -305,6 +400,6 @@ def _with_columns(cells: FloatArray, columns: int) -> FloatArray:
 def _fitted(cells: FloatArray, columns: int) -> FloatArray:
     """Rows of cells cut, or filled with zeros, to so many columns around the middle."""
     more = (columns - cells.shape[-1]) // 2
-    if more >= 0:
+    if more > 0:
         return np.pad(cells, ((0, 0), (more, more)))
-    return cells[:, -more:more]
+    return np.ascontiguousarray(cells[:, -more : cells.shape[1] + more])

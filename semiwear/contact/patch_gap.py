@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.gap import fresh_at, gap_of_flanks, removed_at, slice_gap
+from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid
-from semiwear.meshing.removed import Removed
+from semiwear.meshing.flank_grid import FlankGrid, cubic, locate, slopes_of_cell
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
 
@@ -25,19 +24,21 @@ IntArray = NDArray[np.int64]
 _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[no-untyped-def]
     """Gaps less than `approach`; the separation is convex: beyond a greater one that grows all are greater."""
     farthest = -1.0
     for r in range(rolls.shape[0]):
         gap = slice_gap(flank, rolls[r], faces[r])
-        least = gap.removed.min()
+        least, curve = gap.removed.min(), fresh_curve(gap.derivatives)
+        known, start, end, slope_a, slope_b = -1, 0.0, 0.0, 0.0, 0.0
         for side in (-1.0, 1.0):
             c, before = 0, gap.derivatives[0]
             while True:
                 distance = (c + 0.5) * width
                 place = gap.at + side * distance / gap.per_mm
-                fresh = fresh_at(gap, place)
+                within = gap.low <= place <= gap.high
+                fresh = fresh_on(curve, place - gap.at) if within else fresh_at(gap, place)
                 if not fresh < np.inf:  # beyond all roundings
                     break
                 if fresh + least <= approach:
@@ -47,7 +48,11 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
                 before = fresh
                 if c < columns // 2:
                     column = columns // 2 + c if side > 0.0 else columns // 2 - 1 - c
-                    out[r, column] = fresh + removed_at(gap, place)
+                    cell, x = locate(gap.nodes, gap.split, place)
+                    if cell != known:
+                        known, start, end = cell, gap.removed[cell], gap.removed[cell + 1]
+                        slope_a, slope_b = slopes_of_cell(gap.removed, gap.nodes, gap.split, cell)
+                    out[r, column] = fresh + cubic(start, end, slope_a, slope_b, x)
                 c += 1
     return farthest
 
@@ -103,7 +108,7 @@ class PatchCells:
     width: float
 
     def gap(
-        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, removed: Removed
+        self, rolls: IntArray, faces: IntArray, approach: float, columns: int, flanks: FlankGap
     ) -> tuple[FloatArray, float]:
         """Separation at the nominal rotation in the middle of cells, fresh and worn together.
 
@@ -115,7 +120,8 @@ class PatchCells:
             Gaps that are surely greater are left out: elasticity only opens gaps, so nothing touches there.
         columns : int
             Cells in a row, the line in the middle; even.
-        removed : Removed
+        flanks : FlankGap
+            Of these lines, on flanks from which material is removed.
 
         Returns
         -------
@@ -124,8 +130,8 @@ class PatchCells:
         reach : float [mm]
             Farthest distance of a cell from the line at which something can touch; negative where nothing can.
         """
-        lines, out = self.lines, np.full((rolls.size, columns), np.inf)
-        reach = _gaps(rolls, faces, approach, columns, self.width, gap_of_flanks(lines, removed), out)
+        out = np.full((rolls.size, columns), np.inf)
+        reach = _gaps(rolls, faces, approach, columns, self.width, flanks, out)
         return out, reach
 
     def offsets(self, columns: int) -> FloatArray:

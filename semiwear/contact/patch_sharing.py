@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.certificate import residuals_of
-from semiwear.contact.complementarity import Complementarity, ComplementarityStatus, solve_complementarity
-from semiwear.contact.patch_system import PatchSystem, RowPreconditioner
+from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
+from semiwear.contact.patch_iteration import solve_in_windows
+from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
 from semiwear.kernel_cache import njit
 
 __all__ = ["SharedTorque", "share_torque"]
@@ -74,38 +74,55 @@ def share_torque(
     again : bool
         Whether active sets are tried where the iterations end short of the tolerance.
     """
-    allowed = np.isfinite(gap)
-    # from where the first cell touches: a gap that all share would cost digits
-    touching = float((gap.min(axis=1) / lever).min())
-    near = np.where(allowed, gap - touching * lever[:, None], 0.0)
-    start = np.where(allowed, guess, 0.0)
-    if not (start > 0.0).any():
-        start.ravel()[np.argmin(gap / lever[:, None])] = 1.0
-    arms = np.broadcast_to(lever[:, None], gap.shape)
-    sharing = solve_complementarity(
-        system,
-        near,
-        RowPreconditioner(system, gap.shape[1]),
-        lever=arms,
-        direction=arms,
-        load=torque,
-        allowed=allowed,
-        start=start,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
+    near, start, touching = _from_first_touch(gap, lever, guess)
+    sharing = solve_in_windows(system, near, lever, torque, start, tolerance, max_iterations)
     if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
-        sharing = _by_active_sets(system, np.where(allowed, near, np.inf), lever, torque, sharing, max_iterations)
-    closing = sharing.approach * lever
-    left = residuals_of(near, sharing.displacement, closing, allowed, sharing.pressure)
+        sharing = _by_active_sets(system, near, lever, torque, sharing, max_iterations)
+    left, approach, borne = _left(near, lever, sharing.approach, sharing.pressure, sharing.displacement)
     least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
-    approach = max(float(np.where(allowed, closing[:, None] - near, 0.0).max()), least)
     return SharedTorque(
         sharing,
         touching + sharing.approach,
-        balance=abs(float(lever @ sharing.pressure.sum(axis=1)) / torque - 1.0),
-        complementarity=max(left.spread, -left.least) / approach,
+        balance=abs(borne / torque - 1.0),
+        complementarity=left / max(approach, least),
     )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _from_first_touch(gap, lever, guess):  # type: ignore[no-untyped-def]
+    """Gaps from where the first cell touches, forces to start from, and the rotation up to there.
+
+    A gap that all cells share would cost digits. Where no force is guessed, the first cell bears one.
+    """
+    rows, columns = gap.shape
+    near, start, touching, any_force, first, at = np.empty(gap.shape), np.zeros(gap.shape), np.inf, False, 0, 0
+    for r in range(rows):
+        for c in range(columns):
+            if gap[r, c] / lever[r] < touching:
+                touching, first, at = gap[r, c] / lever[r], r, c
+            if gap[r, c] < np.inf and guess[r, c] > 0.0:
+                start[r, c], any_force = guess[r, c], True
+    if not any_force:
+        start[first, at] = 1.0
+    for r in range(rows):
+        for c in range(columns):
+            near[r, c] = gap[r, c] - touching * lever[r]
+    return near, start, touching
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _left(gap, lever, rotation, force, displacement):  # type: ignore[no-untyped-def]
+    """Greatest gap under pressed cells or penetration of others, greatest approach of a cell, and the torque."""
+    worst, approach, borne = 0.0, 0.0, 0.0
+    for r in range(gap.shape[0]):
+        closing, total = rotation * lever[r], 0.0
+        for c in range(gap.shape[1]):
+            separation = gap[r, c] + displacement[r, c] - closing
+            worst = max(worst, abs(separation) if force[r, c] > 0.0 else -separation)
+            approach = max(approach, closing - gap[r, c])
+            total += force[r, c]
+        borne += lever[r] * total
+    return worst, approach, borne
 
 
 @njit(cache=True, error_model="numpy")
@@ -154,11 +171,11 @@ def _by_active_sets(
     closed, near = np.where(allowed, gap, 0.0), max(gap.shape[1] // 8, 1)
     active = iterated.pressure > 0.0
     force, used, changed = iterated.pressure.copy(), iterated.iterations, 1
-    precondition, most = RowPreconditioner(system, gap.shape[1]), used + max_iterations
+    kept, most, answer, z = row_preconditioner(*gap.shape), used + max_iterations, *np.empty((2, *gap.shape))
     for attempt in range(max_iterations):
         if not active.any():
             active.ravel()[np.argmin(gap / arms)] = True
-        answer = precondition(np.where(active, arms, 0.0), active)
+        precondition(kept, system, np.where(active, arms, 0.0), active, answer)
         moment = float(lever @ answer.sum(axis=1))
         force = np.where(active, force, 0.0)
         force += answer * ((torque - float(lever @ force.sum(axis=1))) / moment)
@@ -166,7 +183,7 @@ def _by_active_sets(
         residual, direction, before = np.where(active, -(closed + displacement), 0.0), np.zeros_like(force), 0.0
         goal = np.inf
         while True:
-            z = precondition(residual, active)
+            precondition(kept, system, residual, active, z)
             slip = -float(lever @ z.sum(axis=1)) / moment
             rotation += slip
             residual = residual + np.where(active, slip * arms, 0.0)

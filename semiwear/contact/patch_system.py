@@ -14,38 +14,38 @@ but for its shape across the line. That takes a handful of convolutions, whateve
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotrs
 
-from semiwear.compliance.half_space import HalfSpace
-from semiwear.kernel_cache import njit
+from semiwear.compliance.fourier import convolve
+from semiwear.compliance.half_space import GridPlans, grid_plans
+from semiwear.kernel_cache import ZERO, njit
 
-__all__ = ["PatchSystem", "RowPreconditioner"]
+__all__ = ["PatchSystem", "RowPreconditioner", "displace", "plans_of", "precondition", "row_preconditioner"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
+_FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves
 _DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
 
 
-@dataclass(frozen=True)
-class PatchSystem:
+class PatchSystem(NamedTuple):
     """Compliance of rows of cells of several pairs, one after the other.
 
     Attributes
     ----------
     starts : (pairs + 1,) int array
         First row of each pair.
-    half_spaces : tuple of HalfSpace
-        One for each pair, per pressure.
-    per_force : float [1/mm^2]
-        Pressure of a unit force on a cell.
+    cell : (float, float) [mm]
+        Length of a slice and width of a cell.
+    modulus : float [MPa]
+        Effective modulus E*.
     smooth : (rows, rows) array [mm/N]
         What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
     tilt : (rows, rows) array [1/N]
@@ -59,184 +59,295 @@ class PatchSystem:
     """
 
     starts: IntArray
-    half_spaces: tuple[HalfSpace, ...]
-    per_force: float
+    cell: tuple[float, float]
+    modulus: float
     smooth: FloatArray
     tilt: FloatArray
     aside: FloatArray
     across: FloatArray
     coefficients: FloatArray
 
-    def apply(self, force: FloatArray, *, roughly: bool = False) -> FloatArray:
-        """C f [mm] for cell forces [N], (rows, columns); half-spaces in single precision if roughly."""
-        out = np.empty_like(force)
-        for half_space, start, stop in zip(self.half_spaces, self.starts[:-1], self.starts[1:], strict=True):
-            out[start:stop] = half_space.apply(force[start:stop], roughly=roughly)
-        out *= self.per_force
-        whole, moment, second = _moments(force, self.across)
-        even = self.smooth @ whole + self.tilt.T @ moment + self.aside @ second
-        _add_across(out, self.across, even, self.tilt @ whole - 2.0 * (self.aside @ moment), self.aside @ whole)
+    def apply(self, force: FloatArray) -> FloatArray:
+        """C f [mm] for cell forces [N], (rows, columns)."""
+        plans, out = plans_of(self, force.shape[1]), np.empty_like(force)
+        displace(self, plans, plans.work_space(), self.across, force, out)
         return out
 
 
-@njit(cache=True, error_model="numpy")
-def _moments(force, across):  # type: ignore[no-untyped-def]
-    """Sum of the forces of every row, and their first and second moments: (3, rows)."""
-    out = np.zeros((3, force.shape[0]))
-    for r in range(force.shape[0]):
-        whole, first, second = 0.0, 0.0, 0.0
-        for c in range(force.shape[1]):
-            moment = across[r, c] * force[r, c]
-            whole += force[r, c]
-            first += moment
-            second += across[r, c] * moment
-        out[0, r], out[1, r], out[2, r] = whole, first, second
-    return out
+def plans_of(system: PatchSystem, columns: int) -> GridPlans:
+    """The half-space under each pair, with so many columns of cells."""
+    return grid_plans(tuple(np.diff(system.starts).tolist()), columns, system.cell)
 
 
-@njit(cache=True, error_model="numpy")
-def _add_across(out, across, even, linear, square):  # type: ignore[no-untyped-def]
-    """Add a parabola across every row."""
-    for r in range(out.shape[0]):
-        for c in range(out.shape[1]):
-            out[r, c] += even[r] + across[r, c] * (linear[r] + across[r, c] * square[r])
+@njit(cache=True, error_model="numpy", nogil=True)
+def displace(system, plans, work, across, force, out):  # type: ignore[no-untyped-def]
+    """C f [mm] for cell forces [N], both (rows, columns), on columns at the distances `across`."""
+    per_force = 1.0 / (system.cell[0] * system.cell[1] * system.modulus)
+    for pair in range(system.starts.shape[0] - 1):
+        start, stop = system.starts[pair], system.starts[pair + 1]
+        factors = plans.factors[plans.first_factor[pair] : plans.first_factor[pair + 1]]
+        turns = plans.turns[plans.first_turn[pair] : plans.first_turn[pair + 1]]
+        convolve(
+            force[start:stop], out[start:stop], factors, True, turns, plans.turns_across, work,
+            plans.sizes[pair, 0], plans.sizes[pair, 1],
+        )  # fmt: skip
+    _add_whole(system.smooth, system.tilt, system.aside, across, force, per_force, out)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _add_whole(smooth, tilt, aside, across, force, per_force, out):  # type: ignore[no-untyped-def]
+    """Scale the half-spaces' displacement, and add what rows feel of one another as a whole: a parabola each."""
+    rows, columns = force.shape
+    whole, moment, second, lean = np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    for r in range(rows):
+        total, first, square = 0.0, 0.0, 0.0
+        for c in range(columns):
+            arm = across[r, c] * force[r, c]
+            total += force[r, c]
+            first += arm
+            square += across[r, c] * arm
+        whole[r], moment[r], second[r] = total, first, square
+    for r in range(rows):
+        for s in range(rows):
+            lean[s] += tilt[r, s] * moment[r]
+    for r in range(rows):
+        even, linear, square = lean[r], 0.0, 0.0
+        for s in range(rows):
+            even += smooth[r, s] * whole[s] + aside[r, s] * second[s]
+            linear += tilt[r, s] * whole[s] - 2.0 * aside[r, s] * moment[s]
+            square += aside[r, s] * whole[s]
+        for c in range(columns):
+            out[r, c] = per_force * out[r, c] + even + across[r, c] * (linear + across[r, c] * square)
 
 
 @njit(cache=True, error_model="numpy")
 def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
-    """Cholesky factor of m cells of a row, their response to an even displacement, and its sum."""
+    """Cholesky factor of m cells of a row (its diagonal inverse), their response to an even displacement, its sum."""
     total = 0.0
     for i in range(m):
         for j in range(i + 1):
             value = own[abs(members[i] - members[j])]
             for k in range(j):
                 value -= factor[i, k] * factor[j, k]
-            factor[i, j] = sqrt(value) if i == j else value / factor[j, j]
+            factor[i, j] = 1.0 / sqrt(value) if i == j else value * factor[j, j]
         value = 1.0
         for k in range(i):
             value -= factor[i, k] * ones[k]
-        ones[i] = value / factor[i, i]
+        ones[i] = value * factor[i, i]
     for i in range(m - 1, -1, -1):
         value = ones[i]
         for k in range(i + 1, m):
             value -= factor[k, i] * ones[k]
-        ones[i] = value / factor[i, i]
+        ones[i] = value * factor[i, i]
         total += ones[i]
     return total
 
 
+class RowPreconditioner(NamedTuple):
+    """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
+
+    Factors of rows are kept until other cells of the row are free; that of their coupling, until more than a few are.
+
+    Attributes
+    ----------
+    free : (rows, columns) bool array
+        Cells that the factors are of.
+    factors : (rows, columns, columns) array
+        Cholesky factor of each row's free cells by themselves; of its diagonal, the inverse.
+    ones : (rows, columns) array [N/mm]
+        Response of these cells to an even displacement.
+    members : (rows, columns) int array
+        Their columns.
+    counts : (rows,) int array
+        Their number.
+    stiffness : (rows,) array [N/mm]
+        Sum of their response.
+    on : (rows,) int array
+        Rows that have free cells; `used` of them.
+    used : (1,) int array
+    changed : (1,) int array
+        Cells that have changed since the coupling was made.
+    coupling : (rows, rows) array
+        Deflection of these rows under one another's forces, times the square root of the stiffness from both sides.
+    whole : (rows, rows) array
+        Cholesky factor of 1 plus that; of its diagonal, the inverse.
+    """
+
+    free: BoolArray
+    factors: FloatArray
+    ones: FloatArray
+    members: IntArray
+    counts: IntArray
+    stiffness: FloatArray
+    on: IntArray
+    used: IntArray
+    changed: IntArray
+    coupling: FloatArray
+    whole: FloatArray
+
+
 @njit(cache=True, error_model="numpy")
-def _factor_rows(active, before, own, factors, ones, compliance, members, counts):  # type: ignore[no-untyped-def]
-    """`_factor_row` of every row whose active cells are not those that they were before."""
-    rows, columns = active.shape
+def row_preconditioner(rows, columns):  # type: ignore[no-untyped-def]
+    """A preconditioner of which no cell is free yet."""
+    return RowPreconditioner(
+        np.zeros((rows, columns), dtype=np.bool_),
+        np.empty((rows, columns, columns)),
+        np.empty((rows, columns)),
+        np.empty((rows, columns), dtype=np.int64),
+        np.zeros(rows, dtype=np.int64),
+        np.zeros(rows),
+        np.empty(rows, dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+        np.empty((rows, rows)),
+        np.empty((rows, rows)),
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-def]
+    """Forces [N] for a displacement [mm], (rows, columns); zero on cells that are not free.
+
+    Parameters
+    ----------
+    kept : RowPreconditioner, changed
+    system : PatchSystem
+    residual : (rows, columns) array [mm]
+    free : (rows, columns) bool array
+    out : (rows, columns) array [N], changed
+    """
+    if _factor_rows(kept, system.coefficients[0], free):
+        kept.changed[0] = 0
+        _couple_rows(kept, system.starts, system.coefficients, system.smooth)
+        lift = 0.0
+        while not _factor_whole(kept, lift):
+            # a preconditioner has to be positive definite, whatever it stands for
+            lift = max(2.0 * lift, _DEFINITE)
+        if lift > 0.0:
+            _factor_whole(kept, lift + _DEFINITE)
+    _solve(kept, residual, out)
+
+
+@njit(cache=True, error_model="numpy")
+def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
+    """`_factor_row` of every row whose free cells are not those that they were before; whether coupling is due, too.
+
+    It is where more than a few cells have changed since it was made, or a row has free cells that had none.
+    """
+    rows, columns = free.shape
+    count, due = 0, False
     for r in range(rows):
-        if np.array_equal(active[r], before[r]):
-            continue
-        m = 0
+        same = True
         for c in range(columns):
-            if active[r, c]:
-                members[r, m] = c
+            same &= free[r, c] == kept.free[r, c]
+        if same:
+            continue
+        m = ZERO
+        for c in range(columns):
+            kept.changed[0] += free[r, c] != kept.free[r, c]
+            kept.free[r, c] = free[r, c]
+            if free[r, c]:
+                kept.members[r, m] = c
                 m += 1
-        counts[r] = m
-        compliance[r] = _factor_row(own, members[r], m, factors[r], ones[r])
+        due |= kept.counts[r] == 0
+        kept.counts[r] = m
+        kept.stiffness[r] = _factor_row(own, kept.members[r], m, kept.factors[r], kept.ones[r])
+    for r in range(rows):
+        count += kept.counts[r]
+    return due or kept.changed[0] > _FEW_CHANGED * count
 
 
 @njit(cache=True, error_model="numpy")
-def _solve_rows(residual, factors, members, counts, out, sums):  # type: ignore[no-untyped-def]
-    """Every row's cells by themselves; `out` is zero elsewhere."""
+def _couple_rows(kept, starts, coefficients, smooth):  # type: ignore[no-untyped-def]
+    """Coupling of the rows that have free cells."""
+    n = ZERO
+    most = kept.on.shape[0]
+    pairs, width, root = np.empty(most, dtype=np.int64), np.empty(most), np.empty(most)
+    for pair in range(starts.shape[0] - 1):
+        for r in range(starts[pair], starts[pair + 1]):
+            if kept.counts[r] > 0:
+                kept.on[n], pairs[n], width[n] = r, pair, sqrt(0.5 * _EVEN_ACROSS * kept.counts[r])
+                root[n] = sqrt(kept.stiffness[r])
+                n += 1
+    kept.used[0] = n
+    for i in range(n):
+        for j in range(i + 1):
+            r, s = kept.on[i], kept.on[j]
+            value = smooth[r, s]
+            if i != j and pairs[i] == pairs[j]:
+                value += coefficients[r - s, int(width[i] * width[j] + 0.5)]
+            kept.coupling[i, j] = kept.coupling[j, i] = root[i] * value * root[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _factor_whole(kept, lift):  # type: ignore[no-untyped-def]
+    """Factor of the coupling of rows, of which `lift` is added to the diagonal; False where it is not definite."""
+    a = kept.whole
+    for i in range(kept.used[0]):
+        for j in range(i):
+            total = kept.coupling[i, j]
+            for k in range(j):
+                total -= a[i, k] * a[j, k]
+            a[i, j] = total * a[j, j]
+        total = 1.0 + lift + kept.coupling[i, i]
+        for k in range(i):
+            total -= a[i, k] * a[i, k]
+        if not total > 0.0:
+            return False
+        a[i, i] = 1.0 / sqrt(total)
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _solve_rows(kept, residual, out, sums):  # type: ignore[no-untyped-def]
+    """Every row's cells by themselves, and the sum of their forces; zero elsewhere."""
     rows, columns = residual.shape
     x = np.empty(columns)
     for r in range(rows):
-        m = counts[r]
+        m, factor, members = kept.counts[r], kept.factors[r], kept.members[r]
         for c in range(columns):
             out[r, c] = 0.0
         for i in range(m):
-            value = residual[r, members[r, i]]
+            value = residual[r, members[i]]
             for k in range(i):
-                value -= factors[r, i, k] * x[k]
-            x[i] = value / factors[r, i, i]
+                value -= factor[i, k] * x[k]
+            x[i] = value * factor[i, i]
         total = 0.0
         for i in range(m - 1, -1, -1):
             value = x[i]
             for k in range(i + 1, m):
-                value -= factors[r, k, i] * x[k]
-            x[i] = value / factors[r, i, i]
-            out[r, members[r, i]] = x[i]
+                value -= factor[k, i] * x[k]
+            x[i] = value * factor[i, i]
+            out[r, members[i]] = x[i]
             total += x[i]
         sums[r] = total
 
 
-@njit(cache=True, error_model="numpy")
-def _add_even(out, ones, members, counts, amount):  # type: ignore[no-untyped-def]
-    for r in range(out.shape[0]):
-        for i in range(counts[r]):
-            out[r, members[r, i]] += amount[r] * ones[r, i]
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _solve(kept, residual, out):  # type: ignore[no-untyped-def]
+    """(D + E c E')^-1 = D^-1 - D^-1 E / R (1 + R c R)^-1 R c R / R E' D^-1, with R^2 = E' D^-1 E.
 
-
-@njit(cache=True, error_model="numpy")
-def _couple_rows(on, counts, starts, coefficients, smooth, root, coupling, matrix):  # type: ignore[no-untyped-def]
-    """Deflection of active rows under one another's forces [mm/N], times `root` from the left; 1 + that from both."""
-    n = on.shape[0]
-    pair = 0
-    pairs = np.empty(n, dtype=np.int64)
-    for i in range(n):
-        while pair < starts.shape[0] - 2 and on[i] >= starts[pair + 1]:
-            pair += 1
-        pairs[i] = pair
-    for i in range(n):
-        for j in range(i + 1):
-            value = smooth[on[i], on[j]]
-            if i != j and pairs[i] == pairs[j]:
-                middle = int(0.5 * _EVEN_ACROSS * sqrt(counts[on[i]] * counts[on[j]]) + 0.5)
-                value += coefficients[on[i] - on[j], middle]
-            coupling[i, j] = root[i] * value
-            coupling[j, i] = root[j] * value
-            matrix[i, j] = matrix[j, i] = root[i] * value * root[j]
-        matrix[i, i] += 1.0
-
-
-class RowPreconditioner:
-    """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
-
-    Factors are kept until other cells are free.
+    R c R may be that of a few other free cells: what is subtracted remains less than what it is subtracted from.
     """
-
-    def __init__(self, system: PatchSystem, columns: int):
-        rows = int(system.starts[-1])
-        self._system = system
-        self._free = np.zeros((rows, columns), dtype=bool)
-        self._factors, self._ones = np.empty((rows, columns, columns)), np.empty((rows, columns))
-        self._members, self._counts = np.empty((rows, columns), np.int64), np.zeros(rows, np.int64)
-        self._compliance = np.zeros(rows)
-
-    def __call__(self, residual: FloatArray, free: BoolArray) -> FloatArray:
-        """Forces [N] for a displacement [mm], (rows, columns); zero on cells that are not free."""
-        if not np.array_equal(free, self._free):
-            self._factor(free)
-        out, sums = np.empty_like(residual), np.empty(residual.shape[0])
-        _solve_rows(residual, self._factors, self._members, self._counts, out, sums)
-        # (D + E c E')^-1 = D^-1 - D^-1 E R (1 + R c R)^-1 R c E' D^-1, with R^2 = E' D^-1 E
-        amount, on = np.zeros(residual.shape[0]), self._on
-        amount[on] = -dpotrs(self._whole, self._coupling @ sums[on], lower=1)[0] / self._root
-        _add_even(out, self._ones, self._members, self._counts, amount)
-        return out
-
-    def _factor(self, free: BoolArray) -> None:
-        system = self._system
-        _factor_rows(
-            free, self._free, system.coefficients[0], self._factors, self._ones, self._compliance, self._members,
-            self._counts,
-        )  # fmt: skip
-        self._free = free.copy()
-        self._on = on = np.flatnonzero(self._counts)
-        self._root = np.sqrt(self._compliance[on])
-        self._coupling, matrix = np.empty((on.size, on.size)), np.empty((on.size, on.size))
-        _couple_rows(
-            on, self._counts, system.starts, system.coefficients, system.smooth, self._root, self._coupling, matrix
-        )
-        # LAPACK itself: scipy's wrappers take longer than matrices of this size
-        self._whole, failed = dpotrf(matrix, lower=1)
-        if failed:
-            # a preconditioner has to be positive definite, whatever it stands for
-            matrix.ravel()[:: on.size + 1] += _DEFINITE - float(np.linalg.eigvalsh(matrix)[0])
-            self._whole, _ = dpotrf(matrix, lower=1)
+    n, sums = kept.used[0], np.empty(residual.shape[0])
+    _solve_rows(kept, residual, out, sums)
+    x, on, a, even = np.empty(n), kept.on, kept.whole, np.empty(n)
+    for i in range(n):
+        stiffness = kept.stiffness[on[i]]
+        even[i] = 1.0 / sqrt(stiffness) if stiffness > 0.0 else 0.0
+        sums[i] = sums[on[i]] * even[i]
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += kept.coupling[i, j] * sums[j]
+        for k in range(i):
+            total -= a[i, k] * x[k]
+        x[i] = total * a[i, i]
+    for i in range(n - 1, -1, -1):
+        x[i] *= a[i, i]
+        for k in range(i):
+            x[k] -= a[i, k] * x[i]
+    for i in range(n):
+        r = on[i]
+        for k in range(kept.counts[r]):
+            out[r, kept.members[r, k]] -= x[i] * even[i] * kept.ones[r, k]

@@ -9,19 +9,22 @@ import pytest
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq, nnls
 
+import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.compliance.half_space import HalfSpace
+from semiwear.contact import patch_contact, patch_iteration
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import gap_of_flanks
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
-from semiwear.contact.patch_system import PatchSystem
+from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
 from semiwear.contact.problem import picked
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import less_aside
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
+from tests.scenes import SMALL, scene_of
 from tests.strategies.lines import even_grid, straight_lines
 
 MODULUS = 113736.0
@@ -89,8 +92,8 @@ def two_pairs(seed: int) -> Dense:
     lever = random.uniform(70.0, 80.0, rows)
     system = PatchSystem(
         starts=starts,
-        half_spaces=tuple(HalfSpace((count, COLUMNS), CELL, MODULUS) for count in ROWS),
-        per_force=1.0 / (CELL[0] * CELL[1]),
+        cell=CELL,
+        modulus=MODULUS,
         smooth=smooth,
         tilt=tilt,
         aside=less + less.T,
@@ -157,8 +160,8 @@ def test_forces_beside_the_line_bend_teeth_as_those_of_a_line_that_has_moved(see
     force = np.zeros(system.across.shape)
     force[rows, column] = random.random(rows.size)
     nothing = np.zeros_like(system.smooth)
-    system = replace(system, aside=nothing)
-    local = replace(system, smooth=nothing, tilt=nothing).apply(force)
+    system = system._replace(aside=nothing)
+    local = system._replace(smooth=nothing, tilt=nothing).apply(force)
     moved = picked(system.smooth, system.tilt, rows, system.across[rows, column])
     seen = (system.apply(force) - local)[rows, column]
     np.testing.assert_allclose(seen, moved @ force.sum(axis=1), rtol=1e-12, atol=1e-18)
@@ -186,6 +189,63 @@ def test_less_is_subtracted_aside_as_the_half_space_displacement_falls():
             assert found[i, j] == pytest.approx((displacement(0.0, i, j) - displacement(x, i, j)) / x**2, rel=1e-3)
     # other lines share no ground
     assert (found[3, :3] == 0.0).all() and (found[:3, 3] == 0.0).all() and found[3, 3] > 0.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_windows_grow_to_the_cells_that_touch(seed, monkeypatch):
+    """From one cell at the far end of its row, whose window leaves out much of the contact: as on all columns."""
+    dense = two_pairs(seed)
+    columns, solve = [], patch_iteration._solve
+
+    def told(*args):
+        columns.append(args[4].columns)
+        return solve(*args)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(patch_iteration, "_WINDOWS", 0)
+        patched.setattr(patch_iteration, "_solve", told)
+        whole = dense.share(np.ones(dense.gap.shape), 1e-9)
+    assert columns == [COLUMNS]
+    touching = np.flatnonzero((whole.sharing.pressure > 0.0).any(axis=0))
+    end = 0 if touching.min() > COLUMNS - 1 - touching.max() else COLUMNS - 1
+    start = np.zeros(dense.gap.shape)
+    start[np.flatnonzero(np.isfinite(dense.gap[:, end]))[0], end] = 1.0
+    monkeypatch.setattr(patch_iteration, "_solve", told)
+    grown = dense.share(start, 1e-9)
+    assert columns[1] < COLUMNS and len(columns) > 2
+    exact = whole.sharing.pressure
+    np.testing.assert_allclose(grown.sharing.pressure, exact, rtol=0.0, atol=1e-7 * exact.max())
+    assert grown.rotation == pytest.approx(whole.rotation, rel=1e-9)
+    assert grown.complementarity < 1e-7
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_preconditioner_is_positive_with_the_coupling_of_other_cells(seed):
+    """Cells come and go, fewer than make the coupling be factored again."""
+    system, random = two_pairs(seed).system, np.random.default_rng(seed)
+    free = random.random(system.across.shape) < 0.7
+    kept = row_preconditioner(*free.shape)
+
+    def dense() -> np.ndarray:
+        places = np.argwhere(free)
+        columns = np.zeros((len(places), len(places)))
+        for k, place in enumerate(places):
+            unit, out = np.zeros(free.shape), np.empty(free.shape)
+            unit[*place] = 1.0
+            precondition(kept, system, unit, free, out)
+            columns[:, k] = out[free]
+        return columns
+
+    fresh = dense()
+    np.testing.assert_allclose(fresh, fresh.T, rtol=0.0, atol=1e-12 * fresh.max())
+    assert kept.changed[0] == 0
+    for row, column in random.permutation(np.argwhere(free))[:3]:
+        if free[row].sum() > 1:
+            free[row, column] = False
+    other = dense()
+    assert kept.changed[0] > 0
+    np.testing.assert_allclose(other, other.T, rtol=0.0, atol=1e-12 * other.max())
+    assert np.linalg.eigvalsh(other)[0] > 0.0
 
 
 def test_a_pair_far_away_carries_nothing():
@@ -222,7 +282,7 @@ def test_what_iterations_leave_is_solved_by_active_sets(seed):
 
 def test_an_indefinite_half_space_is_told():
     dense = two_pairs(0)
-    wrong = replace(dense, system=replace(dense.system, smooth=-dense.system.smooth, per_force=-1.0))
+    wrong = replace(dense, system=dense.system._replace(smooth=-dense.system.smooth, modulus=-MODULUS))
     found = wrong.share(np.ones(dense.gap.shape), 1e-7, 100)
     assert found.sharing.status is ComplementarityStatus.NOT_POSITIVE
 
@@ -248,7 +308,7 @@ def test_gap_of_cells_is_curvature_and_wear():
     cells = PatchCells(lines, grid, 0.11)
     wear = np.stack([1e-3 * (1.0 + np.sin(grid.profile[0] + phase)) for phase in (0.0, 1.0, 2.0)])
     rolls, faces = np.array([0, 1, 1]), np.array([2, 0, 1])
-    gap, reach = cells.gap(rolls, faces, 0.02, 40, Removed.alike(cells.grid, wear, 2))
+    gap, reach = cells.gap(rolls, faces, 0.02, 40, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
     away = (np.arange(40) - 19.5) * 0.11
     place = lines.profile[rolls, faces][:, None] + away
     fresh = 0.5 * 0.03 * away**2
@@ -267,8 +327,8 @@ def test_gap_does_not_depend_on_the_number_of_columns():
     cells = PatchCells(lines, even_grid(lines, 101), 0.11)
     wear = 1e-3 * np.random.default_rng(0).random(cells.grid.profile.shape)
     rolls, faces = np.array([0, 1]), np.array([0, 2])
-    wide, reach = cells.gap(rolls, faces, 0.02, 80, Removed.alike(cells.grid, wear, 2))
-    narrow, same = cells.gap(rolls, faces, 0.02, 8, Removed.alike(cells.grid, wear, 2))
+    wide, reach = cells.gap(rolls, faces, 0.02, 80, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
+    narrow, same = cells.gap(rolls, faces, 0.02, 8, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
     assert same == reach
     np.testing.assert_array_equal(narrow, wide[:, 36:44])
 
@@ -411,3 +471,14 @@ def test_plan_says_what_runs(shipped):
     assert "patches" in chosen["contact"]
     assert "marched" in chosen["wear mapping"]
     assert "interpolated" in {choice.slot: choice.chosen for choice in plan(shipped).choices}["wear mapping"]
+
+
+def test_a_mesh_position_is_solved_once_under_a_wear_step(monkeypatch):
+    """The wear of the step is counted in the approach that is looked at."""
+    wears = {"wear.until.control_depths_um": (6.0, 12.0), "numerics.fidelity": "patch", "numerics.threads": 1}
+    solved, tried = [], []
+    solve, share = patch_contact._Position.solve, patch_contact.share_torque
+    monkeypatch.setattr(patch_contact._Position, "solve", lambda *args: (solved.append(1), solve(*args))[1])
+    monkeypatch.setattr(patch_contact, "share_torque", lambda *args: (tried.append(1), share(*args))[1])
+    sw.simulate(scene_of(SMALL, wears, wears=True))
+    assert len(tried) <= 1.02 * len(solved)

@@ -16,6 +16,7 @@ from tests.scenes import SMALL, TINY, scene_of
 
 WORN = {"wear.until.control_depths_um": (6.0, 12.0)}
 BOTH = {"wear.worn_bodies": ("pinion", "gear")}
+PATCHES = {"numerics.fidelity": "patch"}
 
 
 @cache
@@ -29,7 +30,7 @@ def on_threads(scene: sw.Scene, count: int) -> list[str]:
 
 
 @pytest.mark.parametrize("count", [2, 3])
-@pytest.mark.parametrize("changes", [{}, BOTH], ids=["gear", "both"])
+@pytest.mark.parametrize("changes", [{}, BOTH, PATCHES], ids=["gear", "both", "patches"])
 def test_results_are_the_same_for_any_number(changes, count):
     assert on_threads(scene_of(SMALL, WORN, changes, wears=True), count) == []
 

@@ -1,0 +1,255 @@
+"""Iterations of fidelity `patch`, compiled whole: one mesh position is one call, and lets go of Python's lock.
+
+The steps are those of `complementarity`. They are taken on windows, the columns of cells around those that press, as
+many for each pair: contacts are narrow beside the cells that may touch, and convolutions take most of the time. The
+displacement of all cells, once at the end, tells whether any beyond a window touches; then windows grow.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from semiwear.contact.complementarity import (
+    CAUTION,
+    ERROR_PER_STEP,
+    FINEST,
+    FIRST_REACH,
+    Complementarity,
+    ComplementarityStatus,
+    advance,
+    downhill_change,
+    search_direction,
+    separation_left,
+)
+from semiwear.contact.patch_system import PatchSystem, displace, plans_of, precondition, row_preconditioner
+from semiwear.kernel_cache import njit
+
+__all__ = ["solve_in_windows"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_WINDOWS = 12  # tried before all columns are taken
+_MARGIN = 3  # cells to either side of those that press
+_COLUMNS = 8  # widths of windows come in multiples
+_ROUNDING = 1e-13  # of the largest displacement: penetration that means nothing
+
+_STATUSES = tuple(ComplementarityStatus)
+_CONVERGED = _STATUSES.index(ComplementarityStatus.CONVERGED)
+_NO_CONTACT = _STATUSES.index(ComplementarityStatus.NO_CONTACT)
+_NOT_CONVERGED = _STATUSES.index(ComplementarityStatus.NOT_CONVERGED)
+_NOT_POSITIVE = _STATUSES.index(ComplementarityStatus.NOT_POSITIVE)
+
+
+class _Window(NamedTuple):
+    """Columns of cells, as many for each pair.
+
+    Attributes
+    ----------
+    first : (rows,) int array
+        First column in each row.
+    columns : int
+    """
+
+    first: IntArray
+    columns: int
+
+
+def solve_in_windows(
+    system: PatchSystem,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: float,
+    start: FloatArray,
+    tolerance: float,
+    max_iterations: int,
+) -> Complementarity:
+    """Forces on cells that balance a torque.
+
+    Parameters
+    ----------
+    system : PatchSystem
+    gap : (rows, columns) array [mm]
+        Infinite where nothing can touch.
+    lever : (rows,) array [mm]
+    torque : float [N mm]
+    start : (rows, columns) array [N]
+        Forces to start from: not negative, zero where nothing can touch, and not all zero.
+    tolerance : float
+        Relative L2 error of the forces.
+    max_iterations : int
+    """
+    force, displacement, wanted = start.copy(), np.empty_like(start), start > 0.0
+    entire, used = plans_of(system, gap.shape[1]), 0
+    for attempt in range(_WINDOWS + 1):
+        window = _Window(*_window_around(wanted, gap, system.starts, attempt == _WINDOWS))
+        inside = plans_of(system, window.columns)
+        work = (inside if inside.work_size > entire.work_size else entire).work_space()
+        code, rotation, steps, error = _solve(
+            system, inside, entire, work, window, gap, lever, torque, tolerance, max_iterations - used, force,
+            displacement,
+        )  # fmt: skip
+        used += steps
+        harmless = float(system.coefficients[0, 0]) * tolerance
+        if code != _CONVERGED or not _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):
+            break
+    return Complementarity(force, displacement, rotation, torque, _STATUSES[code], used, error)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _window_around(wanted, gap, starts, every):  # type: ignore[no-untyped-def]
+    """First column of the window in each row, and its width; of all columns, if `every`."""
+    rows, columns = wanted.shape
+    pairs = starts.shape[0] - 1
+    low, high, width = np.empty(pairs, dtype=np.int64), np.empty(pairs, dtype=np.int64), 0
+    for pair in range(pairs):
+        low[pair], high[pair] = columns, -1
+        nearest, least = columns // 2, np.inf
+        for r in range(starts[pair], starts[pair + 1]):
+            for c in range(columns):
+                if wanted[r, c]:
+                    low[pair], high[pair] = min(low[pair], c), max(high[pair], c)
+                if gap[r, c] < least:
+                    nearest, least = c, gap[r, c]
+        if high[pair] < 0:
+            low[pair], high[pair] = nearest, nearest
+        width = max(width, high[pair] - low[pair] + 1)
+    width = (width + 2 * _MARGIN + _COLUMNS - 1) // _COLUMNS * _COLUMNS
+    width = columns if every else min(width, columns)
+    first = np.empty(rows, dtype=np.int64)
+    for pair in range(pairs):
+        at = min(max((low[pair] + high[pair] + 1 - width) // 2, 0), columns - width)
+        for r in range(starts[pair], starts[pair + 1]):
+            first[r] = at
+    return first, width
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):  # type: ignore[no-untyped-def]
+    """Whether cells beyond the window penetrate by more than rounding or `harmless` times the greatest force.
+
+    These are wanted then, and those that press.
+    """
+    rows, columns = gap.shape
+    strongest, deepest, found = 0.0, 0.0, False
+    for r in range(rows):
+        for c in range(columns):
+            strongest, deepest = max(strongest, force[r, c]), max(deepest, displacement[r, c])
+    overlap = max(harmless * strongest, _ROUNDING * deepest)
+    for r in range(rows):
+        stop = window.first[r] + window.columns
+        for c in range(columns):
+            out = (c < window.first[r]) | (c >= stop)
+            pierced = out & (gap[r, c] + displacement[r, c] - lever[r] * rotation < -overlap)
+            wanted[r, c] = pierced | (force[r, c] > 0.0)
+            found |= pierced
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _inside(window, values, out):  # type: ignore[no-untyped-def]
+    """Values of all cells in the window."""
+    for r in range(values.shape[0]):
+        for c in range(window.columns):
+            out[r, c] = values[r, window.first[r] + c]
+
+
+@njit(cache=True, error_model="numpy")
+def _everywhere(window, values, out):  # type: ignore[no-untyped-def]
+    """Values of all cells from those in the window, zero beyond."""
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            out[r, c] = 0.0
+        for c in range(window.columns):
+            out[r, window.first[r] + c] = values[r, c]
+
+
+@njit(cache=True, error_model="numpy")
+def _rising_arms(lever, window, torque, pressure, arms):  # type: ignore[no-untyped-def]
+    """Lever arm of every cell in the window, and forces scaled to bear the torque."""
+    total = 0.0
+    for r in range(lever.shape[0]):
+        for c in range(window.columns):
+            arms[r, c] = lever[r]
+            total += lever[r] * pressure[r, c]
+    for r in range(lever.shape[0]):
+        for c in range(window.columns):
+            pressure[r, c] *= torque / total
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, most, force, displacement):  # type: ignore[no-untyped-def]  # noqa: C901
+    """Forces on the cells of a window, from those that are there, and the displacement of all cells.
+
+    The iterations of `solve_complementarity`, in double precision throughout: the transforms of a window are short.
+
+    Returns
+    -------
+    status : int
+        Number of the `ComplementarityStatus`.
+    rotation : float [rad]
+    iterations : int
+    error : float
+    """
+    shape = gap.shape[0], window.columns
+    across, arms, closed, pressure, near = (
+        np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape),
+    )  # fmt: skip
+    _inside(window, system.across, across)
+    _inside(window, gap, near)
+    _inside(window, force, pressure)
+    _rising_arms(lever, window, torque, pressure, arms)
+    displace(system, inside, work, across, pressure, closed)
+    kept, free = row_preconditioner(shape[0], shape[1]), np.empty(shape, dtype=np.bool_)
+    residual, last_residual, step = np.zeros(shape), np.zeros(shape), np.empty(shape)
+    search, move, image = np.zeros(shape), np.empty(shape), np.empty(shape)
+    arm, p, u, g = arms.reshape(-1), pressure.reshape(-1), closed.reshape(-1), near.reshape(-1)
+    iteration, last_product, reach, exact, rotation = 0, 0.0, FIRST_REACH, False, 0.0
+    while True:
+        rotation = separation_left(p, u, g, arm, arm, True, rotation, free.reshape(-1), residual.reshape(-1))
+        precondition(kept, system, residual, free, step)
+        product, size, pressed = search_direction(
+            step.reshape(-1), residual.reshape(-1), last_residual.reshape(-1), last_product, p, arm, arm, True,
+            free.reshape(-1), search.reshape(-1),
+        )  # fmt: skip
+        error = ERROR_PER_STEP * np.sqrt(size / pressed) if pressed > 0.0 else np.inf
+        small = error <= max(tolerance, FINEST) or size == 0.0
+        status = -1
+        if exact and small:
+            if not pressed > 0.0:
+                status = _NO_CONTACT
+            else:
+                status = _CONVERGED if error <= tolerance else _NOT_CONVERGED
+        elif iteration >= most and not small:
+            status = _NOT_CONVERGED
+        work_done, cut = 0.0, False
+        if status < 0 and not small:
+            work_done, cut, reach = downhill_change(
+                p, search.reshape(-1), step.reshape(-1), residual.reshape(-1), product, reach, arm, arm, True, torque,
+                move.reshape(-1),
+            )  # fmt: skip
+            iteration += 1
+            if work_done > 0.0:
+                displace(system, inside, work, across, move, image)
+                wanted = advance(p, u, move.reshape(-1), image.reshape(-1), work_done, cut, arm, arm, True, torque)
+                if wanted > 0.0:
+                    reach *= CAUTION * min(max(wanted, 0.5), 2.0)
+                    residual, last_residual = last_residual, residual
+                    exact, last_product = False, product
+                    continue
+                status = _NOT_POSITIVE
+            elif exact:  # what is left is rounding
+                status = _NOT_CONVERGED
+            else:
+                reach = FIRST_REACH
+        if not exact:
+            _everywhere(window, pressure, force)
+            displace(system, entire, work, system.across, force, displacement)
+            _inside(window, displacement, closed)
+            exact, last_product = True, 0.0
+        if status >= 0:
+            return status, rotation, iteration, error
