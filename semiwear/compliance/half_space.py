@@ -213,7 +213,7 @@ class HalfSpace:
 
 
 class GridPlans(NamedTuple):
-    """What compiled functions need to `convolve` grids that have as many columns, one after the other.
+    """Factors, half steps and sizes of grids of as many columns each, for compiled functions that `convolve` them.
 
     Attributes
     ----------
@@ -260,7 +260,7 @@ def grid_plans(counts: tuple[int, ...], columns: int, cell: tuple[float, float])
         np.cumsum([0, *(own.size for own in factors)]),
         together[1],
         np.cumsum([0, *(len(own) for own in turns)]),
-        half_steps(across, np.float64),
+        np.asarray(half_steps(across, np.float64), np.float64),
         sizes[:, 1:].copy(),
         int(sizes[:, 0].max()),
     )
