@@ -9,6 +9,7 @@ from semiwear import cli, plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
+from semiwear.report import page as report_page
 from semiwear.report import write_report
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Kind, Mark, differences
 from semiwear.report.fidelities import against_section
@@ -333,7 +334,8 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
         ({"faces": 31, "profiles": 39}, "the same numerics.face_slices and numerics.profile_points"),
     ],
 )
-def test_other_flank_grids_are_refused(tmp_path, line, sizes, said):
+def test_other_flank_grids_are_refused(tmp_path, line, sizes, said, monkeypatch):
+    monkeypatch.setattr(report_page, "written", None)  # before a section is made
     with pytest.raises(SemiwearError, match=re.escape(said)):
         write_report(line, tmp_path / "r.html", result("patch", **sizes))
     assert not list(tmp_path.iterdir())
