@@ -181,7 +181,7 @@ def test_the_error_says_what_is_wrong_and_what_to_do(tmp_path, whole, kind):
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", ["a picture", "half", "other netCDF", "missing variable"])
+@pytest.mark.parametrize("kind", ["a picture", "missing variable"])
 def test_the_command_line_tells_the_error(tmp_path, whole, kind, capsys):
     path = tmp_path / "worn.nc"
     DAMAGES[kind][0](path, whole)
