@@ -14,7 +14,7 @@ from semiwear.threads import available_threads, in_shares, using_threads
 from tests.same_result import different_variables
 from tests.scenes import SMALL, TINY, scene_of
 
-WORN = {"wear.until.control_depths_um": (6.0, 12.0)}
+WORN = {"wear.until.control_depths_um": (2.0, 4.0)}
 BOTH = {"wear.worn_bodies": ("pinion", "gear")}
 
 
