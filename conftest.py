@@ -6,12 +6,14 @@ the seed is printed at the end and given again with ``--hypothesis-seed``.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import random
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
+from importlib import metadata
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -31,17 +33,25 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["MPLBACKEND"] = "agg"
     # workers share the cores: with threads of its own in each, dense algebra waits for itself
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    # tooth compliance is computed once for all workers of a run, and none is left from the one before
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        os.environ["SEMIWEAR_CACHE_DIR"] = tempfile.mkdtemp(prefix="semiwear-tests-")
+        os.environ["SEMIWEAR_CACHE_DIR"] = str(_kept_teeth(config.rootpath))
     if config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
 
 
-def pytest_unconfigure() -> None:
-    """Remove what was kept."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        shutil.rmtree(os.environ.pop("SEMIWEAR_CACHE_DIR"), ignore_errors=True)
+def _kept_teeth(root: Path) -> Path:
+    """Folder of tooth compliance, which all workers and later runs of the very same sources share.
+
+    Any change of semiwear, however far from compliance, makes another folder, and what older sources left goes.
+    """
+    digest = hashlib.sha256(f"{sys.version} numba {metadata.version('numba')}".encode())
+    for path in sorted((root / "semiwear").rglob("*.py")):
+        digest.update(os.fsencode(path.relative_to(root)) + b"\0" + path.read_bytes())
+    folder = root / ".pytest_cache" / "teeth" / digest.hexdigest()[:40]
+    for older in folder.parent.glob("*"):
+        if older != folder:
+            shutil.rmtree(older, ignore_errors=True)
+    return folder
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from math import cos, hypot, pi, sin, tan
 from typing import cast
 
@@ -260,6 +261,7 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator
         yield Problem("wear.control_point.radius_mm", point.radius_mm, allowed, fix)
 
 
+@lru_cache(maxsize=16)  # most of the time of a scene's checks, and studies change it in other tables
 def _reach(mesh: FaceGearMesh, radius: float, body: int) -> tuple[float, float]:
     """Heights on a body's flank between which it meets the other's at a gear radius [mm].
 

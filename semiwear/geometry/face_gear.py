@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, cos, pi, sin, sqrt, tan
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from semiwear.geometry.section import RackRim, ToothSection
 __all__ = ["FaceGearTooth", "face_gear_flank"]
 
 FloatArray = NDArray[np.float64]
+Number = TypeVar("Number", float, NDArray[np.float64])
 
 _PASSES = 40  # of the fixed points and Newton iterations below, which need fewer than ten
 
@@ -215,13 +217,13 @@ class FaceGearTooth:
         point, _ = self.points(np.array(radius), profile)
         return radius * (pi / self.gear_teeth + atan2(point[0], point[2]))
 
-    def singularity(self, beta: float, roll: float) -> float:
+    def surface_element(self, sine: Number, cosine: Number, roll: float) -> Number:
         """Normal component of the surface element; it changes sign where the flank is singular (undercut).
 
-        Litvin and Fuentes 2004, section 18.6: the cross product of the tangents along roll and generation angle.
+        Litvin and Fuentes 2004, section 18.6: the cross product of the tangents along roll and generation angle, by
+        sine and cosine of the latter.
         """
         base, ratio = self.shaper_base_radius, self.ratio
-        sine, cosine = sin(beta), cos(beta)
         x = base * (sine - roll * cosine)
         z = base / (ratio * cosine)
         z_beta = base * sine / (ratio * cosine**2)
@@ -234,10 +236,11 @@ class FaceGearTooth:
     def singular_radii(self, roll: float) -> list[float]:
         """Gear radii at which the flank that a shaper's roll angle [rad] generates is singular, growing [mm]."""
         angles = np.linspace(1e-6, 0.5 * pi - 1e-3, 4000)
-        values = np.array([self.singularity(angle, roll) for angle in angles])
+        values = self.surface_element(np.sin(angles), np.cos(angles), roll)
         radii = []
         for k in np.nonzero(np.sign(values[1:]) != np.sign(values[:-1]))[0]:
-            beta = brentq(self.singularity, angles[k], angles[k + 1], args=(roll,), xtol=1e-15)
+            ends = angles[k], angles[k + 1]
+            beta = brentq(lambda beta: self.surface_element(sin(beta), cos(beta), roll), *ends, xtol=1e-15)
             x = self.shaper_base_radius * (sin(beta) - roll * cos(beta))
             radii.append(float(np.hypot(x, self.shaper_base_radius / (self.ratio * cos(beta)))))
         return sorted(radii)

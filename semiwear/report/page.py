@@ -9,6 +9,7 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import styled
+from semiwear.plot.two_results import TwoResults
 from semiwear.report import sections
 from semiwear.report.effects import effects_section
 from semiwear.report.fidelities import against_section, heading
@@ -85,6 +86,8 @@ def write_report(
         if given is not None and "schema_version" not in given.attrs:
             raise SemiwearError(f"report: {name} has no schema_version, so it is no result of semiwear")
     target = page_target(path)
+    if against is not None:
+        TwoResults.of(tree, against)  # other flanks are refused before pictures are drawn
     with styled():  # asks for the extra before anything is drawn
         page = _page(Told(tree, against, life_in(tree, over)))
     write_page(target, page)

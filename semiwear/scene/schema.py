@@ -139,13 +139,19 @@ class Schema:
         without = self.required | self.derived_keys
         return {key: default for key, default in self.declared.items() if key not in without}
 
-    def fields_of(self, table: str) -> list[str]:
+    @cached_property
+    def _by_table(self) -> dict[str, tuple[str, ...]]:
+        """Fields of every table."""
+        tables = dict.fromkeys(map(parent, self.rules))
+        return {table: tuple(key for key in self.rules if parent(key) == table) for table in tables}
+
+    def fields_of(self, table: str) -> tuple[str, ...]:
         """Dotted keys of the values that stand directly in a table."""
-        return [key for key in self.rules if parent(key) == table]
+        return self._by_table.get(table, ())
 
     def children(self, table: str) -> list[str]:
         """Dotted keys of all that may stand directly in a table: values, then tables."""
-        return self.fields_of(table) + [name for name in self.tables if name and parent(name) == table]
+        return [*self.fields_of(table), *(name for name in self.tables if name and parent(name) == table)]
 
 
 SCHEMAS: dict[str, Schema] = {kind: Schema(kind) for kind in KINDS}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import xarray as xr
 from hypothesis import strategies as st
@@ -129,6 +131,11 @@ def synthetic_tree(
     scene_toml: str = SCENE,
 ) -> xr.DataTree:
     """A complete result that follows the trends of the seed paper, 5 um of control depth a step."""
+    return _tree(wear_steps, profiles, faces, mesh_positions, scene_toml).copy(deep=True)
+
+
+@lru_cache(maxsize=64)
+def _tree(wear_steps: int, profiles: int, faces: int, mesh_positions: int, scene_toml: str) -> xr.DataTree:
     step = np.arange(wear_steps)
     life = step / 12.0
     meshes = 6e8 * step * (1 + 0.035 * step)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -73,7 +74,16 @@ def module_name(path: Path) -> str:
 
 
 MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def trees() -> dict[str, ast.Module]:
+    """Every module of semiwear, by name."""
+    return {name: parsed(path) for name, path in MODULES.items()}
 
 
 def imported(node: ast.AST, module: str) -> list[str]:
@@ -91,24 +101,27 @@ def imported(node: ast.AST, module: str) -> list[str]:
     return [f"{base}.{alias.name}" for alias in node.names]
 
 
-def imports_of(module: str) -> set[str]:
+@cache
+def imports_of(module: str) -> frozenset[str]:
     """Every import of a module, inside functions and under TYPE_CHECKING as well."""
-    return {name for node in ast.walk(TREES[module]) for name in imported(node, module)}
+    return frozenset(name for node in ast.walk(parsed(MODULES[module])) for name in imported(node, module))
 
 
-def at_import_time(tree: ast.AST) -> list[ast.AST]:
-    """Nodes that run when the module is imported: not in functions, not under TYPE_CHECKING."""
-    nodes, found = [tree], []
+@cache
+def imported_at_once(module: str) -> frozenset[str]:
+    """Imports that run when the module is imported: not in functions, not under TYPE_CHECKING."""
+    nodes: list[ast.AST] = [parsed(MODULES[module])]
+    found: set[str] = set()
     while nodes:
         node = nodes.pop()
-        found.append(node)
+        found.update(imported(node, module))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             continue
         children = list(ast.iter_child_nodes(node))
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             children = node.orelse
         nodes += children
-    return found
+    return frozenset(found)
 
 
 def own_module(name: str) -> str | None:
@@ -125,31 +138,38 @@ def room(module: str) -> str:
     return parts[1] if len(parts) > 1 else "__init__"
 
 
-EDGES = {
-    name: {target for found in imports_of(name) if (target := own_module(found)) and target != name}
-    for name in MODULES
-}
+@cache
+def edges() -> dict[str, set[str]]:
+    """Modules of semiwear that each of them imports."""
+    return {
+        name: {target for found in imports_of(name) if (target := own_module(found)) and target != name}
+        for name in MODULES
+    }
 
 
 def test_the_test_sees_the_imports():
     assert len(MODULES) > 40
-    assert "semiwear.scene.placement" in EDGES["semiwear.scene"]
-    assert "semiwear.meshing.flank_pair" in EDGES["semiwear.plan"]
-    assert sum(map(len, EDGES.values())) > 100
+    assert "semiwear.scene.placement" in edges()["semiwear.scene"]
+    assert "semiwear.meshing.flank_pair" in edges()["semiwear.plan"]
+    assert sum(map(len, edges().values())) > 100
 
 
 def test_every_room_has_its_place():
     assert {room(name) for name in MODULES} <= set(RANK)
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_import_runs_back(module):
-    assert not {target for target in EDGES[module] if RANK[room(target)] > RANK[room(module)]}
+def test_no_import_runs_back():
+    assert not [
+        f"{module} -> {target}"
+        for module, targets in edges().items()
+        for target in targets
+        if RANK[room(target)] > RANK[room(module)]
+    ]
 
 
 def test_no_circle_of_imports():
     try:
-        TopologicalSorter(EDGES).prepare()
+        TopologicalSorter(edges()).prepare()
     except CycleError as error:
         pytest.fail(" -> ".join(reversed(error.args[1])))
 
@@ -181,7 +201,7 @@ def loads_late(tree):
 
 
 def test_own_modules_are_imported_at_the_top():
-    assert {name for name, tree in TREES.items() if loads_late(tree)} == LATE
+    assert {name for name, tree in trees().items() if loads_late(tree)} == LATE
 
 
 def test_public_names_are_found_in_any_order():
@@ -232,13 +252,15 @@ def test_what_starts_at_once_loads_little(code):
 MESHES = "semiwear.export.whole_teeth"
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_nothing_computes_with_the_finite_element_reference(module):
-    found = {name for name in imports_of(module) if name.split(".")[0] == "fem_reference"}
-    assert not found or module == MESHES
-    assert all(name.startswith(("fem_reference.worn_meshes", "fem_reference.tooth_mesh")) for name in found)
-    at_once = {name for node in at_import_time(TREES[module]) for name in imported(node, module)}
-    assert not {name for name in at_once if name.startswith("fem_reference")}
+def test_nothing_computes_with_the_finite_element_reference():
+    found = {
+        module: names
+        for module in MODULES
+        if (names := {name for name in imports_of(module) if name.split(".")[0] == "fem_reference"})
+    }
+    assert set(found) == {MESHES}
+    assert all(name.startswith(("fem_reference.worn_meshes", "fem_reference.tooth_mesh")) for name in found[MESHES])
+    assert not {name for name in imported_at_once(MESHES) if name.startswith("fem_reference")}
 
 
 FINITE_ELEMENTS = sorted((ROOT / "fem_reference").glob("*.py"))
@@ -252,15 +274,15 @@ def test_the_finite_element_reference_stands_on_its_own(path):
 
     The active set is no physics: a solution of its problem is unique, and is tested against least squares.
     """
-    found = {name for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for name in imported(node, "")}
+    found = {name for node in ast.walk(parsed(path)) for name in imported(node, "")}
     foreign = {name for name in found if name.split(".")[0] not in LIBRARIES | set(sys.stdlib_module_names)}
     assert not {name for name in foreign if not name.startswith(OURS)}
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_extras_are_imported_where_they_are_used(module):
-    names = [name for node in at_import_time(TREES[module]) for name in imported(node, module)]
-    assert not [name for name in names if name.split(".")[0] in EXTRAS]
+def test_extras_are_imported_where_they_are_used():
+    assert not [
+        f"{module}: {name}" for module in MODULES for name in imported_at_once(module) if name.split(".")[0] in EXTRAS
+    ]
 
 
 @pytest.mark.slow
@@ -305,14 +327,23 @@ def test_contact_and_wear_know_no_kind_of_gear(folder):
 def test_tests_import_nothing_of_validation():
     """The core's tests stand without the pages that compare it with others; these have tests of their own."""
     for path in sorted((ROOT / "tests").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            assert not any(name.split(".")[0] == "validation" for name in imported(node, "")), path
+        if "validation" in path.read_text(encoding="utf-8"):  # few: most need not be parsed
+            for node in ast.walk(parsed(path)):
+                assert not any(name.split(".")[0] == "validation" for name in imported(node, "")), path
+
+
+def with_reference() -> list[tuple[str, ast.Module]]:
+    """Modules of semiwear and of the finite elements, by name."""
+    return [*trees().items(), *((path.stem, parsed(path)) for path in FINITE_ELEMENTS)]
 
 
 def functions() -> list[tuple[str, ast.FunctionDef]]:
-    reference = {path.stem: ast.parse(path.read_text(encoding="utf-8")) for path in FINITE_ELEMENTS}
-    trees = [*TREES.items(), *reference.items()]
-    return [(name, node) for name, tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    return [
+        (name, node)
+        for name, tree in with_reference()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+    ]
 
 
 def test_functions_take_few_parameters():
@@ -331,7 +362,7 @@ def test_what_has_no_type_has_a_name():
     paths = [*PACKAGE.rglob("*.py"), *(ROOT / "fem_reference").rglob("*.py")]
     uses = {
         path.relative_to(ROOT).as_posix(): sum(
-            isinstance(node, ast.Name) and node.id == "Any" for node in ast.walk(ast.parse(path.read_text("utf-8")))
+            isinstance(node, ast.Name) and node.id == "Any" for node in ast.walk(parsed(path))
         )
         for path in paths
     }
@@ -344,11 +375,10 @@ def test_what_has_no_type_has_a_name():
 
 def test_docstrings_open_with_what_a_thing_is():
     """Or returns; "What it does ..." is no noun that a reader could look for."""
-    trees = [*TREES.items(), *((path.stem, ast.parse(path.read_text(encoding="utf-8"))) for path in FINITE_ELEMENTS)]
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
     opening = [
         f"{name}: {text.splitlines()[0]}"
-        for name, tree in trees
+        for name, tree in with_reference()
         for node in ast.walk(tree)
         if isinstance(node, documented) and (text := ast.get_docstring(node)) and text.startswith("What ")
     ]

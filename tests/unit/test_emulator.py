@@ -14,7 +14,7 @@ def bent(x: np.ndarray) -> np.ndarray:
     return np.exp(0.5 * x[:, 0] + 0.3 * x[:, 1]) + np.abs(0.2 + 0.6 * x[:, 2])
 
 
-@pytest.mark.parametrize("runs", [32, 64])
+@pytest.mark.parametrize("runs", [32, pytest.param(64, marks=pytest.mark.slow)])
 def test_fresh_runs_keep_the_stated_error(runs: int) -> None:
     """In 95 %: of eight designs' fresh runs together, as far as these tell (the error itself is from few runs)."""
     random, kept = np.random.default_rng(0), []

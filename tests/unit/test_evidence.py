@@ -96,3 +96,35 @@ def test_noise_parameters_are_told() -> None:
     values = SHAPES @ np.array([3.0, 2.0]) + 0.4 * random.standard_normal(P.shape)
     found = unknown_noise(FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS))
     assert found.deviation == pytest.approx(0.4, rel=0.15)
+
+
+def test_correlation_lengths_reach_from_steps_to_extents() -> None:
+    flank = FlankNoise(PROFILE, FACE, P, SHAPES, MOVEMENTS)
+    shortest, longest = flank.limits()
+    np.testing.assert_allclose(np.exp(shortest), [SHORTEST * 10.0 / (ROWS - 1), SHORTEST * 80.0 / (COLUMNS - 1)])
+    np.testing.assert_allclose(np.exp(longest), [LONGEST * 10.0, LONGEST * 80.0])
+
+
+def test_density_of_noise_is_the_restricted_likelihood() -> None:
+    """Harville 1974, with the whole covariance instead of its factors."""
+    values = SHAPES @ [1.0, 0.5] + np.random.default_rng(4).standard_normal(P.shape)
+    flank = FlankNoise(PROFILE, FACE, values, SHAPES, MOVEMENTS)
+    every = np.concatenate([SHAPES, MOVEMENTS], axis=-1).reshape(P.size, -1)
+
+    def directly(logits: np.ndarray) -> float:
+        share, lengths = flank.parameters(logits)
+        assert share == pytest.approx(1.0 / (1.0 + np.exp(-logits[0])))
+        along, across = (
+            np.exp(-np.abs(x[:, None] - x) / one) for x, one in zip((PROFILE, FACE), lengths, strict=True)
+        )
+        covariance = (1.0 - share) * np.eye(P.size) + share * np.kron(along, across)
+        solved = np.linalg.solve(covariance, every)
+        rest = values.ravel() - every @ np.linalg.solve(every.T @ solved, solved.T @ values.ravel())
+        squares = rest @ np.linalg.solve(covariance, rest)
+        logs = [np.linalg.slogdet(one)[1] for one in (covariance, every.T @ solved)]
+        prior = np.sum(np.log(1.0 / (1.0 + np.exp(-logits))) + np.log(1.0 / (1.0 + np.exp(logits))))
+        return float(-0.5 * (sum(logs) + (P.size - every.shape[1]) * np.log(squares)) + prior)
+
+    one, other = np.array([-1.0, 0.5, 0.2]), np.array([2.0, -0.7, 1.0])
+    told = flank.told(one)[0] - flank.told(other)[0]
+    assert told == pytest.approx(directly(one) - directly(other), rel=1e-8)

@@ -270,7 +270,7 @@ def test_a_bad_grid_is_told(data, tmp_path, name, body):
     assert problem.allowed and problem.fix
 
 
-@pytest.mark.parametrize("teeth", [(28, 30), (25, 27), (21, 23), (22, 24)])
+@pytest.mark.parametrize("teeth", [(25, 27), (22, 24)])  # 26 times and 23 times
 def test_nearly_equal_gears_in_millimetres_are_no_inches(tmp_path, teeth):
     """25.4 times the difference of their radii is about their centre distance."""
     scene = sw.load_scene("spur_fzg_c").replace(

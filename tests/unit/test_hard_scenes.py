@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -100,15 +101,20 @@ def test_a_handful_of_slices_and_hundreds_agree(slices):
 # ---- load and material
 
 
+@cache
+def curvature_across():
+    """Roll positions, and the greatest principal curvature of the gap there."""
+    unloaded = sw.tooth_contact_analysis(scene_of())
+    return unloaded.roll_position, np.abs(unloaded.principal_relative_curvature.values).max(axis=1)
+
+
 @pytest.mark.parametrize("fidelity", FIDELITIES)
-@pytest.mark.parametrize("factor", [1e-6, 1e-3, 1.0, 10.0])
+@pytest.mark.parametrize("factor", [1e-6, 1.0, 10.0])
 def test_pressure_of_light_and_heavy_loads_follows_hertz(fidelity, factor):
     """Where single pairs bear, p^2 = E* kappa q/pi (Johnson 1985, eq. 4.45), from a millionth of the torque on."""
     tree = loaded(torque(factor), {"numerics.face_slices": 61}, fidelity=fidelity)
     engagement = tree["engagement"].to_dataset().isel(wear_step=0)
-    unloaded = sw.tooth_contact_analysis(scene_of())
-    across = np.abs(unloaded.principal_relative_curvature.values).max(axis=1)
-    curvature = np.interp(engagement.roll_position, unloaded.roll_position, across)
+    curvature = np.interp(engagement.roll_position, *curvature_across())
     found = away_from_edges(engagement) ** 2 / engagement.line_load.max("face")
     bears = (np.abs(engagement.roll_position) < 0.3) & (engagement.load_share > 0.55)
     assert bears.sum() >= 2

@@ -18,6 +18,7 @@ from semiwear.simulate import NoProgress
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.scenes import Task
+from tests.strategies.results import synthetic_tree
 
 PINION, GEAR = "effects.modification.pinion.tip_relief_um", "effects.modification.gear.tip_relief_um"
 Formula = Callable[[float, float], float]
@@ -188,10 +189,10 @@ def test_relief_of_a_spur_pair_lowers_its_transmission_error() -> None:
 
 
 def test_a_study_is_searched_written_and_reported(
-    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, worn: xr.DataTree
+    formulas: dict[str, Formula], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     formulas["/history/wear_depth_max"] = bowl
-    monkeypatch.setattr(command, "simulate", lambda scene: worn)
+    monkeypatch.setattr(command, "simulate", lambda scene: synthetic_tree(2, profiles=9, faces=7))
     study = tmp_path / "study.toml"
     study.write_text(
         'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nset.wear.until.meshes = 1e6\n'

@@ -125,6 +125,21 @@ def test_the_least_safety_is_that_of_the_worst_point(seed, points):
     assert whole.damages(least[-1] * (1.0 + 1e-6))[-1] >= 1.0
 
 
+def test_the_worst_point_need_not_have_one_of_the_greatest_stresses():
+    """A hundred points are stressed more, for a short while; few of them are looked at first."""
+    cycles = [0.0, 1e4, 2e4, 1e8]
+    stress = np.zeros((4, 1, 101))
+    stress[:2, 0, :100] = np.linspace(1300.0, 1310.0, 100)
+    of_these = history(stress, cycles).least_safeties()[0][-1]
+    stress[:, 0, 100] = 1.05 * ISO.permissible(cycles[-1]) / of_these
+    whole = history(stress, cycles)
+    least, worst = whole.least_safeties()
+    each = whole.safeties()
+    assert stress[0, 0, 100] < 1000.0 and worst.tolist() == [99, 99, 99, 100]
+    assert each.argmin() == 100 and least[-1] == pytest.approx(each.min(), rel=1e-4)
+    assert least[-1] == pytest.approx(of_these / 1.05, rel=1e-4)
+
+
 def test_points_without_stress_are_not_rated():
     nothing = np.array([[[np.nan, 0.0]], [[np.nan, 0.0]]])
     found, point = history(nothing, [0.0, 1e8]).least_safeties()

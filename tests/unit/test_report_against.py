@@ -9,7 +9,8 @@ from semiwear import cli, plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
-from semiwear.report import write_report
+from semiwear.report import fidelities, write_report
+from semiwear.report import page as report_page
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Kind, Mark, differences
 from semiwear.report.fidelities import against_section
 from semiwear.report.reasons import PEAK, RELIEVES, TAKES_MORE, reason
@@ -271,11 +272,12 @@ def test_the_section_stands_in_the_page(tmp_path, line, patch):
     assert "Against fidelity" not in sw.report(line, tmp_path / "r.html").read_text(encoding="utf-8")
 
 
-def test_fields_that_differ_are_listed(line):
+def test_fields_that_differ_are_listed(line, monkeypatch):
     other = result("patch", scene_toml=SCENE.replace("pinion_torque_Nm = 1600", "pinion_torque_Nm = 800"))
     text = section_of(line, other)
     assert "operation.pinion_torque_Nm" in text and ">1600<" in text and ">800<" in text
-    assert "Both fidelities" not in text
+    assert "Both fidelities" not in text and "<img" in text
+    monkeypatch.setattr(fidelities, "_pictures", lambda results: "")
     same = section_of(line, line)
     assert "The scenes are the same" in same and '<th scope="col">this</th>' in same
     unreadable = line.copy(deep=True)
@@ -333,7 +335,8 @@ def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patc
         ({"faces": 31, "profiles": 39}, "the same numerics.face_slices and numerics.profile_points"),
     ],
 )
-def test_other_flank_grids_are_refused(tmp_path, line, sizes, said):
+def test_other_flank_grids_are_refused(tmp_path, line, sizes, said, monkeypatch):
+    monkeypatch.setattr(report_page, "written", None)  # before a section is made
     with pytest.raises(SemiwearError, match=re.escape(said)):
         write_report(line, tmp_path / "r.html", result("patch", **sizes))
     assert not list(tmp_path.iterdir())
