@@ -6,10 +6,9 @@
 
 A search draws scrambled Sobol' points and solves them by `sw.sweep`, which keeps them in a folder, so that a search
 that was stopped goes on; problems of one space share its samples. Its best is the first, from the best aim on, that
-keeps all limits on the grid of the scene and on one of twice the resolution. Values that are compared are those on the
-grid of the scene. A design is within 2 % of the search if its aim is at most 2 % worse. Of two aims every design of
-the front is compared with the search's front: by how much both of its aims have to be better until no sample is better
-in both.
+keeps all limits on the grid of the scene and on one of twice the resolution. Aims are compared on the grid of the
+scene. A design is within 2 % of the search if its aim is at most 2 % worse. Of two aims every design of the front is
+compared with the search's front: by how much both of its aims have to be better until no sample is better in both.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from scipy.stats import qmc
 import semiwear as sw
 from semiwear.optimise.designs import DOUBLED, OWN, Aim, Design, Designs
 from semiwear.optimise.quantity import limits_of, quantity_of
-from semiwear.optimise.space import Space, space_of
+from semiwear.optimise.space import space_of
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
 from semiwear.untyped import Table, Value

@@ -7,6 +7,7 @@ import platform
 import tomllib
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 
 from semiwear.scene.external import file_digests
@@ -65,7 +66,7 @@ def provenance(
         "scene_toml": scene_toml,
         "scene_sha256": hashlib.sha256(scene_toml.encode()).hexdigest(),
         "input_files": "\n".join(f"{path}: sha256 {digest}" for path, digest in files.items()) or "none",
-        "libraries": ", ".join(f"{name} {metadata.version(name)}" for name in _LIBRARIES),
+        "libraries": _libraries(),
         "platform": f"Python {platform.python_version()}, {platform.platform()}",
         "physics": physics,
         "fidelity": fidelity,
@@ -82,6 +83,13 @@ def _files(scene_toml: str) -> dict[str, str]:
         return {}
 
 
+@cache
+def _libraries() -> str:
+    """Versions of the libraries that results depend on."""
+    return ", ".join(f"{name} {metadata.version(name)}" for name in _LIBRARIES)
+
+
+@cache
 def version() -> str:
     """Version of the installed semiwear, in words where it is not installed."""
     try:
