@@ -48,7 +48,6 @@ ALLOWED = 0.02
 """Share of its aim by which a design may be worse than the best sample."""
 
 _SEED = 7
-_KEPT = 1e-3  # of a limit: kept, as by the optimiser
 _PINION, _GEAR = "effects.modification.pinion.", "effects.modification.gear."
 _SMALL: Table = {
     "numerics.face_slices": 7,
@@ -239,7 +238,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
     places, sweep = samples(case.space, folder, workers)
     designs = case.designs(workers)
     found = [_read(designs, place, sweep.isel(sample=k)) for k, place in enumerate(places)]
-    feasible = [one for one in found if designs.violation(one, designs.bounds) <= _KEPT]
+    feasible = [one for one in found if designs.violation(one, designs.bounds) <= 0.0]
     told: Table = {
         "samples": len(found),
         "solved": sum(one.solved for one in found),
@@ -250,7 +249,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
         return {**told, "front": _front(np.stack([one.aims for one in feasible])).tolist()}
     for one in sorted(feasible, key=lambda design: float(design.aims[0])):
         doubled = designs.solved([one.place], DOUBLED)[0]
-        if designs.violation(doubled, designs.bounds) <= _KEPT:
+        if designs.violation(doubled, designs.bounds) <= 0.0:
             return {**told, "best": float(one.aims[0]), "changes": designs.space.changes(one.place)}
     raise SystemExit(f"{case.title}: no sample keeps the limits at twice the resolution")
 
