@@ -1,6 +1,6 @@
 """Ten designs by `sw.optimise`, each beside the best of 2,048 samples of its space.
 
-    python -m validation.optima                                   the table, from what is stored
+    python -m validation.optima [--fields]                        the table, from what is stored; or the designs
     python -m validation.optima --search NAME ... [--workers N]   samples anew: ten minutes of processor time each
     python -m validation.optima --optimise NAME ...               the optimiser anew
 
@@ -38,11 +38,11 @@ from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Status
 from semiwear.untyped import Table, Value
 
-__all__ = ["CASES", "STORED", "Case", "behind", "optimised", "searched"]
+__all__ = ["ALLOWED", "CASES", "SAMPLES", "Case", "behind", "front_of", "optimised", "report", "searched", "stored"]
 
 FloatArray = NDArray[np.float64]
 
-STORED = Path(__file__).parent / "data" / "optima.json"
+_STORED = Path(__file__).parent / "data" / "optima.json"
 SAMPLES = 2048
 ALLOWED = 0.02
 """Share of its aim by which a design may be worse than the best sample."""
@@ -246,7 +246,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
         "seconds_a_sample": float(np.nanmean(sweep["seconds"].values)),
     }
     if len(case.minimise) == 2:
-        return {**told, "front": _front(np.stack([one.aims for one in feasible])).tolist()}
+        return {**told, "front": front_of(np.stack([one.aims for one in feasible])).tolist()}
     for one in sorted(feasible, key=lambda design: float(design.aims[0])):
         doubled = designs.solved([one.place], DOUBLED)[0]
         if designs.violation(doubled, designs.bounds) <= 0.0:
@@ -254,7 +254,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
     raise SystemExit(f"{case.title}: no sample keeps the limits at twice the resolution")
 
 
-def _front(aims: FloatArray) -> FloatArray:
+def front_of(aims: FloatArray) -> FloatArray:
     """Those of some pairs (n, 2) that no other is better than in both."""
     best, kept = np.inf, []
     for pair in aims[np.lexsort(aims.T[::-1])]:
@@ -270,7 +270,7 @@ def optimised(case: Case) -> Table:
     Returns
     -------
     dict
-        `best` and its `changes`, or the `front`; `kept` at twice the resolution, `tried` designs on all grids,
+        `best` or the `front`, and `changes`; `kept` at twice the resolution, `tried` designs on all grids,
         `processor_seconds` of all processes together, `clock_seconds`.
     """
     clock, processor = time.perf_counter(), _processor_seconds()
@@ -307,21 +307,22 @@ def behind(search: Mapping[str, Value], optimum: Mapping[str, Value]) -> float:
     return max(*ends.tolist(), *inside)
 
 
-def _stored() -> dict[str, Table]:
-    return json.loads(STORED.read_text(encoding="utf-8")) if STORED.is_file() else {}
+def stored() -> dict[str, Table]:
+    """What is stored of each problem: `search` and `optimum`, as these functions return them."""
+    return json.loads(_STORED.read_text(encoding="utf-8")) if _STORED.is_file() else {}
 
 
 def _store(name: str, part: str, told: Table) -> None:
-    known = _stored()
+    known = stored()
     known.setdefault(name, {})[part] = told
     ordered = {one: known[one] for one in CASES if one in known}
-    STORED.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
+    _STORED.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
 
 
 def report() -> str:
     """The table of what is stored, as text."""
     rows = [("problem", "designs", "best sample", "optimiser", "worse by", "kept", "tried", "processor", "clock")]
-    known = _stored()
+    known = stored()
     for name, case in CASES.items():
         search, optimum = known.get(name, {}).get("search"), known.get(name, {}).get("optimum")
         if search is None or optimum is None:
@@ -340,6 +341,23 @@ def report() -> str:
     return "\n".join("  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
+def designs_found() -> str:
+    """Fields of the best sample and of the optimiser's design, of what is stored, as text."""
+    lines = []
+    for name, told in stored().items():
+        one, other = (told.get(part, {}).get("changes", {}) for part in ("search", "optimum"))
+        if not one or not other:
+            continue
+        limits = "; ".join(f"{key} {limit}" for key, limit in CASES[name].subject_to.items())
+        lines += [CASES[name].title, f"  least {CASES[name].minimise[0]}; {limits}"]
+        lines += [f"  {key}: {_short(one[key])} by samples, {_short(other[key])} by the optimiser" for key in other]
+    return "\n".join(lines)
+
+
+def _short(value: Value) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Renew what is named, and print the table."""
     parser = argparse.ArgumentParser(prog="python -m validation.optima", description=(__doc__ or "").splitlines()[0])
@@ -347,6 +365,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--optimise", nargs="+", choices=list(CASES), default=[], metavar="NAME")
     parser.add_argument("--workers", type=int, default=2, help="processes of the search")
     parser.add_argument("--samples", type=Path, default=Path("optima-samples"), help="folder of solved samples")
+    parser.add_argument("--fields", action="store_true", help="print the designs in place of the table")
     options = parser.parse_args(arguments)
     for name in options.search:
         _store(name, "search", searched(CASES[name], options.samples, options.workers))
@@ -354,7 +373,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for name in options.optimise:
         _store(name, "optimum", optimised(CASES[name]))
         print(f"{name}: optimised", flush=True)
-    print(report())
+    print(designs_found() if options.fields else report())
 
 
 if __name__ == "__main__":

@@ -146,7 +146,7 @@ def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, far
 
 
 def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) -> FloatArray:
-    """Designs about a centre (n, field), the centre among them; with `choices` half of them make another one."""
+    """Designs about a centre (n, fields), the centre among them; with `choices` half of them make another one."""
     drawn = qmc.Sobol(len(centre), scramble=True, seed=_SEED).random(_CANDIDATES)
     free = space.continuous
     places = np.tile(centre, (_CANDIDATES, 1))

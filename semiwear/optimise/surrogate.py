@@ -35,11 +35,11 @@ class Surrogate:
     Attributes
     ----------
     space : Space
-    places : array (known, field)
+    places : (known, fields) array
         Designs that were solved.
-    values : array (known, value)
+    values : (known, values) array
         What is known of them.
-    failed : array (other, field)
+    failed : (other, fields) array
         Designs that could not be solved.
     """
 
@@ -49,11 +49,11 @@ class Surrogate:
     failed: FloatArray
 
     def at(self, places: FloatArray) -> FloatArray:
-        """Values at places (n, field): (n, value)."""
+        """Values at places (n, fields): (n, values)."""
         return np.asarray(self._functions(self._inputs(places)))
 
     def distance(self, places: FloatArray) -> FloatArray:
-        """Distance of places (n, field) to the nearest known design (n,), along its farthest axis."""
+        """Distance of places (n, fields) to the nearest known design (n,), along its farthest axis."""
         every = np.vstack([self.places, self.failed])
         return np.asarray(cdist(self._inputs(places), self._inputs(every), "chebyshev").min(axis=1))
 
