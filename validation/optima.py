@@ -81,7 +81,7 @@ SPACES: dict[str, tuple[sw.Scene, Vary]] = {
         {**_RELIEFS, _PINION + "tip_relief_length_mm": (1, 6), _GEAR + "tip_relief_length_mm": (1, 6)},
     ),
     "spur with friction, reliefs and choices": (
-        _SPUR.replace({"effects.friction": {}}),
+        _SPUR.replace({"effects.friction": {}, "operation.pinion_speed_rpm": 2250.0}),
         {
             **_RELIEFS,
             _PINION + "relief_shape": ["parabolic", "linear"],
@@ -304,7 +304,7 @@ def behind(search: Mapping[str, Value], optimum: Mapping[str, Value]) -> float:
     theirs, ours = np.array(search["front"]), np.array(optimum["front"])
     ends = ours.min(axis=0) / theirs.min(axis=0) - 1.0
     inside = [float((one / theirs - 1.0).min(axis=1).max()) for one in ours]
-    return max(*ends.tolist(), *inside)
+    return float(max(*ends.tolist(), *inside))
 
 
 def stored() -> dict[str, Table]:
@@ -321,24 +321,25 @@ def _store(name: str, part: str, told: Table) -> None:
 
 def report() -> str:
     """The table of what is stored, as text."""
-    rows = [("problem", "designs", "best sample", "optimiser", "worse by", "kept", "tried", "processor", "clock")]
-    known = stored()
-    for name, case in CASES.items():
-        search, optimum = known.get(name, {}).get("search"), known.get(name, {}).get("optimum")
-        if search is None or optimum is None:
-            rows.append((case.title, *("not run",) * (len(rows[0]) - 1)))
-            continue
-        single = "best" in search
-        best = [f"{one['best']:.4g}" if single else f"{len(one['front'])} designs" for one in (search, optimum)]
-        rows.append(
-            (
-                case.title, f"{search['feasible']} of {search['samples']}", *best,
-                f"{100.0 * behind(search, optimum):+.1f} %", "yes" if optimum["kept"] else "NO",
-                str(optimum["tried"]), f"{optimum['processor_seconds']:.0f} s", f"{optimum['clock_seconds']:.0f} s",
-            )
-        )  # fmt: skip
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    head = ("problem", "kept by", "best sample", "optimiser", "worse by", "limits", "tried", "processor", "clock")
+    rows = [head, *(_row(case, stored().get(name, {})) for name, case in CASES.items())]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
     return "\n".join("  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+
+def _row(case: Case, told: Table) -> tuple[str, ...]:
+    search, optimum = told.get("search"), told.get("optimum")
+    left = ("not searched", "") if search is None else (f"{search['feasible']} samples", _best(search))
+    if optimum is None:
+        return case.title, *left, "not run", "", "", "", "", ""
+    worse = "" if search is None else f"{100.0 * behind(search, optimum):+.1f} %"
+    limits = "" if not case.subject_to else "kept" if optimum["kept"] else "NOT kept"
+    seconds = [f"{optimum[name]:.0f} s" for name in ("processor_seconds", "clock_seconds")]
+    return case.title, *left, _best(optimum), worse, limits, str(optimum["tried"]), *seconds
+
+
+def _best(told: Table) -> str:
+    return f"{told['best']:.4g}" if "best" in told else f"{len(told['front'])} on front"
 
 
 def designs_found() -> str:
