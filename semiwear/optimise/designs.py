@@ -108,6 +108,7 @@ class Designs:
     def solved(self, places: Sequence[FloatArray], resolution: str) -> list[Design]:
         """Designs at places, those that are not known by now solved first."""
         tasks: dict[str, tuple[Task, tuple[str, bytes], FloatArray]] = {}
+        places = [self.space.snapped(place) for place in places]
         for place in places:
             key = self._key(place, resolution)
             if key in self._known:

@@ -41,9 +41,9 @@ def optimise(
 ) -> Optimum:
     """Find the design whose worn flanks are best.
 
-    The space of designs is scanned by a Sobol' sequence on a coarse grid; from its best designs on, a trust region
-    method (COBYQA) goes on. The design that it finds is solved at the resolution of the scene and at twice that;
-    where a limit is not kept there, the search goes on with what the finer grid corrects.
+    The space of designs is scanned by a Sobol' sequence on a coarse grid; each further design is the best that a
+    surrogate of the known ones sees (radial basis functions). What is found is solved at the resolution of the scene
+    and at twice that; where a limit is not kept there, the search goes on with what the finer grid corrects.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def optimise(
     subject_to : mapping, optional
         Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
     most : int, optional
-        Designs to be tried on the coarse grid for each search. Default: 20, and 10 more for each field.
+        Designs to be tried at most on the coarse grid for each search. Default: 20, and 10 more for each field.
     workers : int, optional
         Processes of the scan; 0: in this process. Default: one a core.
     progress : Progress or bool, optional

@@ -1,35 +1,39 @@
-"""Search for the best design: a scan of the space, then a trust region about the best of it.
+"""Search for the best design: a scan of the space, then designs that a surrogate of all known ones calls for.
 
-The scan is a scrambled Sobol' sequence; from its best designs on, COBYQA (Ragonneau 2022, Model-based derivative-free
-optimization methods and software, PhD thesis), which models aim and limits by quadratics within a trust region, goes
-on at a coarse resolution. What a coarse grid gets wrong is made good by the difference to a fine one at the design
-that was found, and the search goes on from there (Alexandrov and Lewis 2001, Optimization and Engineering 2,
-413-430).
+The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the best that the surrogate
+sees in a region about the best known one, which grows and shrinks with success (a trust region); every fourth is the
+best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J. Comput.
+19, 497-509). Limits have a margin that grows as long as designs which should keep them do not (Regis 2014, Eng.
+Optim. 46, 218-243). What a coarse grid gets wrong is made good by the difference to a fine one at the design that was
+found, and the search goes on from there (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, NonlinearConstraint, minimize
 from scipy.stats import qmc
 
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
+from semiwear.optimise.space import Space
+from semiwear.optimise.surrogate import Surrogate
 
 __all__ = ["Found", "Goal", "scan", "search", "settle"]
 
 FloatArray = NDArray[np.float64]
 
 _SEED = 20011
-_STARTS = 2
-_APART = 0.2  # of the space: starts nearer to each other find the same
-_FIRST_RADIUS, _NEXT_RADIUS, _LAST_RADIUS = 0.15, 0.05, 0.004  # of the ranges
-_KEPT = 1e-3  # of a limit: kept
+_FIRST_RADIUS, _NEXT_RADIUS, _LAST_RADIUS = 0.25, 0.05, 0.002  # of the ranges
+_EVERY = 4  # designs of which one is far from those that are known
+_CANDIDATES = 512
+_ZOOMS, _ZOOM = 4, 0.3  # times that candidates are drawn anew about the best of them, and how much closer
+_APART = 0.1  # of the region: least distance to what is known
+_FAR = 0.5  # of the greatest distance to what is known that a design can have
+_FIRST_MARGIN, _MOST_MARGIN = 0.002, 0.03  # of a limit
 _CORRECTIONS = 4
-_MARGIN = 0.01  # of a limit, that a corrected search stays within it: the correction itself varies
-_FAR = 10.0  # merit of a design that failed
+_MARGIN = 0.002  # of a limit, doubled each time: a corrected search stays within it, since corrections vary
 
 
 @dataclass(frozen=True)
@@ -77,14 +81,92 @@ def scan(designs: Designs, count: int) -> list[Design]:
     return designs.solved(places, COARSE)
 
 
-def search(designs: Designs, goal: Goal, most: int, starts: list[FloatArray] | None = None) -> Design:
-    """The best design on a coarse grid, from `starts` or from the best that are known; `most` to be tried."""
-    radius = _NEXT_RADIUS if starts else _FIRST_RADIUS
-    begin = starts or _starts(designs, goal)
-    if designs.space.continuous.size:
-        for start in begin:
-            _descend(designs, goal, start, radius, max(most // len(begin), 4))
+@dataclass(frozen=True)
+class _Region:
+    """Where the next design is looked for.
+
+    Attributes
+    ----------
+    radius : float
+        About the best known design, of the ranges.
+    margin : float
+        Of the limits.
+    """
+
+    radius: float
+    margin: float = 0.0
+
+    def after(self, *, better: bool, far: bool, broken: bool) -> _Region:
+        """The region after a design that was better or not, far from the region or in it, beyond a limit or not."""
+        margin = min(max(2.0 * self.margin, _FIRST_MARGIN), _MOST_MARGIN) if broken else 0.5 * self.margin
+        if far:
+            return replace(self, radius=_FIRST_RADIUS) if better else self
+        return _Region(min(1.5 * self.radius, _FIRST_RADIUS) if better else 0.5 * self.radius, margin)
+
+
+def search(designs: Designs, goal: Goal, most: int, *, near: bool = False) -> Design:
+    """The best design on a coarse grid after `most` further ones, all `near` the best known one or not."""
+    region = _Region(_NEXT_RADIUS if near else _FIRST_RADIUS)
+    for step in range(most):
+        known = best(designs, goal)
+        far = not near and step % _EVERY == _EVERY - 1
+        place = _next(designs, goal, known.place, region, step if far else None)
+        if place is None or region.radius < _LAST_RADIUS:
+            break
+        (tried,) = designs.solved([place], COARSE)
+        rank = _rank(designs, goal, tried)
+        region = region.after(better=rank < _rank(designs, goal, known), far=far, broken=rank[0] > 0.0)
     return best(designs, goal)
+
+
+def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, far: int | None) -> FloatArray | None:
+    """The best new design that a surrogate sees, about `centre` or far from all that are known; None without one."""
+    tried = [design for design in designs.tried if design.resolution == COARSE]
+    solved = [design for design in tried if design.solved]
+    failed = [design.place for design in tried if not design.solved]
+    surrogate = Surrogate(
+        designs.space,
+        np.stack([design.place for design in solved]),
+        np.stack([_values(designs, goal, design) for design in solved]),
+        np.reshape(failed, (-1, len(designs.space.fields))),
+    )
+    if far is not None:
+        places = qmc.Sobol(len(centre), scramble=True, seed=_SEED + far).random(_CANDIDATES)
+        away = surrogate.distance(places)
+        return _best_of(surrogate, places[away >= _FAR * away.max()], region.margin)
+    radius, found = region.radius, centre
+    for _ in range(_ZOOMS):
+        places = _about(designs.space, found, radius, choices=radius == region.radius)
+        apart = surrogate.distance(places) >= _APART * region.radius
+        seen = _best_of(surrogate, places[apart], region.margin)
+        if seen is None:
+            break
+        found, radius = seen, _ZOOM * radius
+    return None if found is centre else found
+
+
+def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) -> FloatArray:
+    """Designs about a centre (n, fields), the centre among them; with `choices` half of them make another one."""
+    drawn = qmc.Sobol(len(centre), scramble=True, seed=_SEED).random(_CANDIDATES)
+    free = space.continuous
+    places = np.tile(centre, (_CANDIDATES, 1))
+    places[1:, free] = np.clip(centre[free] + radius * (2.0 * drawn[1:, free] - 1.0), 0.0, 1.0)
+    fixed = np.setdiff1d(np.arange(len(centre)), free)
+    if choices and fixed.size:
+        rows = np.arange(1, _CANDIDATES, 2)
+        columns = fixed[np.arange(rows.size) % fixed.size]
+        places[rows, columns] = drawn[rows, columns]
+    return np.stack([space.snapped(place) for place in places])
+
+
+def _best_of(surrogate: Surrogate, places: FloatArray, margin: float) -> FloatArray | None:
+    """The place whose limits are kept with a margin and whose aim is least, else the one that is least beyond."""
+    places = places[~surrogate.may_fail(places)] if len(places) else places
+    if not len(places):
+        return None
+    values = surrogate.at(places)
+    beyond = np.maximum(values[:, 1:].max(axis=1, initial=-np.inf) + margin, 0.0)
+    return np.asarray(places[np.lexsort((values[:, 0], beyond))[0]])
 
 
 def best(designs: Designs, goal: Goal) -> Design:
@@ -96,23 +178,21 @@ def best(designs: Designs, goal: Goal) -> Design:
 def _rank(designs: Designs, goal: Goal, design: Design) -> tuple[float, float]:
     """Violation of the limits, then the aim: lower is better."""
     values = _values(designs, goal, design)
-    violation = max([0.0, *values[1:]])
-    return (violation if violation > _KEPT else 0.0), values[0]
+    return max([0.0, *values[1:].tolist()]), float(values[0])
 
 
 def _values(designs: Designs, goal: Goal, design: Design) -> FloatArray:
     """The aim, lower is better, and the excess over every limit over its size; shifted as the goal says."""
     count = len(designs.limits) + (goal.other is not None)
     if not design.solved:
-        return np.full(1 + count, _FAR)
+        return np.full(1 + count, np.inf)
     shift = np.zeros(design.aims.size + design.limited.size) if goal.shift is None else goal.shift
     aims, limited = design.aims + shift[: design.aims.size], design.limited + shift[design.aims.size :]
-    found = [_signed(designs, goal.aim, aims) / _scale(designs, goal.aim)]
+    found = [_signed(designs, goal.aim, aims)]
     for limit, value, bound in zip(designs.limits, limited, goal.bounds, strict=True):
         found.append((value - bound if limit.at_most else bound - value) / size_of(limit))
     if goal.other is not None:
-        other = 1 - goal.aim
-        found.append((_signed(designs, other, aims) - goal.other) / _scale(designs, other))
+        found.append((_signed(designs, 1 - goal.aim, aims) - goal.other) / (abs(goal.other) or 1.0))
     return np.array(found)
 
 
@@ -120,66 +200,22 @@ def _signed(designs: Designs, aim: int, values: FloatArray) -> float:
     return float(values[aim]) if designs.aims[aim].minimise else -float(values[aim])
 
 
-def _scale(designs: Designs, aim: int) -> float:
-    """Size of an aim: its first value on the coarse grid."""
-    first = next((abs(d.aims[aim]) for d in designs.tried if d.resolution == COARSE and d.solved), 1.0)
-    return float(first) or 1.0
-
-
-def _starts(designs: Designs, goal: Goal) -> list[FloatArray]:
-    """The best known designs that lie apart or make another choice."""
-    tried = [design for design in designs.tried if design.resolution == COARSE and design.solved]
-    chosen: list[FloatArray] = []
-    for design in sorted(tried, key=lambda one: _rank(designs, goal, one)):
-        part = designs.space.discrete_part(design.place)
-        apart = all(
-            part != designs.space.discrete_part(other) or np.abs(design.place - other).max() > _APART
-            for other in chosen
-        )
-        if apart:
-            chosen.append(design.place)
-        if len(chosen) == _STARTS:
-            break
-    return chosen
-
-
-def _descend(designs: Designs, goal: Goal, start: FloatArray, radius: float, most: int) -> None:
-    """Go on from a start by COBYQA; what is found is among the designs that were tried."""
-    free = designs.space.continuous
-
-    def values(point: FloatArray) -> FloatArray:
-        place = start.copy()
-        place[free] = np.clip(point, 0.0, 1.0)
-        return _values(designs, goal, designs.solved([place], COARSE)[0])
-
-    count = len(designs.limits) + (goal.other is not None)
-    limits = [NonlinearConstraint(lambda point: values(point)[1:], -np.inf, np.zeros(count))] if count else []
-    minimize(
-        lambda point: values(point)[0],
-        start[free],
-        method="COBYQA",
-        bounds=Bounds(np.zeros(free.size), np.ones(free.size)),
-        constraints=limits,
-        options={"maxfev": most, "initial_tr_radius": radius, "final_tr_radius": _LAST_RADIUS},
-    )
-
-
 def settle(designs: Designs, goal: Goal, design: Design, most: int) -> Found:
     """The design on finer grids; searched anew with what these correct until all limits are kept there."""
     tried: list[Design] = []
-    for _ in range(_CORRECTIONS):
+    for turn in range(_CORRECTIONS):
         doubled = designs.solved([design.place], DOUBLED)[0]
         tried.append(doubled)
-        if not (doubled.solved and design.solved) or designs.violation(doubled, goal.bounds) <= _KEPT:
+        if not (doubled.solved and design.solved) or designs.violation(doubled, goal.bounds) <= 0.0:
             break
         shift = np.concatenate([doubled.aims - design.aims, doubled.limited - design.limited])
         inwards = [-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits]
-        corrected = Goal(goal.aim, goal.bounds + _MARGIN * np.array(inwards), goal.other, shift)
-        again = search(designs, corrected, most, [design.place])
+        corrected = Goal(goal.aim, goal.bounds + 2.0**turn * _MARGIN * np.array(inwards), goal.other, shift)
+        again = search(designs, corrected, most, near=True)
         if np.array_equal(again.place, design.place):
             break
         design = again
-    kept = [one for one in tried if designs.violation(one, goal.bounds) <= _KEPT]
+    kept = [one for one in tried if designs.violation(one, goal.bounds) <= 0.0]
     if kept:
         chosen = min(kept, key=lambda one: _signed(designs, goal.aim, one.aims))
     else:

@@ -47,7 +47,11 @@ class DesignField:
         if self.continuous:
             low, high = float(self.values[0]), float(self.values[1])
             return low + min(max(place, 0.0), 1.0) * (high - low)
-        return self.values[min(int(place * len(self.values)), len(self.values) - 1)]
+        return self.values[self.index(place)]
+
+    def index(self, place: float) -> int:
+        """Which of the choices a place in [0, 1] stands for."""
+        return min(int(place * len(self.values)), len(self.values) - 1)
 
     def place(self, value: Value) -> float | None:
         """The place of a value, None where it is none of the field's."""
@@ -80,13 +84,13 @@ class Space:
         """Fields of the scene for a design, (fields,) in [0, 1]."""
         return {field.key: field.value(float(place)) for field, place in zip(self.fields, design, strict=True)}
 
-    def discrete_part(self, design: FloatArray) -> tuple[Value, ...]:
-        """Choices of a design, without its continuous fields."""
-        return tuple(
-            field.value(float(place))
-            for field, place in zip(self.fields, design, strict=True)
-            if not field.continuous
-        )
+    def snapped(self, design: FloatArray) -> FloatArray:
+        """The same design, with the one place of each choice that stands for it."""
+        found = np.clip(design, 0.0, 1.0)
+        for k, field in enumerate(self.fields):
+            if not field.continuous:
+                found[k] = (field.index(float(found[k])) + 0.5) / len(field.values)
+        return found
 
     def start(self, scene: Scene) -> FloatArray:
         """The scene itself as a design, in the middle of what it does not give."""

@@ -31,12 +31,11 @@ from semiwear.meshing.flank_grid import FlankGrid, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair, reference_lever
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
-from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plain_text import table
 from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
-from semiwear.plan.kept_lines import contact_lines
+from semiwear.plan.kept_lines import contact_lines, middle_contact
 from semiwear.plan.named_data import data_choices
 from semiwear.plan.ratings import Known, Ratings, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
@@ -142,7 +141,7 @@ class Plan:
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
         low, high = pair.face_limits
-        middle = contact_points(flank_pair(scene.gear_pair, Placement()), np.zeros(1))
+        middle = middle_contact(flank_pair(scene.gear_pair, Placement()))
         lever = float(pair.lever_arm(middle.position)[0])
         across = float(middle.curvature[0, 1])
         usual = torque / lever / (0.5 * (high - low))

@@ -1,4 +1,4 @@
-"""Contact lines of unworn flanks, kept between plans: they depend on geometry alone."""
+"""Contact lines and first contact of unworn flanks, kept between plans: they depend on geometry alone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.roll_grid import RollGrid
+from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 
-__all__ = ["contact_lines"]
+__all__ = ["contact_lines", "middle_contact"]
 
 
 def contact_lines(pair: FlankPair, rolls: RollGrid, face: NDArray[np.float64]) -> tuple[ContactLines, ContactLines]:
@@ -26,3 +27,9 @@ def contact_lines(pair: FlankPair, rolls: RollGrid, face: NDArray[np.float64]) -
 def _traced(pair: FlankPair, roll: bytes, face: bytes, substeps: int) -> tuple[ContactLines, ContactLines]:
     fine = trace_contact_lines(pair, np.frombuffer(roll).copy(), np.frombuffer(face).copy())
     return fine, fine.every(substeps)
+
+
+@lru_cache(maxsize=8)
+def middle_contact(pair: FlankPair) -> ContactPoints:
+    """Where a pair first touches in the middle of its path of contact; not to be changed."""
+    return contact_points(pair, np.zeros(1))

@@ -14,8 +14,8 @@ from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.meshing.point_flank_sections import normal_module as module_of_points
-from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plan import effects
+from semiwear.plan.kept_lines import middle_contact
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.wear.stepping import WearState, WearStepper
@@ -63,7 +63,7 @@ def _pitting(rated: RatedScene) -> FailureMode:
 
     table, pair = rated.scene.effects.pitting, rated.teeth.pair
     assert table is not None
-    middle = contact_points(pair, np.zeros(1))
+    middle = middle_contact(pair)
     speed = effects.angular_velocity(rated.scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
     return Pitting.of(table, PitchPoint(1.0 / float(middle.curvature[0, 1]), 1e-3 * speed))
 

@@ -14,6 +14,8 @@ from semiwear.optimise import command
 from semiwear.optimise import designs as designs_module
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
 from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.optimise.space import space_of
+from semiwear.optimise.surrogate import Surrogate
 from semiwear.simulate import NoProgress
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
@@ -118,9 +120,86 @@ def test_choices_and_designs_that_fail(scene: sw.Scene, formulas: dict[str, Form
     assert not best.designs["feasible"].values[failed.values].any()
 
 
-def test_whole_numbers_stand_for_all_between(scene: sw.Scene) -> None:
-    from semiwear.optimise.space import space_of
+def test_a_kink_and_a_limit_that_meet_are_found(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    """The least lies in a corner between a fold of the aim and the border of what is allowed."""
+    formulas["/history/wear_depth_max"] = lambda x, y: 2.0 + abs(x / 60.0 - 0.61) + 0.3 * (1.0 - y / 60.0)
+    formulas["/history/load_share_max"] = lambda x, y: 0.5 + max(0.0, y / 60.0 - 0.4) * (0.5 + x / 60.0)
+    best = sw.optimise(
+        scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max",
+        subject_to={"load_share_max": "<= 0.6"}, workers=0,
+    )  # fmt: skip
+    grid = np.linspace(0.0, 60.0, 241)
+    least = min(
+        formulas["/history/wear_depth_max"](x, y)
+        for x in grid
+        for y in grid
+        if formulas["/history/load_share_max"](x, y) <= 0.6
+    )
+    assert best.kept
+    assert best.told[1].best <= 0.6
+    assert best.told[0].best <= 1.005 * least
 
+
+def test_of_two_valleys_the_deeper_one_is_found(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    def valleys(x: float, y: float) -> float:
+        wide = ((x - 10.0) / 20.0) ** 2 + ((y - 12.0) / 20.0) ** 2
+        deep = ((x - 46.0) / 9.0) ** 2 + ((y - 44.0) / 9.0) ** 2
+        return 3.0 - np.exp(-wide) - 1.5 * np.exp(-deep)
+
+    formulas["/history/wear_depth_max"] = valleys
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: (0, 60)}, minimise="wear_depth_max", workers=0)
+    assert best.told[0].best < 1.02 * valleys(46.0, 44.0)
+
+
+def test_a_choice_that_no_scan_saw_is_found(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    """Forty choices of one field: a scan of a dozen designs holds few of them."""
+    formulas["/history/wear_depth_max"] = bowl
+    choices = [float(one) for one in np.linspace(1.0, 60.0, 40)]
+    best = sw.optimise(scene, {PINION: (0, 60), GEAR: choices}, minimise="wear_depth_max", workers=0)
+    assert best.told[0].best <= 1.0005 * min(bowl(x, y) for x in np.linspace(0.0, 60.0, 241) for y in choices)
+    shapes = {"effects.modification.pinion.relief_shape": ["linear", "parabolic"], GEAR: [0, 24, 50]}
+    best = sw.optimise(scene, shapes | {PINION: (0, 60)}, minimise="wear_depth_max", workers=0)
+    assert best.changes[GEAR] == 24
+    assert best.changes[PINION] == pytest.approx(42.0, abs=1.5)
+
+
+def test_choices_alone_are_each_solved_once(scene: sw.Scene, formulas: dict[str, Formula]) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    vary = {PINION: [0, 20, 40, 60], GEAR: [0, 20, 40]}
+    best = sw.optimise(scene, vary, minimise="wear_depth_max", workers=0)
+    assert (best.changes[PINION], best.changes[GEAR]) == (40, 20)
+    coarse = best.designs.isel(sample=best.designs["resolution"].values == 0)
+    pairs = list(zip(*(coarse[name].values for name in coarse.coords if "field" in coarse[name].attrs), strict=True))
+    assert len(set(pairs)) == len(pairs) == 12
+
+
+def test_a_surrogate_goes_through_what_is_known(scene: sw.Scene) -> None:
+    space = space_of(scene, {PINION: (0, 60), GEAR: (0, 60)})
+    places = np.random.default_rng(3).uniform(size=(20, 2))
+    values = np.stack([np.sin(3.0 * places[:, 0]) * places[:, 1], 1.0 + 2.0 * places @ [1.0, -3.0]], axis=1)
+    failed = np.array([[0.99, 0.01]])
+    found = Surrogate(space, places, values, failed)
+    np.testing.assert_allclose(found.at(places), values, atol=1e-9)
+    fresh = np.random.default_rng(4).uniform(size=(50, 2))
+    np.testing.assert_allclose(found.at(fresh)[:, 1], 1.0 + 2.0 * fresh @ [1.0, -3.0], atol=1e-8)
+    assert found.distance(places).max() == 0.0
+    assert found.may_fail(failed).all()
+    assert not found.may_fail(places).any()
+    few = Surrogate(space, places[:2], values[:2], failed)  # too few for a plane
+    np.testing.assert_allclose(few.at(places[:2]), values[:2], atol=1e-9)
+
+
+def test_choices_without_an_order_are_equally_far_apart(scene: sw.Scene) -> None:
+    shape, radius = "effects.modification.pinion.relief_shape", "gear_pair.pinion_tip_edge_radius_mm"
+    space = space_of(scene, {shape: ["linear", "parabolic"], radius: [0.2, 0.3, 0.4]})
+    at = space.snapped(np.array([0.1, 0.1]))
+    np.testing.assert_allclose(at, [0.25, 1.0 / 6.0])
+    surrogate = Surrogate(space, at[None, :], np.zeros((1, 1)), np.zeros((0, 2)))
+    far = surrogate.distance(np.array([[0.75, 1.0 / 6.0], [0.25, 0.5], [0.25, 5.0 / 6.0]]))
+    np.testing.assert_allclose(far, [0.5, 1.0 / 3.0, 2.0 / 3.0])
+
+
+def test_whole_numbers_stand_for_all_between(scene: sw.Scene) -> None:
     field = space_of(scene, {"gear_pair.pinion_teeth": (23, 26)}).fields[0]
     assert field.values == (23, 24, 25, 26)
     assert not field.continuous

@@ -1,0 +1,92 @@
+"""A surrogate of aim and limits: radial basis functions through all designs that are known.
+
+Cubic functions with a linear tail (Regis and Shoemaker 2007, INFORMS J. Comput. 19, 497-509; scipy solves for their
+weights). They go through every known value, need no derivatives and stay bounded by what they know where a quantity
+has a kink. Choices that are numbers lie in their order between 0 and 1; others each have an axis of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
+from scipy.spatial.distance import cdist
+
+from semiwear.optimise.space import Space, is_number
+from semiwear.untyped import Value
+
+__all__ = ["Surrogate"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_SAME = 1e-9  # of the space: the same design
+_UNLIKE = 0.5  # distance of two choices that have no order, along each of their axes
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """Values of designs between those that are known.
+
+    Attributes
+    ----------
+    space : Space
+    places : (known, fields) array
+        Designs that were solved.
+    values : (known, values) array
+        What is known of them.
+    failed : (other, fields) array
+        Designs that could not be solved.
+    """
+
+    space: Space
+    places: FloatArray
+    values: FloatArray
+    failed: FloatArray
+
+    def at(self, places: FloatArray) -> FloatArray:
+        """Values at places (n, fields): (n, values)."""
+        return np.asarray(self._functions(self._inputs(places)))
+
+    def distance(self, places: FloatArray) -> FloatArray:
+        """Distance of places (n, fields) to the nearest known design (n,), along its farthest axis."""
+        every = np.vstack([self.places, self.failed])
+        return np.asarray(cdist(self._inputs(places), self._inputs(every), "chebyshev").min(axis=1))
+
+    def may_fail(self, places: FloatArray) -> BoolArray:
+        """Whether the design next to a place could not be solved (n,)."""
+        if not self.failed.size:
+            return np.zeros(len(places), dtype=bool)
+        inputs = self._inputs(places)
+        return np.asarray(
+            cdist(inputs, self._inputs(self.failed)).min(axis=1)
+            < cdist(inputs, self._inputs(self.places)).min(axis=1)
+        )
+
+    @cached_property
+    def _functions(self) -> RBFInterpolator:
+        inputs = self._inputs(self.places)
+        _, first = np.unique(np.round(inputs / _SAME), axis=0, return_index=True)
+        inputs, values = inputs[first], self.values[first]
+        try:
+            return RBFInterpolator(inputs, values, kernel="cubic", degree=1)
+        except (ValueError, np.linalg.LinAlgError):  # too few designs for a linear tail, or all in one plane
+            return RBFInterpolator(inputs, values, kernel="linear", degree=0)
+
+    def _inputs(self, places: FloatArray) -> FloatArray:
+        columns: list[FloatArray] = []
+        for k, field in enumerate(self.space.fields):
+            if field.continuous or _in_order(field.values):
+                columns.append(places[:, k])
+            else:
+                chosen = np.array([field.index(place) for place in places[:, k]])
+                columns += [_UNLIKE * (chosen == one) for one in range(len(field.values))]
+        return np.stack(columns, axis=1).astype(float)
+
+
+def _in_order(values: Sequence[Value]) -> bool:
+    return all(is_number(value) for value in values) and list(values) == sorted(values)

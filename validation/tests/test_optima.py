@@ -1,0 +1,64 @@
+"""Ten designs by the optimiser beside the best of many samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from validation import optima
+from validation.optima import ALLOWED, CASES, SAMPLES, behind, stored
+
+
+def test_every_problem_can_be_posed():
+    assert len(CASES) == 10
+    for case in CASES.values():
+        designs = case.designs()
+        assert designs.aims
+        scene = designs.scene_of(designs.space.start(designs.scene), "own")
+        assert scene.wear is not None
+    assert any(len(case.minimise) == 2 for case in CASES.values())
+    assert any(not field.continuous for case in CASES.values() for field in case.designs().space.fields)
+
+
+def test_what_is_stored_is_within_what_is_allowed():
+    known = stored()
+    assert set(known) <= set(CASES)
+    compared = {name: told for name, told in known.items() if {"search", "optimum"} <= set(told)}
+    assert "face_root_wear" in compared
+    for name, told in compared.items():
+        assert told["search"]["samples"] == SAMPLES >= 2000, name
+        assert told["optimum"]["kept"], name
+        assert behind(told["search"], told["optimum"]) <= ALLOWED, name
+    text = optima.report()
+    for case in CASES.values():
+        assert case.title in text
+
+
+def test_by_how_much_a_design_is_worse():
+    assert behind({"best": 2.0}, {"best": 2.1}) == pytest.approx(0.05)
+    assert behind({"best": 2.0}, {"best": 1.9}) == pytest.approx(-0.05)
+    search = {"front": [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0]]}
+    assert behind(search, search) == 0.0
+    # each of the second's aims has to be a tenth better until the sample (2, 2) is no longer better in both
+    assert behind(search, {"front": [[1.0, 4.0], [2.2, 2.3], [4.0, 1.0]]}) == pytest.approx(0.1)
+    # a front without an end is worse by what the end would bring
+    assert behind(search, {"front": [[1.0, 4.0], [2.0, 2.0]]}) == pytest.approx(1.0)
+
+
+def test_the_front_of_samples():
+    pairs = np.array([[3.0, 1.0], [1.0, 3.0], [2.0, 2.0], [2.5, 2.5], [1.0, 4.0], [3.0, 1.0]])
+    np.testing.assert_array_equal(optima.front_of(pairs), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]])
+
+
+@pytest.mark.slow
+def test_the_least_wear_of_a_spur_pair_is_that_of_many_samples():
+    case, search = CASES["spur_wear"], stored()["spur_wear"]["search"]
+    designs = case.designs()
+    found = case.optimise()
+    assert found.kept
+    assert found.told[1].best <= 40.0
+    assert behind(search, {"best": found.told[0].best}) <= ALLOWED
+    # the best sample is what it was
+    again = sw.simulate(designs.scene.replace(search["changes"]))["history"]
+    assert float(again.wear_depth_max.isel(wear_step=-1).max()) == pytest.approx(search["best"], rel=1e-9)
