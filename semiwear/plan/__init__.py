@@ -18,7 +18,7 @@ from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, lin
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import footprints
-from semiwear.contact.line_contact import LINE
+from semiwear.contact.line_contact import LINE, SMOOTH_LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth, fresh_flanks, slices_near
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
@@ -82,6 +82,7 @@ class Plan:
     choices: tuple[Choice, ...]
     last: Mapping[str, float] = field(default_factory=dict)
     clock: EffectClock = field(default_factory=EffectClock, compare=False, repr=False)
+    smooth: bool = False
 
     def __str__(self) -> str:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
@@ -178,11 +179,12 @@ class Plan:
             lines=lines,
             grid=shape.grid,
             problem=problem,
-            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches)),
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches, self.smooth)),
             half_width=whole,
             zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
             driving=self._driving(pair, shape, problem.is_near(shape.fine)),
+            smooth=self.smooth,
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -381,10 +383,10 @@ def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: f
     return float(line_contact_half_width(np.array(load / face_width), np.array(across), modulus))
 
 
-def _fidelity(patches: bool) -> Fidelity:
+def _fidelity(patches: bool, smooth: bool) -> Fidelity:
     """Patches, whose solver is loaded only where they are asked for, or lines."""
     if not patches:
-        return LINE
+        return SMOOTH_LINE if smooth else LINE
     from semiwear.contact.patch_contact import PATCH
 
     return PATCH

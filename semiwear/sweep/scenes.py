@@ -31,11 +31,14 @@ class Task:
         Digest of everything that the answer depends on but the code.
     scene : Scene
     measure : Measure
+    smooth : bool
+        Whether it is to be compared with others of nearly the same scene: that of `Plan`.
     """
 
     key: str
     scene: Scene
     measure: Measure
+    smooth: bool = False
 
 
 @dataclass(frozen=True)
