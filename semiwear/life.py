@@ -306,7 +306,7 @@ def _under(physics: Plan, factor: float) -> WearStepper:
             effects=replace(scene.effects, load_spectrum=spectrum),
         )
     )
-    other = replace(other, smooth=physics.smooth)
+    other = replace(other, compared=physics.compared)
     return replace(other.wear_stepper(other.loaded_teeth()), implicit=True)
 
 

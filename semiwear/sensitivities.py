@@ -1,7 +1,7 @@
 """Sensitivities: by how much quantities of worn flanks change with the fields of a scene.
 
 Each field is moved by a step to either side, everything else of the run being alike: its grids, its number of wear
-steps, and the compliance and contact lines that it shares with the scene. All runs are smooth ones (`Plan.smooth`):
+steps, and the compliance and contact lines that it shares with the scene. All runs are smooth ones (`Compared`):
 edges that press on a flank yield in steps of a cell otherwise, by which wear jumps some 2e-4 of itself every few
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
 off by a tenth. Where slopes to either side are nearly the
@@ -33,6 +33,7 @@ from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.optimise.quantity import Quantity, quantity_of
 from semiwear.optimise.space import is_number, scene_value
+from semiwear.plan import Compared
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.load import parse_scene
@@ -244,7 +245,7 @@ class _Runs:
         SemiwearError
             It cannot be solved.
         """
-        outcome = solve(Task("", scene, measure, smooth=True))
+        outcome = solve(Task("", scene, measure, Compared.with_runs_of(scene)))
         self._tell("the scene")
         if outcome.status is not Status.DONE:
             raise SemiwearError(f"sensitivities: the scene itself cannot be solved: {outcome.message}")
@@ -269,7 +270,7 @@ class _Runs:
                     one.found[side] = _stretched(base, stretch)
                     continue
                 one.runs += 1
-                tasks.append(Task(f"{one.key} {side}", changed, measure, smooth=True))
+                tasks.append(Task(f"{one.key} {side}", changed, measure, Compared.with_runs_of(scene)))
                 places[tasks[-1].key] = one, side
         self._total = max(self._total, self._done + len(tasks))
         own = geometry_of(scene)

@@ -29,6 +29,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.optimise.space import scene_value
+from semiwear.plan import Compared
 from semiwear.scene import Scene
 from semiwear.simulate import simulate
 
@@ -105,7 +106,7 @@ def drawn(random: np.random.Generator) -> Scene:
     return sw.load_scene("spur_fzg_c").replace({**teeth, **values, **COARSE, "numerics.threads": 1})
 
 
-def compared(scene: Scene, fields: Sequence[str], smooth: bool) -> Found:
+def found_for(scene: Scene, fields: Sequence[str], smooth: bool) -> Found:
     """Derivatives of a scene and their reference, by smooth runs or by those of `semiwear.simulate`."""
     begin = time.process_time()
     tree = sw.simulate(scene)
@@ -114,26 +115,26 @@ def compared(scene: Scene, fields: Sequence[str], smooth: bool) -> Found:
     told = sw.sensitivities(scene, QUANTITIES, fields, workers=0)
     cost = (time.process_time() - begin) / forward
     fixed = scene.replace({"numerics.wear_steps": tree["history"].sizes["wear_step"] - 1})
-    reference, error = differences(fixed, fields, _read(simulate(fixed, smooth=smooth)), smooth)
+    reference, error = differences(fixed, fields, smooth)
     return Found(
         told["relative"].values, reference, error, told["doubtful"].values, 1 + int(told["runs"].sum()), cost
     )
 
 
-def differences(
-    scene: Scene, fields: Sequence[str], values: np.ndarray, smooth: bool
-) -> tuple[np.ndarray, np.ndarray]:
+def differences(scene: Scene, fields: Sequence[str], smooth: bool) -> tuple[np.ndarray, np.ndarray]:
     """Richardson-extrapolated central differences over the scene's own values, and their error."""
-    near, far = (_central(scene, fields, count * _STEP, smooth) / values[:, None] for count in (1, 2))
+    like = Compared.with_runs_of(scene) if smooth else None
+    values = _read(simulate(scene, compared=like))[:, None]
+    near, far = (_central(scene, fields, count * _STEP, like) / values for count in (1, 2))
     return (4.0 * near - far) / 3.0, np.abs(near - far) / 3.0
 
 
-def _central(scene: Scene, fields: Sequence[str], step: float, smooth: bool) -> np.ndarray:
+def _central(scene: Scene, fields: Sequence[str], step: float, like: Compared | None) -> np.ndarray:
     columns = []
     for field in fields:
         at = scene_value(scene, field)
         moved = (scene.replace({field: at * (1.0 + sign * step)}) for sign in (1, -1))
-        high, low = (_read(simulate(one, smooth=smooth)) for one in moved)
+        high, low = (_read(simulate(one, compared=like)) for one in moved)
         columns.append((high - low) / (2.0 * step))
     return np.stack(columns, axis=1)
 
@@ -162,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in range(options.scenes):
         scene = drawn(random)
         try:
-            found = compared(scene, fields, not options.plain)
+            found = found_for(scene, fields, not options.plain)
         except (sw.SceneError, sw.SemiwearError) as error:
             print(f"scene {number}: left out, {str(error).splitlines()[-1]}", flush=True)
             continue

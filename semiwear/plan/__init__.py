@@ -35,6 +35,7 @@ from semiwear.meshing.tooth_contact import contact_points
 from semiwear.plain_text import table
 from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
+from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines
 from semiwear.plan.named_data import data_choices
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from semiwear.observers import Observer
     from semiwear.wear.contact_factor import ContactFactor
 
-__all__ = ["Choice", "Plan", "plan"]
+__all__ = ["Choice", "Compared", "Plan", "plan"]
 
 FloatArray = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ class Plan:
     choices: tuple[Choice, ...]
     last: Mapping[str, float] = field(default_factory=dict)
     clock: EffectClock = field(default_factory=EffectClock, compare=False, repr=False)
-    smooth: bool = False
+    compared: Compared | None = None
 
     def __str__(self) -> str:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
@@ -154,7 +155,8 @@ class Plan:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
         shape = self._shape(pair, rolls, face)
         lines = shape.lines
-        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1])
+        moduli = None if self.compared is None else self.compared.youngs_moduli
+        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], moduli)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
         patches = numerics.fidelity == "patch"
@@ -179,12 +181,12 @@ class Plan:
             lines=lines,
             grid=shape.grid,
             problem=problem,
-            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches, self.smooth)),
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches, self.compared is not None)),
             half_width=whole,
             zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
             driving=self._driving(pair, shape, problem.is_near(shape.fine)),
-            smooth=self.smooth,
+            smooth=self.compared is not None,
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:

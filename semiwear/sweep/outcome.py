@@ -93,14 +93,16 @@ def _is_life(task: Task) -> bool:
 
 
 def _simulated(task: Task) -> DataTree:
-    return simulate_as_given(task.scene, smooth=True) if task.smooth else simulate(task.scene)
+    if task.compared is None:
+        return simulate(task.scene)
+    return simulate_as_given(task.scene, compared=task.compared)
 
 
 @one_blas_thread()
 def _life(task: Task) -> Measured:
     """The life alone, without the wear run of the scene."""
     with using_threads(task.scene.numerics.threads):
-        physics = replace(plan(task.scene), smooth=task.smooth)
+        physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()
         arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
     return Measured({f"/life/{name}": array for name, array in arrays.items()})

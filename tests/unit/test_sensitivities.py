@@ -32,7 +32,7 @@ def by_formula(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[sw.Scene]
 
     def use(formula: Callable[[sw.Scene], float]) -> None:
         def solve(task: Task) -> Outcome:
-            assert task.smooth
+            assert task.compared is not None
             value = formula(task.scene)
             if not np.isfinite(value):
                 return Outcome(task.key, Status.FAILED, "teeth lose contact")
