@@ -53,7 +53,7 @@ __all__ = ["sensitivities"]
 
 FloatArray = NDArray[np.float64]
 
-_STEP = 0.005  # of a field's value
+_STEP = 0.01  # of a field's value
 _NEAR, _FAR = (-1, 1), (-2, 2)  # steps
 _SIDES = (*_NEAR, *_FAR)
 _MOST_FIELDS = 30
@@ -87,7 +87,7 @@ def sensitivities(
         in `optimise`.
     to : sequence of str, or mapping
         Dotted keys of up to 30 fields that are numbers; a mapping gives the step of each, in the field's unit.
-        Default step: 0.5 % of the value.
+        Default step: 1 % of the value.
     workers : int, optional
         Processes; 0: in this one. Default: one a core.
     progress : Progress or bool, optional

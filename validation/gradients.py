@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +23,6 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.setdefault("SEMIWEAR_CACHE_DIR", "off")
 
 import numpy as np
 import xarray as xr
@@ -163,7 +163,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in range(options.scenes):
         scene = drawn(random)
         try:
-            found = found_for(scene, fields, not options.plain)
+            with tempfile.TemporaryDirectory() as kept:
+                os.environ["SEMIWEAR_CACHE_DIR"] = kept
+                found = found_for(scene, fields, not options.plain)
         except (sw.SceneError, sw.SemiwearError) as error:
             print(f"scene {number}: left out, {str(error).splitlines()[-1]}", flush=True)
             continue
