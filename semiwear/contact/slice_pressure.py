@@ -172,20 +172,20 @@ def _smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points,
     Contact does not end where a cell does. A cell that has just come to be pressed bears nothing, one next to which
     another is about to be still bears its load at no gap: between the two the share of the cell that is in contact
     grows from 0 to 1, and the rate goes from the mean of those without and with the cell to the mean of those with
-    it and with the next. At an end the pressure c sqrt(d) and the slope pi c sqrt(d) of the gap differ by pi, which
-    weighs force against gap. On a parabola it leaves 2e-4 of steps of 1.4e-2 in the half-width.
+    it and with the next. A cell by itself has two ends, and so grows from nothing. At an end the pressure c sqrt(d)
+    and the slope pi c sqrt(d) of the gap differ by pi, which weighs force against gap. On a parabola it leaves 2e-4
+    of steps of 1.4e-2 in the half-width.
     """
     n, smooth = gap.shape[0], rate
     on = active.copy()
+    if on.sum() < 2:
+        return rate
     for i in range(n):
         if not on[i]:
             continue
         for step in (-1, 1):
-            j, back = i + step, i - step
-            # neither where another band begins, nor of a cell that bears all by itself
-            if j < 0 or j >= n or on[j] or i // cells != j // cells:
-                continue
-            if back < 0 or back >= n or not on[back] or i // cells != back // cells:
+            j = i + step
+            if j < 0 or j >= n or on[j] or i // cells != j // cells:  # not where another band begins
                 continue
             slack = gap[j] - approach
             for k in range(n):
