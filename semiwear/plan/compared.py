@@ -1,4 +1,4 @@
-"""What a run takes from another one of nearly the same scene with which it is to be compared."""
+"""Runs that are to be compared with one another: how those of nearly the same scene share what they stand on."""
 
 from __future__ import annotations
 
