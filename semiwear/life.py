@@ -139,7 +139,7 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
         lives = []
         for factor in factors:
             told.part(f" at {factor:g} of the torque", count)
-            lives.append(_life_along(_under(scene, factor), body, limit, way, factor, told))
+            lives.append(_life_along(_under(physics, factor), body, limit, way, factor, told))
             told.finish_part()
         low, high = lives
     except ConvergenceError as error:
@@ -292,8 +292,9 @@ def _must_wear(rate: float, body: int, now: float, limit: float) -> None:
         )
 
 
-def _under(scene: Scene, factor: float) -> WearStepper:
-    """The stepper of the scene under a multiple of its torques."""
+def _under(physics: Plan, factor: float) -> WearStepper:
+    """The stepper of a scene under a multiple of its torques."""
+    scene = physics.scene
     torque = factor * scene.operation.pinion_torque_Nm
     spectrum = scene.effects.load_spectrum
     if spectrum is not None:
@@ -305,6 +306,7 @@ def _under(scene: Scene, factor: float) -> WearStepper:
             effects=replace(scene.effects, load_spectrum=spectrum),
         )
     )
+    other = replace(other, compared=physics.compared)
     return replace(other.wear_stepper(other.loaded_teeth()), implicit=True)
 
 

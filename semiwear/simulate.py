@@ -6,7 +6,7 @@ import logging
 import os
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, life_group
-from semiwear.plan import Plan, plan
+from semiwear.plan import Compared, Plan, plan
 from semiwear.results import build_tree, provenance
 from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_checkpoint
 from semiwear.results.datasets import with_rating_errors
@@ -63,10 +63,11 @@ def simulate(
     progress: Progress | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    compared: Compared | None = None,
 ) -> xr.DataTree:
     """Wear the flank of a scene with the numbers that it has, whatever accuracy it asks for.
 
-    Arguments, result and errors are those of `semiwear.simulate`.
+    Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
@@ -75,7 +76,7 @@ def simulate(
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
     with kept, using_threads(scene.numerics.threads):
-        return _simulated(plan(scene), kept, progress or NoProgress())
+        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress())
 
 
 def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:

@@ -9,7 +9,7 @@ tapers comes from `taper`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -27,6 +27,7 @@ __all__ = [
     "CompliantBody",
     "ElasticTeeth",
     "LinePlaces",
+    "OfModulus",
     "ToothBody",
     "line_compliance",
 ]
@@ -338,6 +339,44 @@ class BodyOnLines:
         result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
         result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
         return greatest_along_root(result)
+
+
+@dataclass(frozen=True)
+class OfModulus:
+    """A body that differs from another one in its Young's modulus alone: deflections are inverse to it.
+
+    Attributes
+    ----------
+    like : BodyOnLines
+    youngs_modulus : float [MPa]
+    """
+
+    like: BodyOnLines
+    youngs_modulus: float
+
+    @property
+    def body(self) -> ToothBody:
+        """The body; its sections are those of the other one."""
+        return replace(self.like.body, youngs_modulus=self.youngs_modulus)
+
+    @property
+    def depth(self) -> FloatArray:
+        """As in `CompliantBody`: (roll, face) array [mm]."""
+        return self.like.depth
+
+    def add_compliance(
+        self, rolls: IntArray, faces: IntArray, pairs: IntArray, matrix: FloatArray, slope: FloatArray
+    ) -> None:
+        """As in `CompliantBody`."""
+        part, change = np.zeros_like(matrix), np.zeros_like(slope)
+        self.like.add_compliance(rolls, faces, pairs, part, change)
+        softer = self.like.body.youngs_modulus / self.youngs_modulus
+        matrix += softer * part
+        slope += softer * change
+
+    def root_stress(self, force: FloatArray, per_cycle: int, moved: FloatArray | None = None) -> FloatArray:
+        """As in `CompliantBody`: that of the other body, whatever the modulus."""
+        return self.like.root_stress(force, per_cycle, moved)
 
 
 def line_compliance(

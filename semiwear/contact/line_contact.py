@@ -8,6 +8,7 @@ plane contact of each slice under its load.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
 from semiwear.threads import in_shares
 
-__all__ = ["LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
+__all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,13 +71,13 @@ def line_pressures(problem: ContactProblem, loads: TeethLoads, worn: Footprints,
 
 
 def with_pressed_edges(
-    problem: ContactProblem, worn: Footprints, loads: TeethLoads, before: Footprints
+    problem: ContactProblem, worn: Footprints, loads: TeethLoads, before: Footprints, *, smooth: bool = False
 ) -> Footprints:
     """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
     Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
     soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: under much
-    load it may hold the flanks farther apart than its footprint's mean gap says.
+    load it may hold the flanks farther apart than its footprint's mean gap says. `smooth` is that of `solve_slices`.
     """
     lines, modulus = problem.lines, problem.modulus
     approach = np.tile(loads.rotation, problem.pairs)[:, None] * lines.lever_arm
@@ -85,7 +86,7 @@ def with_pressed_edges(
     if not pressed.any():
         return worn
     load = np.where(pressed, np.maximum(problem.line_load(loads), _LIGHTEST * problem.usual_load), 0.0)
-    touched = solve_slices(lines, worn, load, modulus, 0.0)[1]
+    touched = solve_slices(lines, worn, load, modulus, 0.0, smooth=smooth)[1]
     # no half-width is less than the load sharing allows: as much farther away as it is then too stiff
     closes, least = 2.0 / (np.pi * modulus) * load[pressed], LEAST_WIDTH * problem.usual_half_width
     width = np.sqrt(2.0 * closes / touched.curvature[pressed])
@@ -96,6 +97,8 @@ def with_pressed_edges(
 
 LINE = Fidelity(solve_lines, with_pressed_edges, line_pressures)
 """Line loads, with Hertz's pressure across them."""
+SMOOTH_LINE = Fidelity(solve_lines, partial(with_pressed_edges, smooth=True), line_pressures)
+"""The same; pressed edges yield smoothly, for differences of runs."""
 
 
 def _solve_position(

@@ -28,6 +28,7 @@ BoolArray = NDArray[np.bool_]
 _USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the problem's reach always has room
 _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
+_SMOOTH_PASSES, _SMOOTH_TOLERANCE = 12, 1e-7  # of the same, where results are to be smooth
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
 
 
@@ -79,6 +80,9 @@ class LoadedTeeth:
         What unworn flanks lack, as the driven flank's nodes meet it: one row, or one a roll position of `fine`.
     driving : DrivingFlank or None
         Where the driving flank's wear is kept; None where it does not wear.
+    smooth : bool
+        Whether everything is iterated until results are smooth functions of the scene's fields, as differences of
+        runs need; otherwise until they are accurate enough.
     """
 
     pair: FlankPair
@@ -92,6 +96,7 @@ class LoadedTeeth:
     zero: float
     modification: FloatArray | None = None
     driving: DrivingFlank | None = None
+    smooth: bool = False
 
     @property
     def on_path(self) -> BoolArray:
@@ -154,7 +159,8 @@ class LoadedTeeth:
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
         edged, residual = coarse, 0.0
-        for _ in range(_EDGE_PASSES):
+        passes, tolerance = (_SMOOTH_PASSES, _SMOOTH_TOLERANCE) if self.smooth else (_EDGE_PASSES, _EDGE_TOLERANCE)
+        for _ in range(passes):
             before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged)
             if edged is before and solved:
                 break
@@ -166,7 +172,7 @@ class LoadedTeeth:
             force = loads.force
             loads, solved = fidelity.solve(problem, edged, loads, positions=positions), True
             residual = float(np.abs(loads.force - force).max() / loads.force.max())
-            if residual <= _EDGE_TOLERANCE:
+            if residual <= tolerance:
                 break
         return LoadedState(wear, fine, edged, loads, driving_wear, residual)
 

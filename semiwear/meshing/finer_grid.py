@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from semiwear.kernel_cache import njit
-from semiwear.meshing.flank_grid import FlankGrid, smooth_value
+from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slope_at
 
 __all__ = ["FinerGrid", "finer_grid"]
 
@@ -62,9 +62,11 @@ def _read(values, nodes, split, parts):  # type: ignore[no-untyped-def]
     out = np.empty((values.shape[0], values.shape[1], cells * parts))
     for r in range(values.shape[0]):
         for i in range(values.shape[1]):
+            own = values[r, i]
+            after = slope_at(own, nodes[i], split[i], 0)
             for cell in range(cells):
+                before = change_above(after, nodes[i], split[i], cell)
+                after = slope_at(own, nodes[i], split[i], cell + 1)
                 for part in range(parts):
-                    out[r, i, cell * parts + part] = smooth_value(
-                        values[r, i], nodes[i], split[i], cell, part / parts
-                    )
+                    out[r, i, cell * parts + part] = cubic(own[cell], own[cell + 1], before, after, part / parts)
     return out

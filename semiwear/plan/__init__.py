@@ -18,7 +18,7 @@ from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, lin
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import footprints
-from semiwear.contact.line_contact import LINE
+from semiwear.contact.line_contact import LINE, SMOOTH_LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth, fresh_flanks, slices_near
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
@@ -34,6 +34,7 @@ from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid
 from semiwear.plain_text import table
 from semiwear.plan import effects
 from semiwear.plan.choices import Choice, physics_choices
+from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines, middle_contact
 from semiwear.plan.named_data import data_choices
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     from semiwear.observers import Observer
     from semiwear.wear.contact_factor import ContactFactor
 
-__all__ = ["Choice", "Plan", "plan"]
+__all__ = ["Choice", "Compared", "Plan", "plan"]
 
 FloatArray = NDArray[np.float64]
 
@@ -81,6 +82,7 @@ class Plan:
     choices: tuple[Choice, ...]
     last: Mapping[str, float] = field(default_factory=dict)
     clock: EffectClock = field(default_factory=EffectClock, compare=False, repr=False)
+    compared: Compared | None = None
 
     def __str__(self) -> str:
         rows = [(c.slot, "yes" if c.runs else "no", c.chosen, c.why) for c in self.choices]
@@ -152,7 +154,8 @@ class Plan:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
         shape = self._shape(pair, rolls, face)
         lines = shape.lines
-        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1])
+        moduli = None if self.compared is None else self.compared.youngs_moduli
+        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], moduli)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
         patches = numerics.fidelity == "patch"
@@ -177,11 +180,12 @@ class Plan:
             lines=lines,
             grid=shape.grid,
             problem=problem,
-            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches)),
+            fidelity=effects.rubbing(scene, pair, lines, _fidelity(patches, self.compared is not None)),
             half_width=whole,
             zero=self._unworn_zero(pair, rolls, shape, problem, whole),
             modification=shape.modification,
             driving=self._driving(pair, shape, problem.is_near(shape.fine)),
+            smooth=self.compared is not None,
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
@@ -380,10 +384,10 @@ def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: f
     return float(line_contact_half_width(np.array(load / face_width), np.array(across), modulus))
 
 
-def _fidelity(patches: bool) -> Fidelity:
+def _fidelity(patches: bool, smooth: bool) -> Fidelity:
     """Patches, whose solver is loaded only where they are asked for, or lines."""
     if not patches:
-        return LINE
+        return SMOOTH_LINE if smooth else LINE
     from semiwear.contact.patch_contact import PATCH
 
     return PATCH

@@ -13,7 +13,7 @@ from semiwear.compliance.influence import InfluenceOnLines, body_influence, read
 from semiwear.compliance.prism import PrismSection, prism_section
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS
 from semiwear.compliance.taper import tapered
-from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, ToothBody
+from semiwear.compliance.tooth import BodyOnLines, CompliantBody, ElasticTeeth, LinePlaces, OfModulus, ToothBody
 from semiwear.compliance.tooth_ends import EndEffect, end_effect
 from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
@@ -46,15 +46,20 @@ def elastic(material: Material) -> Elastic:
     return Elastic(material.youngs_modulus_MPa, material.poissons_ratio)
 
 
-def tooth_compliance(scene: Scene, pair: FlankPair, lines: ContactLines) -> ElasticTeeth:
-    """Bodies on contact lines; none for rigid teeth. Prisms on the same lines are the same object."""
+def tooth_compliance(
+    scene: Scene, pair: FlankPair, lines: ContactLines, moduli: tuple[float, float] | None = None
+) -> ElasticTeeth:
+    """Bodies on contact lines; none for rigid teeth. Prisms on the same lines are the same object.
+
+    Where Young's moduli of both bodies [MPa] are given, prisms are found at these and their deflections scaled.
+    """
     if scene.numerics.tooth_compliance == "rigid":
         return ElasticTeeth()
     if scene.numerics.tooth_compliance != "prism":
         return ElasticTeeth(_influence(scene, pair, lines))
     materials = scene.material.pinion, scene.material.gear
     return _prisms_on_lines(
-        scene.gear_pair, scene.operation.loaded_flank, pair, materials, scene.numerics.harmonics, lines
+        scene.gear_pair, scene.operation.loaded_flank, pair, materials, scene.numerics.harmonics, lines, moduli
     )
 
 
@@ -66,16 +71,19 @@ def _prisms_on_lines(
     materials: tuple[Material, Material],
     harmonics: int,
     lines: ContactLines,
+    moduli: tuple[float, float] | None,
 ) -> ElasticTeeth:
     # the coast flank is the drive flank of the other hand
     loaded, _ = on_loaded_flank(table, Placement(), loaded_flank)
-    bodies = []
-    for index, material in enumerate(materials):
+    bodies: list[CompliantBody] = []
+    for index, own in enumerate(materials):
+        material = own if moduli is None else replace(own, youngs_modulus_MPa=moduli[index])
         body = toothed(table, index, material, harmonics)
         places = _places(lines, index)
         # a tooth that tapers has its ends in the taper
         beyond = None if body.taper is not None else _beyond(loaded, pair, index, material, harmonics, places)
-        bodies.append(BodyOnLines.of(body, places, beyond))
+        on_lines = BodyOnLines.of(body, places, beyond)
+        bodies.append(on_lines if material == own else OfModulus(on_lines, own.youngs_modulus_MPa))
     return ElasticTeeth(tuple(bodies))
 
 

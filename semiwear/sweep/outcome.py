@@ -7,12 +7,14 @@ import time
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
+from xarray import DataTree
+
 from semiwear.accuracy import simulate
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.life import life_group
 from semiwear.plan import plan
-from semiwear.scene import Scene
+from semiwear.simulate import simulate as simulate_as_given
 from semiwear.sweep.measure import Measured, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
@@ -62,7 +64,7 @@ def solve(task: Task) -> Outcome:
     begin = time.perf_counter()
     with _one_at_a_time:
         try:
-            measured = _life(task.scene) if _is_life(task) else read_off(simulate(task.scene), task.measure)
+            measured = _life(task) if _is_life(task) else read_off(_simulated(task), task.measure)
         except SceneError as error:
             reasons = "; ".join(str(problem) for problem in error.problems)
             return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
@@ -90,11 +92,17 @@ def _is_life(task: Task) -> bool:
     return task.measure.life_alone and task.scene.wear is not None and task.scene.numerics.accuracy is None
 
 
+def _simulated(task: Task) -> DataTree:
+    if task.compared is None:
+        return simulate(task.scene)
+    return simulate_as_given(task.scene, compared=task.compared)
+
+
 @one_blas_thread()
-def _life(scene: Scene) -> Measured:
+def _life(task: Task) -> Measured:
     """The life alone, without the wear run of the scene."""
-    with using_threads(scene.numerics.threads):
-        physics = plan(scene)
+    with using_threads(task.scene.numerics.threads):
+        physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()
         arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
     return Measured({f"/life/{name}": array for name, array in arrays.items()})

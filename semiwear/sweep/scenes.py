@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from semiwear.errors import Problem, SceneError
+from semiwear.plan import Compared
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.scene.external import file_digests
 from semiwear.sweep.measure import Measure
@@ -31,11 +32,14 @@ class Task:
         Digest of everything that the answer depends on but the code.
     scene : Scene
     measure : Measure
+    compared : Compared, optional
+        Where its run is to be compared with others of nearly the same scene.
     """
 
     key: str
     scene: Scene
     measure: Measure
+    compared: Compared | None = None
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,9 @@ _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved; a smaller jump of the depth is let be
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
+_SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
+_SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 60
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
 _CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
@@ -255,11 +257,12 @@ class _CaseStep:
         loads = self._solve(meshes, positions, start or self.state.loads)
         if self.factor is None:
             return loads
+        tolerance = _SMOOTH_FACTOR_TOLERANCE if self.case.teeth.smooth else _FACTOR_TOLERANCE
         for _ in range(_FACTOR_ITERATIONS):
             # more load makes more wear and so less load: half of each change overshoots least
             change = np.where(loads.force > 0.0, self._factor(loads) - self.factor, 0.0)
             self.law_residual = float(np.abs(change).max() / self.factor.max())
-            if self.law_residual <= _FACTOR_TOLERANCE:
+            if self.law_residual <= tolerance:
                 return loads
             self.factor = self.factor + 0.5 * change
             loads = self._solve(meshes, positions, loads)
@@ -404,11 +407,12 @@ class _Step:
             )
         known = [(0.0, -wanted)]
         promised = wanted / rate
+        tolerance = _SMOOTH_DEPTH_TOLERANCE if teeth.smooth else _DEPTH_TOLERANCE
         trial = self.state.pace * promised
         for _ in range(_DEPTH_ITERATIONS):
             loads = self.loads(trial, positions, loads)
             value = stepper.depth_at(point, point.wear(self.worn(loads, trial, slices))) - depth
-            if abs(value) <= _DEPTH_TOLERANCE * wanted:
+            if abs(value) <= tolerance * wanted:
                 self.pace = trial / promised
                 return trial
             known.append((trial, value))

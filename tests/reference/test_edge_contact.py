@@ -92,11 +92,11 @@ def solved_evenly(grid: FlankGrid, wear: np.ndarray, line_load: float) -> Solved
     raise AssertionError("the contact set does not settle")
 
 
-def touched_by(lines, grid: FlankGrid, wear: np.ndarray, line_load: float) -> Footprints:
+def touched_by(lines, grid: FlankGrid, wear: np.ndarray, line_load: float, *, smooth: bool = False) -> Footprints:
     nothing = np.zeros(lines.profile.shape)
     removed = Removed.alike(grid, wear, 1)
     worn = Footprints(removed, lines.profile, nothing, nothing + CURVATURE, nothing + 0.3, nothing == 0.0, nothing)
-    return solve_slices(lines, worn, nothing + line_load, MODULUS, 0.0)[1]
+    return solve_slices(lines, worn, nothing + line_load, MODULUS, 0.0, smooth=smooth)[1]
 
 
 @pytest.mark.parametrize("line_load", [100.0, 300.0])
@@ -114,6 +114,32 @@ def test_both_bands_are_found(deep, line_load):
     more, less = (solved_evenly(grid, wear, factor * line_load).approach for factor in (1.02, 0.98))
     rate = (more - less) / (0.04 * closes)
     assert np.log(2.0 * FAR / half_width) == pytest.approx(rate, rel=0.04)
+
+
+def half_widths(lines, grid: FlankGrid, wear: np.ndarray, loads: np.ndarray, *, smooth: bool) -> np.ndarray:
+    found = [touched_by(lines, grid, wear, load, smooth=smooth).curvature.item() for load in loads]
+    return np.sqrt(4.0 * loads / (np.pi * MODULUS) / np.array(found))
+
+
+def test_a_smooth_half_width_is_that_of_hertz_at_every_load():
+    lines, grid, wear = groove(-8e-3)
+    lines = replace(lines, low=lines.low - 6.0)
+    loads = np.linspace(100.0, 200.0, 101)
+    hertz = np.sqrt(4.0 * loads / (np.pi * MODULUS * CURVATURE))
+    steps, smooth = (half_widths(lines, grid, 0.0 * wear, loads, smooth=which) / hertz for which in (False, True))
+    assert np.abs(np.diff(steps)).max() > 0.015  # by a cell
+    assert np.abs(np.diff(smooth)).max() < 3e-3
+    np.testing.assert_allclose(smooth, 1.0, atol=5e-3)
+
+
+@pytest.mark.parametrize("deep", [-2e-3, 0.0, 2e-3, 20e-3])
+def test_smooth_half_widths_of_edge_and_valley(deep):
+    """They follow the load without the jumps of those in steps of a cell, and differ from them by no more."""
+    loads = np.linspace(150.0, 200.0, 51)
+    steps, smooth = (half_widths(*groove(deep), loads, smooth=which) for which in (False, True))
+    jumps, left = (np.abs(np.diff(np.log(found), n=2)).max() for found in (steps, smooth))
+    assert left < 0.2 * jumps
+    np.testing.assert_allclose(smooth, steps, rtol=1.5 * jumps)
 
 
 def test_the_cases_reach_from_the_valley_alone_to_the_edge_alone():

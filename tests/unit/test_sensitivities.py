@@ -32,6 +32,7 @@ def by_formula(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[sw.Scene]
 
     def use(formula: Callable[[sw.Scene], float]) -> None:
         def solve(task: Task) -> Outcome:
+            assert task.compared is not None
             value = formula(task.scene)
             if not np.isfinite(value):
                 return Outcome(task.key, Status.FAILED, "teeth lose contact")
@@ -122,6 +123,15 @@ def test_one_side_will_do_and_none_is_told(scene: sw.Scene, by_formula: Callable
         public(scene, "wear_depth_max", [TORQUE], workers=0)
 
 
+def test_a_quantity_that_hardly_depends_on_the_field_takes_two_runs(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: 1.0 + 1e-5 * (torque(s) - 1.0) + 1e-3 * (torque(s) - 1.0) ** 2)
+    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    assert found["runs"].values.tolist() == [2]
+    assert not found["doubtful"].any()
+    by_formula(lambda s: 1.0 + 1e-5 * (torque(s) - 1.0) + 0.1 * abs(torque(s) - 1.0))
+    assert public(scene, "wear_depth_max", [TORQUE], workers=0)["doubtful"].all()
+
+
 def test_steps_of_their_own(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: 1.0 + (0.0 if s.effects.misalignment is None else s.effects.misalignment.offset_mm))
     found = public(scene, "wear_depth_max", {OFFSET: 0.02}, workers=0)
@@ -150,3 +160,15 @@ def test_meshes_to_a_depth_are_inverse_to_the_wear_coefficient(small: sw.Scene) 
     ]
     slope = float(found["derivative"].sel(field=TORQUE, quantity="root_stress_max[gear]"))
     assert slope == pytest.approx((stress[0] - stress[1]) / 10.0, rel=0.02)
+
+
+@pytest.mark.slow
+def test_derivatives_do_not_hang_on_the_step() -> None:
+    """Pressed tips yield in steps of a cell where runs are not smooth: slopes of this scene then differ by 1 %."""
+    coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 16, "numerics.profile_points": 71}
+    worn = {"wear.until.meshes": 6e7, "numerics.wear_steps": 3, "operation.pinion_torque_Nm": 360.0}
+    scene = sw.load_scene("spur_fzg_c").replace(coarse | worn)
+    names = ["wear_depth_max[gear]", "root_stress_max[gear]", "transmission_error_amplitude"]
+    slopes = [public(scene, names, {TORQUE: step}, workers=0) for step in (0.7, 3.6)]
+    np.testing.assert_allclose(slopes[0]["relative"], slopes[1]["relative"], rtol=3e-3)
+    assert not any(one["doubtful"].any() for one in slopes)
