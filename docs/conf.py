@@ -45,6 +45,7 @@ exclude_patterns = [
     "site_pages",
     "generated/work",
     "generated/validated.md",
+    "generated/extras.md",
     "**/GALLERY_HEADER.rst",
     "gallery",
     "**.ipynb",

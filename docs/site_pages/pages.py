@@ -6,6 +6,7 @@ from pathlib import Path
 
 from site_pages.api import api_pages
 from site_pages.command_line import command_line_page
+from site_pages.extras import extras_tables
 from site_pages.fields import effects_page, field_pages
 from site_pages.more import more_page
 from site_pages.validated import validated_text
@@ -29,7 +30,11 @@ def write_all(here: Path) -> None:
     """Write them below ``generated``; what is unchanged keeps its date, so that Sphinx reads it once."""
     (here / "generated" / "work").mkdir(parents=True, exist_ok=True)
     texts = {f"reference/{name}": text for name, text in reference_pages().items()}
-    texts |= {"more.md": more_page(here), "validated.md": validated_text(here)}
+    texts |= {
+        "more.md": more_page(here),
+        "validated.md": validated_text(here),
+        "extras.md": extras_tables(here.parent),
+    }
     for name, text in texts.items():
         path = here / "generated" / name
         path.parent.mkdir(parents=True, exist_ok=True)

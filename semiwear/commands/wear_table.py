@@ -7,7 +7,7 @@ import xarray as xr
 
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
-from semiwear.results.wearing import control_place, main_body, worn_bodies
+from semiwear.results.wearing import control_place, life_bodies, main_body, worn_bodies
 
 __all__ = ["life_sentence", "wear_table"]
 
@@ -62,9 +62,12 @@ def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str
 def life_sentence(tree: xr.DataTree) -> str:
     """The life in one sentence."""
     found = tree["life"].to_dataset()
+    body, deeper = life_bodies(tree)
+    of = f" on the {body}" if body else ""
+    warned = f'; the {deeper} wears deeper: limit it by effects.run_life.body = "{deeper}"' if deeper else ""
     hours = f" ({float(found['hours_to_limit']):.4g} h)" if "hours_to_limit" in found else ""
     return (
-        f"life until {float(found['depth_limit']):g} um: {float(found['meshes_to_limit']):.4g} meshes{hours}; "
+        f"life until {float(found['depth_limit']):g} um{of}: {float(found['meshes_to_limit']):.4g} meshes{hours}; "
         f"it changes by {float(found['sensitivity_to_wear_coefficient']):.3g} % a per cent of wear coefficient, "
-        f"{float(found['sensitivity_to_torque']):.3g} % a per cent of torque"
+        f"{float(found['sensitivity_to_torque']):.3g} % a per cent of torque{warned}"
     )

@@ -11,7 +11,7 @@ from semiwear.report.markup import element, figure_text, tiles, with_unit
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.pressing_tips import pressing_tips
-from semiwear.results.wearing import control_place, main_body, pitch_surface, scene_tables, worn_bodies
+from semiwear.results.wearing import control_place, life_bodies, main_body, pitch_surface, scene_tables, worn_bodies
 
 __all__ = ["advice", "life_numbers", "main_numbers", "other_numbers"]
 
@@ -76,7 +76,10 @@ def life_numbers(tree: xr.DataTree) -> list[Number]:
         meaning += (
             f"; {ended_by.replace('_', ' ')} ends it earlier, after {figure_text(life['meshes_to_end'])} meshes"
         )
-    return [(f"Life until {life['depth_limit']:g} µm of wear", meshes, meaning)]
+    body, deeper = life_bodies(tree)
+    if deeper:
+        meaning += f"; the {deeper} wears deeper, and is not asked about"
+    return [(f"Life until {life['depth_limit']:g} µm of wear{body and f', {body}'}", meshes, meaning)]
 
 
 def _run(tree: xr.DataTree) -> Iterator[Number]:

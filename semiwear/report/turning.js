@@ -92,21 +92,19 @@
     return {type: "scatter3d", mode: "lines", x, y, z, hoverinfo: "skip", showlegend: false,
       line: {dash: "dash", width: 3, color: ink()}};
   };
-  const names = body => {
-    const {flank, rows, faces} = body, middle = Math.floor(faces / 2);
-    const at = (r, f) => Array.from(flank.subarray(3 * (r * faces + f), 3 * (r * faces + f) + 3));
-    const high = at(rows - 1, middle)[2] - at(0, middle)[2], half = Math.floor(rows / 2);
-    const [tip, root, first, last] = [at(rows - 1, middle), at(0, middle), at(half, 0), at(half, faces - 1)];
-    tip[2] += 0.12 * high;
-    root[2] -= 0.12 * high;
-    const away = Math.sign(last[0] - first[0]) * 0.7 * high;
-    first[0] -= away;
-    last[0] += away;
-    const wide = view.clientWidth > 600, places = wide ? [tip, root, first, last] : [tip, root];
-    const [x, y, z] = [0, 1, 2].map(c => places.map(point => point[c]));
-    return {type: "scatter3d", mode: "text", x, y, z, text: ["tip", "root", ...(wide ? body.ends : [])], hoverinfo: "skip",
-      showlegend: false, textfont: {color: ink(), size: 13}, textposition: ["top center", "bottom center",
-        "middle center", "middle center"]};
+  // Words that stay in front of the tooth: tip and root at the middle of the face, its ends at the corners below.
+  const words = body => {
+    const {flank, back, fillet, rows, faces, fillets} = body, middle = Math.floor(faces / 2);
+    const at = (points, r, f) => Array.from(points.subarray(3 * (r * faces + f), 3 * (r * faces + f) + 3));
+    const low = f => fillets ? at(fillet, fillets - 1, f) : at(flank, 0, f);
+    // seen from the flank's side, x grows to the left
+    const [left, right] = low(0)[0] > low(faces - 1)[0] ? [0, faces - 1] : [faces - 1, 0];
+    const word = (text, [x, y, z], xanchor, yanchor, yshift = 0) => ({text, x, y, z, xanchor, yanchor, yshift,
+      showarrow: false, font: {color: ink(), size: 13}, bgcolor: dark() ? "#18212bc0" : "#ffffffc0", borderpad: 0});
+    const ends = left ? [...body.ends].reverse() : body.ends;
+    return [word("tip", at(back, rows - 1, middle), "center", "bottom"),
+      word("root", at(flank, 0, middle), "center", "top"),
+      word(ends[0], low(left), "left", "top"), word(ends[1], low(right), "right", "top", -18)];
   };
   // The contact line of the roll position where it bears, on the worn flank.
   const contact = ({body, step, roll}, points) => {
@@ -141,29 +139,47 @@
   const scheme = window.matchMedia("(prefers-color-scheme: dark)");
   const dark = () => scheme.matches;
   const ink = () => dark() ? "#e4eaf0" : "#1d2733";
-  // Teeth are of one size to the eye; in a narrow view the eye stands farther off.
-  const home = () => {
-    const away = Math.max(1, 1.9 * view.clientHeight / Math.max(view.clientWidth, 1));
-    return {eye: {x: 0.45 * away, y: 1.5 * away, z: 0.75 * away}, center: {x: 0, y: 0, z: 0},
-      up: {x: 0, y: 0, z: 1}, projection: {type: "perspective"}};
+  const bounds = body => {
+    const parts = [body.flank, body.back, body.fillet, body.backFillet];
+    const ranges = [0, 1, 2].map(c => {
+      const values = parts.flatMap(points => Array.from(points).filter((_, k) => k % 3 === c));
+      return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
+    });
+    const room = 0.05 * (ranges[2][1] - ranges[2][0]);
+    return ranges.map(([low, high]) => [low - room, high + room]);
   };
-  const bounds = body => [0, 1, 2].map(c => {
-    const values = [body.flank, body.back, body.fillet, body.backFillet].flatMap(
-      points => Array.from(points).filter((_, k) => k % 3 === c));
-    return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
-  }).map(([low, high], c, all) => {
-    const room = (c === 0 ? 0.8 : 0.25) * (all[2][1] - all[2][0]);  // for the words beside the tooth
-    return [low - room, high + room];
-  });
+  const scaled = body => {
+    body.bounds ??= bounds(body);
+    const sizes = body.bounds.map(([low, high]) => high - low);
+    return {sizes, scale: 2.8 / Math.hypot(...sizes), middle: body.bounds.map(([low, high]) => (low + high) / 2)};
+  };
+  // Pixels beside and above the tooth, for words and the scale of colours; half the angle that the eye sees upright.
+  const beside = 12, above = 34, forColours = 62, halfAngle = Math.PI / 8;
+  const tall = () => Math.max(view.clientHeight, 1), wide = () => Math.max(view.clientWidth - forColours, 1);
+  // The eye looks from one direction at every tooth, from as near as the whole of it can be seen.
+  const home = body => {
+    const {scale, middle} = scaled(body), size = Math.hypot(0.45, 1.5, 0.75);
+    const [x, y, z] = [0.45 / size, 1.5 / size, 0.75 / size], flat = Math.hypot(x, y), slope = Math.tan(halfAngle);
+    const upright = slope * (1 - 2 * above / tall()), across = slope * (wide() - 2 * beside) / tall();
+    let away = 0;
+    for (const points of [body.flank, body.back, body.fillet, body.backFillet]) {
+      for (let k = 0; k < points.length; k += 3) {
+        const [a, b, c] = [0, 1, 2].map(n => scale * (points[k + n] - middle[n]));
+        const near = a * x + b * y + c * z, up = c * flat - (a * x + b * y) * z / flat, side = (b * x - a * y) / flat;
+        away = Math.max(away, near + Math.abs(up) / upright, near + Math.abs(side) / across);
+      }
+    }
+    return {eye: {x: away * x, y: away * y, z: away * z}, center: {x: 0, y: 0, z: 0}, up: {x: 0, y: 0, z: 1},
+      projection: {type: "perspective"}};
+  };
   let camera = null;
   const layout = body => {
-    body.bounds ??= bounds(body);
-    const sizes = body.bounds.map(([low, high]) => high - low), scale = 2.8 / Math.hypot(...sizes);
+    const {sizes, scale} = scaled(body);
     const axis = c => ({visible: false, showspikes: false, range: body.bounds[c]});
     return {margin: {l: 0, r: 0, t: 0, b: 0}, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink()},
       uirevision: "kept", scene: {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual", camera,
-        aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]},
-        domain: {x: [0, 0.94], y: [0, 1]}, dragmode: "turntable"}};
+        aspectratio: {x: scale * sizes[0], y: scale * sizes[1], z: scale * sizes[2]}, annotations: words(body),
+        domain: {x: [0, wide() / (wide() + forColours)], y: [0, 1]}, dragmode: "turntable"}};
   };
 
   const say = now => {
@@ -181,8 +197,7 @@
   const draw = () => {
     const now = chosen(), points = worn(now);
     say(now);
-    return Plotly.react(view, [surface(now, points), ...rest(now.body, points), edge(now.body), names(now.body),
-      contact(now, points)], layout(now.body), {displayModeBar: false, responsive: true});
+    return Plotly.react(view, [surface(now, points), ...rest(now.body, points), edge(now.body), contact(now, points)], layout(now.body), {displayModeBar: false, responsive: true});
   };
   const options = (id, texts, at) => by(id).replaceChildren(...texts.map(([value, text], k) =>
     new Option(text, value, k === at, k === at)));
@@ -203,15 +218,15 @@
     if (way === "down") above = Math.max(above - by10, -1.5);
     if (way === "in") away /= 1.15;
     if (way === "out") away *= 1.15;
-    camera = way === "home" ? home() : {...camera, eye: {x: away * Math.cos(above) * Math.cos(around),
+    camera = way === "home" ? home(chosen().body) : {...camera, eye: {x: away * Math.cos(above) * Math.cos(around),
       y: away * Math.cos(above) * Math.sin(around), z: away * Math.sin(above)}};
     Plotly.relayout(view, {"scene.camera": camera});
   };
   const keys = {ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down", "+": "in", "-": "out"};
 
   figure.hidden = false;
-  camera = home();
   fill();
+  camera = home(chosen().body);
   await draw();
   document.documentElement.classList.add("turns-here");
   view.on("plotly_relayout", () => { camera = view.layout.scene.camera; });
@@ -224,7 +239,11 @@
   for (const id of ["turning-quantity", "turning-factor", "turning-step", "turning-roll"]) {
     if (by(id)) by(id).addEventListener("input", draw);
   }
-  if (by("turning-body")) by("turning-body").addEventListener("input", () => { fill(); draw(); });
+  if (by("turning-body")) by("turning-body").addEventListener("input", () => {
+    fill();
+    camera = home(chosen().body);
+    draw();
+  });
   scheme.addEventListener("change", draw);
   figure.dataset.drawn = "yes";
 })();

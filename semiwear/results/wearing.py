@@ -13,7 +13,16 @@ from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene.kinds import KINDS
 from semiwear.untyped import Table, Value
 
-__all__ = ["ControlPlace", "control_place", "main_body", "pitch_name", "pitch_surface", "scene_tables", "worn_bodies"]
+__all__ = [
+    "ControlPlace",
+    "control_place",
+    "life_bodies",
+    "main_body",
+    "pitch_name",
+    "pitch_surface",
+    "scene_tables",
+    "worn_bodies",
+]
 
 
 class ControlPlace(NamedTuple):
@@ -55,6 +64,20 @@ def worn_bodies(tree: xr.DataTree) -> tuple[str, ...]:
     if isinstance(named, list):
         return tuple(body for body in bodies if body in named)
     return tuple(body for body in bodies if np.any(wear.sel(body=body).values))
+
+
+def life_bodies(tree: xr.DataTree) -> tuple[str, str]:
+    """The body whose wear ends the life of a result, and the other one where that wears deeper; else empty texts.
+
+    Both are empty where the result does not tell its scene.
+    """
+    limited = _table(_table(scene_tables(tree), "effects"), "run_life").get("body")
+    if not isinstance(limited, str) or "flank" not in tree.children:
+        return "", ""
+    depths = tree["flank"].to_dataset()["wear_depth"].isel(wear_step=-1).max(("profile", "face"))
+    deepest = {body: float(depths.sel(body=body)) for body in worn_bodies(tree)}
+    first = max(deepest, key=deepest.__getitem__, default=limited)
+    return limited, first if first != limited else ""
 
 
 def main_body(tree: xr.DataTree) -> str:

@@ -10,10 +10,7 @@ pytestmark = pytest.mark.slow
 
 
 def test_two_rotors_on_a_worn_mesh():
-    try:
-        import ross
-    except Exception as reason:  # its own dependencies may not fit together
-        pytest.skip(f"extra rotors: ROSS cannot be loaded ({type(reason).__name__})")
+    ross = pytest.importorskip("ross", reason="ROSS (extra rotors) is not installed")
     tree = sw.simulate(sw.load_scene("spur_fzg_c").replace(TINY | {"numerics.wear_steps": 1}))
     found = sw.mesh_stiffness(tree).isel(wear_step=-1)
     stiffness = 1e3 * float(found.mesh_stiffness_local.mean())  # N/m

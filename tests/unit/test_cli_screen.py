@@ -1,11 +1,16 @@
 """Command line: screen, and plan with an earlier result."""
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import semiwear as sw
 from semiwear.cli import main
+from semiwear.commands.wear_table import life_sentence
 from semiwear.report.effects import effects_section
 from semiwear.report.markup import figure_text
+from semiwear.report.numbers import life_numbers
+from semiwear.results.wearing import life_bodies
 from semiwear.screen import ScreenedEffect, Screening
 from tests.scenes import TINY
 
@@ -66,7 +71,26 @@ def test_run_tells_the_life(tmp_path, capsys):
     settings = [word for key, value in LIFE.items() for word in ("--set", f"{key}={value}")]
     done = main(["run", "face_gear_25x160", *settings, "--set", "effects.run_life={depth_limit_um = 2.0}"])
     assert done == 0
-    assert "life until 2 um: " in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "life until 2 um on the gear: " in said and "wears deeper" not in said
+
+
+def test_a_life_that_leaves_the_deeper_wear_out_says_so():
+    wear = np.zeros((2, 2, 3, 4))
+    wear[1] = np.array([5.9, 2.2])[:, None, None]
+    flank = xr.Dataset({"wear_depth": (("wear_step", "body", "profile", "face"), wear)}, {"body": ["pinion", "gear"]})
+    life = dict.fromkeys(("meshes_to_limit", "sensitivity_to_wear_coefficient", "sensitivity_to_torque"), 1.0)
+    parts = {"/flank": flank, "/life": xr.Dataset(life | {"depth_limit": 50.0})}
+    for asked, other in (("gear", "pinion"), ("pinion", "")):
+        tree = xr.DataTree.from_dict(parts)
+        tree.attrs["scene_toml"] = f'[wear]\nworn_bodies = ["pinion", "gear"]\n[effects.run_life]\nbody = "{asked}"\n'
+        assert life_bodies(tree) == (asked, other)
+        assert f"um on the {asked}: " in life_sentence(tree)
+        assert (
+            'the pinion wears deeper: limit it by effects.run_life.body = "pinion"' in life_sentence(tree)
+        ) == bool(other)
+        ((title, _, meaning),) = life_numbers(tree)
+        assert title == f"Life until 50 µm of wear, {asked}" and ("pinion wears deeper" in meaning) == bool(other)
 
 
 def test_a_page_shows_what_effects_add():

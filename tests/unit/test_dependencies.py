@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from semiwear.compliance.blas_threads import one_blas_thread
 
-PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ROOT = Path(__file__).parents[2]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = SETTINGS["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 # scikit-sparse has no wheels: it wants the headers of SuiteSparse and a compiler
 BUILT = {"scikit-sparse"}
@@ -51,3 +54,32 @@ def test_lower_bounds_are_stated_and_met(requirement):
         return tuple(int(part) for part in re.findall(r"\d+", version)[:3])
 
     assert parts(metadata.version(name)) >= parts(bound)
+
+
+def test_the_recipe_for_conda_says_what_the_project_says():
+    recipe = yaml.safe_load((ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8"))
+
+    def as_conda(requirement: str) -> str:
+        return re.sub(r"([><=!~].*)", r" \1", requirement.lower())
+
+    assert recipe["schema_version"] == 1
+    assert recipe["package"]["name"] == PROJECT["name"]
+    assert recipe["context"]["version"] == PROJECT["version"]
+    assert PROJECT["requires-python"] == f">={recipe['context']['python_min']}"
+    needed = recipe["requirements"]
+    wanted = ["python >=${{ python_min }}", *map(as_conda, PROJECT["dependencies"])]
+    assert sorted(needed["run"]) == sorted(wanted)
+    built_with = ["python ${{ python_min }}.*", "pip", *map(as_conda, SETTINGS["build-system"]["requires"])]
+    assert sorted(needed["host"]) == sorted(built_with)
+    scripts = [f"{name} = {place}" for name, place in PROJECT["scripts"].items()]
+    assert recipe["build"]["python"]["entry_points"] == scripts
+    imports = [Path(package).name for package in SETTINGS["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
+    assert recipe["tests"][0]["python"]["imports"] == imports
+    about = recipe["about"]
+    assert (about["summary"], about["license"]) == (PROJECT["description"], PROJECT["license"])
+    assert [about["license_file"]] == PROJECT["license-files"]
+
+
+def test_the_version_is_the_same_wherever_it_stands():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert str(citation["version"]) == PROJECT["version"]

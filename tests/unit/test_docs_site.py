@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from site_pages.api import PACKAGES, public_names
 from site_pages.command_line import commands
+from site_pages.extras import FOR_DEVELOPERS, FOR_USERS, extras_tables, optional_dependencies
 from site_pages.more import more_page
 from site_pages.pages import reference_pages
 
@@ -71,6 +72,19 @@ def test_every_effect_command_and_public_name_has_its_place(reference: dict[str,
     }
     for package in ("semiwear", *PACKAGES):
         assert set(public_names(package)) <= listed, package
+
+
+def test_every_extra_is_told_with_what_it_brings() -> None:
+    needs, told = optional_dependencies(ROOT), FOR_USERS | FOR_DEVELOPERS
+    assert set(told) == set(needs)
+    for extra, sentence in told.items():
+        (row,) = (line for line in extras_tables(ROOT).splitlines() if line.startswith(f"| `{extra}` | {sentence} |"))
+        for requirement in needs[extra]:
+            name, _, extras = re.split(r"[><=\]]", requirement)[0].partition("[")
+            wanted = [f"`{part}`" for part in extras.split(",")] if extras else [name]
+            assert all(one in row for one in wanted), (extra, requirement)
+    page = (DOCS / "get_started" / "install.md").read_text(encoding="utf-8")
+    assert "generated/extras.md" in page
 
 
 def test_the_table_of_a_drawing_names_fields() -> None:

@@ -4,11 +4,14 @@ Chromium of the system, driven by playwright, with axe-core for accessibility; s
 them is missing.
 """
 
+import io
 import re
 import shutil
+from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import semiwear as sw
 from semiwear.report import write_report
@@ -81,10 +84,6 @@ def put(page, control, value):
 
 
 def changed_share(before, after):
-    import io
-
-    from matplotlib.image import imread
-
     first, second = (imread(io.BytesIO(picture)) for picture in (before, after))
     return float((np.abs(first - second).max(axis=-1) > 0.05).mean())
 
@@ -157,7 +156,46 @@ def test_nothing_lies_beside_the_page(shown, width):
     assert shown.evaluate("document.documentElement.scrollWidth") <= width
     view = shown.locator("#turning-view canvas").first.bounding_box()
     assert view["x"] >= 0 and view["x"] + view["width"] <= width
+    beyond = shown.evaluate(
+        """width => [...document.querySelectorAll("main p, main li")].filter(one => {
+            const words = document.createRange();
+            words.selectNodeContents(one);
+            return words.getBoundingClientRect().right > width - 12;
+        }).map(one => one.textContent.slice(0, 80))""",
+        width,
+    )
+    assert not beyond
     shown.set_viewport_size(USUAL)
+
+
+@pytest.mark.parametrize("width", [390, 760, 1920])
+def test_the_whole_tooth_and_its_words_are_seen(shown, width):
+    shown.set_viewport_size({"width": width, "height": 900})
+    shown.wait_for_timeout(300)
+    shown.get_by_role("button", name="As at first").click()
+    picture = pixels(shown)
+    words = shown.evaluate(
+        """() => {
+            const view = document.getElementById("turning-view").getBoundingClientRect();
+            return [...document.querySelectorAll("#turning-view .annotation-text-g")].map(one => {
+                const box = one.getBoundingClientRect();
+                return [box.left - view.left, box.right - view.left, box.top - view.top, box.bottom - view.top,
+                    view.width, view.height];
+            });
+        }"""
+    )
+    shown.set_viewport_size(USUAL)
+    shown.get_by_role("button", name="As at first").click()
+    assert len(words) == 4
+    for left, right, top, bottom, wide, tall in words:
+        assert 0 < left < right < wide and 0 < top < bottom < tall
+    for one, other in combinations(words, 2):
+        assert one[1] <= other[0] or other[1] <= one[0] or one[3] <= other[2] or other[3] <= one[2]
+    drawn = imread(io.BytesIO(picture))[2:-2, 2:-2, :3]  # without what lies beside the view in a broken pixel
+    border = np.concatenate([drawn[:2].reshape(-1, 3), drawn[-2:].reshape(-1, 3), drawn[:, :2].reshape(-1, 3)])
+    assert np.abs(border - drawn[0, 0]).max() < 0.02
+    seen = np.flatnonzero(np.abs(drawn - drawn[0, 0]).max(axis=(1, 2)) > 0.1)
+    assert np.ptp(seen) > 0.5 * drawn.shape[0]
 
 
 def test_paper_shows_everything(shown):

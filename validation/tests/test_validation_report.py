@@ -334,7 +334,7 @@ def test_peers_are_told_from_the_benchmark_and_missing_ones_named():
     report = {
         "target_field_error": 1e-6,
         "missing": {"aspher": "No module named 'aspher'"},
-        "versions": {"semiwear": "0.1.0"},
+        "versions": {"semiwear": "0.2.0"},
         "rows": [row | {"code": "semiwear"}, row | {"code": "tamaas", "ms": 90.0, "ratio": 45.0}],
     }
     section = peers.from_report(report)
