@@ -90,3 +90,8 @@ def test_example_of_the_docs_is_a_scene():
     rated = scene.replace({f"effects.{name}": table for name, table in example["effects"].items()})
     assert {name for name, _ in rated.effects.present()} == {"flash_temperature", *example["effects"]}
     assert set(REQUIRED) - {"pitting", "bending"} <= set(example["effects"])
+
+
+def test_the_scene_of_the_docs_rates_every_mode():
+    scene = sw.load_scene(Path(sw.__file__).parents[1] / "docs" / "rated_pair.toml")
+    assert set(REQUIRED) <= {name for name, _ in scene.effects.present()}
