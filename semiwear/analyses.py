@@ -10,13 +10,16 @@ from semiwear import collect
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError
+from semiwear.life import hours_per_mesh
 from semiwear.meshing.face_gear_pair import FaceGearMesh
+from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.plan import plan
 from semiwear.results import build_dataset, build_tree
 from semiwear.scene import Placement, Scene
 from semiwear.simulate import attributes
 from semiwear.threads import using_threads
+from semiwear.wear.mapping import Worn
 from semiwear.wear.swept_line import fresh_sweep
 
 __all__ = ["loaded_contact", "tooth_contact_analysis"]
@@ -71,8 +74,10 @@ def loaded_contact(
     roll_positions: ArrayLike | None = None,
     wear_depth: ArrayLike | xr.DataArray | None = None,
     placement: Placement | None = None,
+    *,
+    meshes: float = 0.0,
 ) -> xr.DataTree:
-    """Loaded contact over one mesh cycle, for one wear state.
+    """Loaded contact over one mesh cycle, for one wear state, and its safeties where the scene names failure modes.
 
     Parameters
     ----------
@@ -81,15 +86,26 @@ def loaded_contact(
         Roll positions, taken modulo 1; every tooth pair there is solved. Default: ``numerics.roll_positions`` even
         ones over a mesh cycle.
     wear_depth : array_like (body, profile, face) or (profile, face), optional
-        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics. The slices are those of
-        a DataArray's coordinate `face`, where it has one. Default: unworn.
+        Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics; without bodies, that of
+        the gear. The slices are those of a DataArray's coordinate `face`, where it has one. Default: unworn.
     placement : Placement, optional
         Rigid displacement of the pinion.
+    meshes : float
+        Engagements of one gear tooth that the flanks have behind them under this contact: failure modes that add up
+        damage tell the safety for that many. Default: none, which is that of static strength, as at the begin of a
+        run.
 
     Returns
     -------
     DataTree
-        Groups `/engagement`, `/mesh_cycle` and `/diagnostics`, with a `wear_step` of length one.
+        Groups `/engagement`, `/mesh_cycle`, `/diagnostics` and, of a whole mesh cycle (no `roll_positions`) with
+        tables of failure modes, `/ratings`, with a `wear_step` of length one.
+
+    Raises
+    ------
+    SceneError
+        `wear_depth` is of another shape, negative, not finite, or of a pinion that does not wear; `meshes` is
+        negative or not finite.
 
     Examples
     --------
@@ -99,11 +115,14 @@ def loaded_contact(
     >>> print(f"{float(contact['engagement'].load_share.sum()):.6f}")
     1.000000
     """
+    if not 0.0 <= meshes < np.inf:
+        raise SceneError.of("meshes", f"{meshes:g}", "a finite number >= 0", "leave it out for flanks that are new")
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
     with using_threads(scene.numerics.threads):
         teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
-        state = teeth.load(_wear_of_gear(teeth, wear_depth))
+        worn = _worn(teeth, wear_depth)
+        state = teeth.load(worn.driven, None, worn.driving)
         pressure = teeth.pressures(state)
     told, _ = collect.observed(teeth, state, pressure, physics.observers(teeth), physics.clock)
     groups = {
@@ -113,7 +132,15 @@ def loaded_contact(
     }
     stacks = {name: collect.stacked([group]) for name, group in groups.items()}
     stacks["engagement"] |= collect.slices(teeth)
-    return build_tree(stacks, collect.coordinates(teeth), attributes(physics, "loaded_contact"))
+    coords, attrs = collect.coordinates(teeth), attributes(physics, "loaded_contact")
+    if given is None:
+        known = pressure, groups["engagement"].get("root_stress")
+        with using_threads(scene.numerics.threads):
+            rated = physics.contact_ratings(teeth, state, meshes, hours_per_mesh(scene, teeth.pair), known)
+        if rated is not None:
+            coords |= {"mode": np.array(rated.modes), "meshes": np.array([meshes])}
+            return build_tree(stacks | {"ratings": rated.arrays}, coords, attrs, {"ratings": rated.factors})
+    return build_tree(stacks, coords, attrs)
 
 
 def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float, float]) -> np.ndarray | None:
@@ -131,19 +158,14 @@ def _slices_of(wear_depth: ArrayLike | xr.DataArray | None, limits: tuple[float,
     return face
 
 
-def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> np.ndarray:
-    """Wear of the driven flank on the grid [mm], from a wear depth [um] in the result's layout."""
+def _worn(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> Worn:
+    """Wear of both flanks on their grids [mm], from a wear depth [um] in the result's layout."""
     shape = teeth.grid.profile.shape
     if wear_depth is None:
-        return np.zeros(shape)
+        return Worn(np.zeros(shape))
     depth = np.asarray(wear_depth, float)
-    if depth.ndim == 3 and depth.shape[0] == 2:
-        if np.any(depth[0] != 0.0):
-            raise SceneError.of(
-                "wear_depth", "a worn pinion", "zero on the pinion", "only the gear's wear can be given as yet"
-            )
-        depth = depth[1]
-    if depth.shape != shape[::-1]:
+    bodies = depth if depth.ndim == 3 else depth[None]
+    if bodies.shape[-2:] != shape[::-1] or bodies.shape[0] > len(BODIES) or not bodies.size:
         raise SceneError.of(
             "wear_depth",
             f"an array of shape {np.shape(wear_depth)}",
@@ -152,4 +174,12 @@ def _wear_of_gear(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | Non
         )
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
-    return np.ascontiguousarray(1e-3 * depth.T)
+    driven = np.ascontiguousarray(1e-3 * bodies[-1].T)
+    if bodies.shape[0] == 1:
+        return Worn(driven)
+    if teeth.driving is not None:
+        return Worn(driven, np.ascontiguousarray(1e-3 * bodies[DRIVING].T))
+    if np.any(bodies[DRIVING] != 0.0):
+        fix = 'name "pinion" in wear.worn_bodies'
+        raise SceneError.of("wear_depth", "a worn pinion", "zero on a pinion that does not wear", fix)
+    return Worn(driven)

@@ -29,7 +29,7 @@ from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
 from semiwear.scene.mechanical_effects import RunLife
 from semiwear.scene.rating_tables import RatingTable
-from semiwear.screen_ratings import nearness
+from semiwear.screen_ratings import FAILS, NEAR, nearness
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table
@@ -121,6 +121,11 @@ class Screening:
         """Present effects that were removed and changed less than the threshold."""
         return tuple(row.effect for row in self.rows if row.present and row.changes and not self._counts(row))
 
+    @property
+    def near_limits(self) -> tuple[str, ...]:
+        """Failure modes of the scene that fall below their required safety within the run, or come near it."""
+        return tuple(row.effect for row in self.rows if _rates(row.effect) and row.note.startswith((FAILS, NEAR)))
+
     def to_dataset(self) -> xr.Dataset:
         """`change` over effect and quantity, `time_ratio` and `present` over effect; NaN for what was not run."""
         change = [[row.changes.get(name, np.nan) for name in QUANTITIES] for row in self.rows]
@@ -146,6 +151,8 @@ class Screening:
         ]
         if self.could_go:
             parts.append(folded(f"present, yet below {share}: {', '.join(self.could_go)}"))
+        if any(row.present and _rates(row.effect) for row in self.rows):
+            parts.append(folded(f"failure modes that fail or come near it: {', '.join(self.near_limits) or 'none'}"))
         return "\n\n".join(parts)
 
     def _repr_html_(self) -> str:
@@ -264,7 +271,7 @@ def _cost_of_life(scene: Scene) -> str:
 def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> ScreenedEffect:
     """The row of an effect; its time in seconds."""
     present = scene.effects.get(name) is not None
-    if issubclass(EFFECTS[name], RatingTable):
+    if _rates(name):
         return ScreenedEffect(name, present, {}, None, nearness(scene, name) if present else _UNRATED)
     if name == _LIFE:
         note = _cost_of_life(scene) if scene.wear is not None else "not run: needs [wear]"
@@ -291,6 +298,11 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
     if told:
         notes.append(f"{told}{' now' if present else ''}")
     return ScreenedEffect(name, present, change, seconds, "; ".join(notes))
+
+
+def _rates(name: str) -> bool:
+    """Whether an effect is a failure mode."""
+    return issubclass(EFFECTS[name], RatingTable)
 
 
 def _percent(change: float) -> str:

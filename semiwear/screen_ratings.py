@@ -14,7 +14,10 @@ from semiwear.plan import plan
 from semiwear.plan.ratings import Ratings
 from semiwear.scene import Scene
 
-__all__ = ["nearness"]
+__all__ = ["FAILS", "NEAR", "nearness"]
+
+FAILS, NEAR = "fails", "near its limit"
+"""Verdicts with which words on a mode begin that is below its required safety, or little above it."""
 
 _NEAR = 1.2  # of the required safety
 
@@ -33,7 +36,7 @@ def nearness(scene: Scene, mode: str) -> str:
     when = "at the end of the run" if step else "unworn"
     told = f"safety of the {BODIES[body]} {safety[step, body]:.3g} {when}, {required:g} required"
     ratio = safety[step, body] / required
-    verdict = "fails" if ratio < 1.0 else "near its limit" if ratio < _NEAR else "far from its limit"
+    verdict = FAILS if ratio < 1.0 else NEAR if ratio < _NEAR else "far from its limit"
     meshes = float(rated.arrays["meshes_to_failure"][k, body])
     return f"{verdict}: {told}" + (f", below it after about {meshes:.3g} meshes" if np.isfinite(meshes) else "")
 

@@ -29,7 +29,13 @@ def screen(options: argparse.Namespace, scene: sw.Scene) -> Table:
         for row in screening.rows
     ]
     base = dict(screening.base)
-    return {"called_for": screening.called_for, "could_go": screening.could_go, "base": base, "effects": rows}
+    return {
+        "called_for": screening.called_for,
+        "could_go": screening.could_go,
+        "near_limits": screening.near_limits,
+        "base": base,
+        "effects": rows,
+    }
 
 
 def geometry(options: argparse.Namespace, scene: sw.Scene) -> Table:

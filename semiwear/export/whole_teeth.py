@@ -126,7 +126,7 @@ def contact_loads(tree: xr.DataTree, body: str, wear_step: int, roll_position: f
     teeth, state = contact.teeth, contact.load(wear_step)
     lines, force, profile, face = teeth.lines, state.loads.force, state.coarse.profile, teeth.lines.face
     if body == "pinion":
-        profile = lines.driving_profile + lines.driving_slope * (profile - lines.profile)
+        profile = lines.on_driving(profile)
     loads = []
     for k, roll in enumerate(lines.roll):
         on = force[k] > _LOADED * force.max()

@@ -86,6 +86,10 @@ class ContactLines:
     low_edge_radius: FloatArray
     high_edge_radius: FloatArray
 
+    def on_driving(self, profile: FloatArray) -> FloatArray:
+        """Profile coordinate of the driving flank that meets one of the driven flank [mm], (roll, face) both."""
+        return self.driving_profile + self.driving_slope * (profile - self.profile)
+
     def every(self, step: int) -> ContactLines:
         """The lines of every `step`-th roll position."""
         by_roll = {

@@ -19,7 +19,7 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import footprints
 from semiwear.contact.line_contact import LINE, SMOOTH_LINE
-from semiwear.contact.loaded_teeth import LoadedTeeth, fresh_flanks, slices_near
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth, fresh_flanks, slices_near
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.problem import ContactProblem, usual_approach
 from semiwear.effect_clock import EffectClock
@@ -38,7 +38,7 @@ from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines, middle_contact
 from semiwear.plan.named_data import data_choices
-from semiwear.plan.ratings import Known, Ratings, rated_states
+from semiwear.plan.ratings import Known, Ratings, rated_contact, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -269,6 +269,16 @@ class Plan:
         Arguments are those of `semiwear.plan.ratings.rated_states`.
         """
         return rated_states(self.scene, stepper, states, hours_per_mesh, self.clock, known)
+
+    def contact_ratings(
+        self, teeth: LoadedTeeth, contact: LoadedState, meshes: float, hours_per_mesh: float | None, known: Known
+    ) -> Ratings | None:
+        """Failure modes of one wear state; None where the scene names none.
+
+        Arguments are those of `semiwear.plan.ratings.rated_contact`.
+        """
+        found = teeth, contact
+        return rated_contact(self.scene, self.wear_stepper, found, meshes, hours_per_mesh, self.clock, known)
 
     # ---- parts
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.effect_clock import EffectClock
 from semiwear.meshing.flank_pair import FlankPair
@@ -26,10 +26,12 @@ if TYPE_CHECKING:
     from semiwear.contact.friction import Friction
     from semiwear.ratings.mode import FailureMode
 
-__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "rated_states"]
+__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "rated_contact", "rated_states"]
 
 
-Known = tuple[SlicePressures, np.ndarray | None]
+Known = tuple[SlicePressures | None, np.ndarray | None]
+
+_AT_EVERY_STEP = "safety", "safety_height", "safety_face", "damage_sum"
 
 
 @dataclass(frozen=True)
@@ -145,9 +147,13 @@ class Ratings:
 
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
     """The failure modes of a scene; none where it has no table of one."""
-    present = [name for name, table in scene.effects.present() if isinstance(table, RatingTable)]
     rated = RatedScene(scene, teeth)
-    return {name: MODES[name](rated) for name in present}
+    return {name: MODES[name](rated) for name in _named(scene)}
+
+
+def _named(scene: Scene) -> list[str]:
+    """Names of the failure modes whose tables a scene has."""
+    return [name for name, table in scene.effects.present() if isinstance(table, RatingTable)]
 
 
 def rated_states(
@@ -202,3 +208,44 @@ def rated_states(
         name: "; ".join(f"{symbol} = {why}" for symbol, why in mode.factors.items()) for name, mode in modes.items()
     }
     return Ratings(arrays, tuple(modes), told)
+
+
+def rated_contact(
+    scene: Scene,
+    stepper_of: Callable[[LoadedTeeth], WearStepper],
+    contact: tuple[LoadedTeeth, LoadedState],
+    meshes: float,
+    hours_per_mesh: float | None,
+    clock: EffectClock,
+    known: Known = (None, None),
+) -> Ratings | None:
+    """Ratings of one wear state whose contact has been there all along; None where the scene names no failure mode.
+
+    Parameters
+    ----------
+    scene : Scene
+    stepper_of : callable
+        What wears teeth; it knows the loads of a spectrum.
+    contact : (LoadedTeeth, LoadedState)
+    meshes : float
+        Engagements of one gear tooth so far.
+    hours_per_mesh : float or None
+        None where the scene gives no speed.
+    clock : EffectClock
+    known : (SlicePressures, root stress or None), optional
+        Of this contact.
+    """
+    if not _named(scene):
+        return None
+    teeth, state = contact
+    stepper = stepper_of(teeth)
+    cases = tuple(case.teeth.load(state.wear, None, state.driving_wear) for case in stepper.cases)
+    times = [0.0, meshes] if meshes else [0.0]
+    states = [WearState(time, state, cases=cases) for time in times]
+    rated = rated_states(scene, stepper, states, hours_per_mesh, clock, [known] * len(times))
+    assert rated is not None  # there are modes
+    last = {name: rated.arrays[name][:, -1:] for name in _AT_EVERY_STEP}
+    last["wear_step_of_failure"] = np.minimum(rated.arrays["wear_step_of_failure"], 0)
+    if "hours" in rated.arrays:
+        last["hours"] = rated.arrays["hours"][-1:]
+    return Ratings(rated.arrays | last, rated.modes, rated.factors)

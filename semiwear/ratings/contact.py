@@ -106,14 +106,8 @@ class RatedContact:
     @cached_property
     def places(self) -> FloatArray:
         """Where worn flanks touch: profile coordinate on each body's own flank [mm], (body, roll, face)."""
-        lines, path = self.teeth.lines, self.teeth.on_path
         driven = np.where(self.rated, self.pressures.place, self.state.coarse.profile)
-        driving = lines.driving_profile.copy()
-        for i in np.flatnonzero(path.any(axis=0)):
-            met = np.flatnonzero(path[:, i])
-            met = met[np.argsort(lines.profile[met, i])]
-            driving[:, i] = np.interp(driven[:, i], lines.profile[met, i], lines.driving_profile[met, i])
-        return np.stack([driving, driven])
+        return np.stack([self.teeth.lines.on_driving(driven), driven])
 
     def on_flanks(
         self, values: FloatArray, bearing: BoolArray | None = None, worst: np.ufunc = np.fmax

@@ -80,9 +80,10 @@ class Oil:
     def pressure_viscosity(self, temperature: ArrayLike) -> FloatArray:
         """Pressure-viscosity coefficient alpha [1/GPa] at a temperature [degC].
 
-        A power of the viscosity at 38 degrees, which falls as 1 + 516 (1/T - 1/311 K).
+        A power of the viscosity at 38 degrees, which falls as 1 + 516 (1/T - 1/311 K); 0 from 510 degrees on, where
+        that ends.
         """
         factor, exponent = _PRESSURE_VISCOSITY[self.family]
         at_38 = 1e9 * factor * (1e-3 * self.dynamic_viscosity(38.0)) ** exponent
         absolute = np.asarray(temperature, float) + 273.0
-        return np.asarray(at_38 * (1.0 + 516.0 * (1.0 / absolute - 1.0 / 311.0)))
+        return np.asarray(at_38 * np.maximum(1.0 + 516.0 * (1.0 / absolute - 1.0 / 311.0), 0.0))

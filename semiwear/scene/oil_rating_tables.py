@@ -15,9 +15,10 @@ from semiwear.scene.rating_fields import (
     inner_load_factor,
     limit_of_safety,
     outer_load_factor,
+    usual_above,
     usual_range,
 )
-from semiwear.scene.rule import above, between, choice
+from semiwear.scene.rule import between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
@@ -90,7 +91,7 @@ class Micropitting(OilTable):
         default=None,
     )
     permissible_film: float | None = declared(
-        above(0.0, 5.0, "lambda_GFP, 0.05 to 0.6 is usual"),
+        usual_above(5.0, "", "0.05 to 0.6"),
         "Permissible specific film lambda_GFP.",
         default=None,
     )

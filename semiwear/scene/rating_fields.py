@@ -10,7 +10,15 @@ from semiwear.scene.rule import Rule, between
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
-__all__ = ["RatingTable", "factor", "inner_load_factor", "limit_of_safety", "outer_load_factor", "usual_range"]
+__all__ = [
+    "RatingTable",
+    "factor",
+    "inner_load_factor",
+    "limit_of_safety",
+    "outer_load_factor",
+    "usual_above",
+    "usual_range",
+]
 
 
 class RatingTable(EffectTable):
@@ -34,6 +42,12 @@ def usual_range(low: float, high: float, unit: str, usual: str) -> Rule:
     """A number from one limit to another; a message of its lack tells the usual range."""
     allowed = f"{low:g} to {high:g} {unit}".rstrip() + f"; usual: {usual}"
     return Rule(number, allowed, lambda value: low <= value <= high, usual)
+
+
+def usual_above(high: float, unit: str, usual: str) -> Rule:
+    """A number above 0, up to a limit; a message of its lack tells the usual range."""
+    allowed = f"above 0, up to {high:g} {unit}".rstrip() + f"; usual: {usual}"
+    return Rule(number, allowed, lambda value: 0.0 < value <= high, usual)
 
 
 def factor(symbol: str, what: str, low: float, high: float) -> Value:

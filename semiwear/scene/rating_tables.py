@@ -16,8 +16,10 @@ from semiwear.scene.rating_fields import (
     inner_load_factor,
     limit_of_safety,
     outer_load_factor,
+    usual_above,
+    usual_range,
 )
-from semiwear.scene.rule import Rule, above, between, choice
+from semiwear.scene.rule import Rule, between, choice
 from semiwear.scene.values import number
 from semiwear.untyped import Value
 
@@ -82,17 +84,17 @@ class Pitting(RatingTable):
         default="from_oil",
     )
     film_factor: float | None = declared(
-        between(number, 0.5, 1.5, "0.85 hobbed, 0.92 to 1 ground"),
+        usual_range(0.5, 1.5, "", "0.85 hobbed, 0.92 to 1 ground"),
         "Z_L Z_v Z_R: influence of oil, speed and roughness.",
         default=None,
     )
     viscosity_40_mm2_per_s: float | None = declared(
-        above(0.0, 10_000.0, "ISO VG of the oil: 100 to 460 is usual", "mm2/s"),
+        usual_above(10_000.0, "mm2/s", "the oil's ISO VG, 100 to 460"),
         "Kinematic viscosity of the oil at 40 degrees Celsius.",
         default=None,
     )
     roughness_Rz_um: float | None = declared(
-        above(0.0, 100.0, "in um: 1 to 6 ground, about 6 Ra", "um"), "Mean Rz of both flanks.", default=None
+        usual_above(100.0, "um", "1 to 6 ground, about 6 Ra"), "Mean Rz of both flanks.", default=None
     )
     gear_work_hardening_factor: float = factor("Z_W", "Work hardening factor Z_W of the gear.", 1.0, 1.2)
     size_factor: float = factor("Z_X", "Size factor Z_X.", 0.5, 1.0)
@@ -124,7 +126,7 @@ class Bending(RatingTable):
     gear_life_curve: str = _curve("gear", _ROOT_CURVES)
     life_factor_at_1e10: float = _life_factor()
     root_roughness_Rz_um: float = declared(
-        above(0.0, 40.0, "in um: 5 to 20 is usual in a fillet, about 6 Ra", "um"),
+        usual_above(40.0, "um", "5 to 20 in a fillet, about 6 Ra"),
         "Rz of the root fillets.",
     )
     notch_sensitivity_factor: float = factor(

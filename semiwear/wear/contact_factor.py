@@ -56,7 +56,8 @@ class ContactFactor:
         if self.running_in is not None:
             with self.clock.measure("running_in"):
                 profile = np.stack([teeth.driving_profile, teeth.grid.profile])
-                places = np.stack([teeth.lines.driving_profile, state.coarse.profile])
+                touched = state.coarse.profile
+                places = np.stack([teeth.lines.on_driving(touched), touched])
                 ratio = self.running_in.of_both(state, profile, places)
             conditions = replace(conditions, roughness_ratio=ratio)
         product = np.ones(conditions.line_load.shape)

@@ -145,12 +145,7 @@ def spread_over_both_flanks(
     driving, driven : (face, profile) arrays
         The driving one right in stations all of whose slices are done.
     """
-    places = np.stack(
-        [
-            lines.driving_profile + lines.driving_slope * (place - lines.profile)
-            for place in (what.place, lines.low, lines.high)
-        ]
-    )
+    places = np.stack([lines.on_driving(place) for place in (what.place, lines.low, lines.high)])
     met = _Driving(
         lines.driving_profile, lines.driving_slope, lines.driving_face, places, driving.grid.face,
         driving.grid.profile[0], int(driving.grid.split[0]),

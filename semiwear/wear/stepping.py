@@ -435,8 +435,7 @@ class _Step:
         place, spacing = self.state.contact.coarse.profile[:, slices], teeth.lines.spacing[:, slices]
         if point.body == DRIVING:
             lines = teeth.lines
-            moved = (place - lines.profile[:, slices]) * lines.driving_slope[:, slices]
-            place = lines.driving_profile[:, slices] + moved
+            place = lines.on_driving(self.state.contact.coarse.profile)[:, slices]
             spacing = spacing / np.maximum(np.abs(lines.driving_slope[:, slices]), _LEAST_SLOPE)
         loaded = np.any([one.loads.force[:, slices] > 0.0 for one in self.state.loaded], axis=0)
         reach = 3.0 * teeth.half_width / float(spacing.min())

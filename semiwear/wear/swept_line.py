@@ -239,7 +239,7 @@ def own_wear(
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])
     place, spacing = motion.place, lines.spacing
     if body == DRIVING:
-        place = lines.driving_profile + lines.driving_slope * (place - lines.profile)
+        place = lines.on_driving(place)
         spacing = spacing / np.abs(lines.driving_slope)
     _own_wear(
         place, distance, growth, _FARTHEST * _flank_height(lines), 1.0 / (spacing * lines.length), sliding,

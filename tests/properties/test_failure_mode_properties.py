@@ -82,6 +82,14 @@ def test_oil_thins_with_heat(oil, warmer):
     assert first > second > 0.0
 
 
+@given(oil=oils, load=loads, radius=radii, speed=speeds)
+@settings(deadline=None)
+def test_a_contact_hotter_than_the_oils_formulas_has_no_film(oil, load, radius, speed):
+    """The pressure-viscosity coefficient falls to nothing at 510 degrees, the density at 1300."""
+    films = [film(oil, load, radius, speed, flash=flash) for flash in (300.0, 420.0, 429.0, 431.0, 900.0, 2000.0)]
+    assert (np.diff(films[:4]) < 0.0).all() and films[3:] == [0.0, 0.0, 0.0]
+
+
 @given(oil=oils, stage=st.floats(3.0, 13.0), mean=st.floats(1.0, 150.0), peak=st.floats(1.0, 3.0), more=more)
 @settings(deadline=None)
 def test_scuffing_is_nearer_with_heat_and_farther_with_the_oils_load_stage(oil, stage, mean, peak, more):

@@ -9,6 +9,11 @@ from hypothesis import strategies as st
 
 import semiwear as sw
 from semiwear.contact.running_in import RunningIn
+from semiwear.effect_clock import EffectClock
+from semiwear.meshing.flank_grid import at_places
+from semiwear.plan import plan
+from semiwear.plan.effects import speeds_of
+from semiwear.wear.contact_factor import ContactFactor
 from tests.strategies.effect_scenes import PLAIN
 from tests.strategies.oil_and_case import MICROPITTING
 
@@ -76,3 +81,34 @@ def test_each_place_where_it_acts(as_made):
     np.testing.assert_array_equal(wear[1], as_made[0][1])  # a step wears with the roughness of its beginning
     added, before = (float((depth[-1] - depth[1]).max()) for depth in (wear, as_made[0]))
     assert 0.5 * before < added < 0.95 * before
+
+
+class _AsRough:
+    """A law of the wear coefficient that tells the roughness itself."""
+
+    def factor(self, conditions):
+        return np.broadcast_to(conditions.roughness_ratio, conditions.line_load.shape)
+
+
+@pytest.mark.parametrize("worn", [("pinion", "gear"), ("gear",)])
+def test_roughness_is_that_of_the_points_that_touch(worn):
+    """Worn flanks touch off the fresh line: roughness that differs along both is read where the motions say."""
+    scene = sw.load_scene("spur_fzg_c").replace(
+        {"numerics.face_slices": 9, "numerics.tooth_compliance": "rigid", "wear.worn_bodies": worn}
+    )
+    physics, law = plan(scene), RunningIn(0.9, 1e-2)
+    teeth = physics.loaded_teeth()
+    lines, nodes = teeth.lines, np.stack([teeth.driving_profile, teeth.grid.profile])
+    # deepest in the middle of the dedendum, so that contact moves away; and steep along both flanks
+    height = (nodes - nodes[..., :1]) / np.ptp(nodes, axis=2, keepdims=True)
+    wear = 0.02 * np.exp(-(((height - 0.35) / 0.12) ** 2))
+    driving = wear[0] if "pinion" in worn else None
+    state = teeth.load(wear[1], None, driving)
+    factor = ContactFactor({"roughness": _AsRough()}, speeds_of(scene, teeth.pair, lines), EffectClock(), law)
+    found, loaded = factor(teeth, state.loads, state), state.loads.half_width > 0.0
+    assert np.abs(state.coarse.profile - lines.profile)[loaded].max() > 0.05
+
+    met = teeth.pair.meeting(lines.face[None, :], state.coarse.profile, lines.roll[:, None]).driving_profile
+    own = law.remaining(at_places(nodes[1], wear[1], state.coarse.profile))
+    theirs = np.ones(met.shape) if driving is None else law.remaining(at_places(nodes[0], driving, met))
+    np.testing.assert_allclose(found[loaded], 0.5 * (own + theirs)[loaded], rtol=2e-3)

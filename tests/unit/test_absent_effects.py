@@ -16,6 +16,7 @@ import semiwear as sw
 from semiwear.contact import line_contact
 from semiwear.contact.line_contact import LINE
 from semiwear.plan import plan
+from semiwear.plan.ratings import MODES
 from semiwear.scene import EFFECTS
 from tests.strategies.effect_scenes import PLAIN, SPEED
 from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
@@ -118,8 +119,11 @@ def test_effects_that_only_tell_solve_nothing(monkeypatch):
     # the unworn state, then of each of two steps a rehearsal, the loads and the contact at its end; edges twice more
     assert 1 + 2 * 3 <= alone["solve"] <= 3 + 2 * 5
     plain = contact_calls(monkeypatch, TINY)
-    for name in ("flash_temperature", "lubrication", "misalignment", "pitting"):
+    for name in ("flash_temperature", "lubrication", "misalignment", *sorted(set(MODES) - {"bending"})):
         assert contact_calls(monkeypatch, TINY.replace(table(name))) == plain
+    bent = table("bending")  # which rigid teeth have none of
+    without = TINY.replace({name: value for name, value in bent.items() if name != "effects.bending"})
+    assert contact_calls(monkeypatch, TINY.replace(bent)) == contact_calls(monkeypatch, without)
     assert contact_calls(monkeypatch, TINY.replace(table("friction")))["solve"] > plain["solve"]
 
 
@@ -145,6 +149,7 @@ optional = set(sys.argv[1:])
 found = []
 for text in json.load(sys.stdin):
     sw.simulate(parse_scene(text))
+    sw.loaded_contact(parse_scene(text))
     loaded = optional & set(sys.modules)
     found.append(sorted(loaded))
     # the next run starts without them

@@ -55,6 +55,7 @@ def test_screening_ends_in_json(capsys):
     end = json.loads(told.out)
     friction = next(row for row in end["effects"] if row["effect"] == "friction")
     assert ("friction" in end["called_for"]) == (max(map(abs, friction["changes"].values())) >= 0.02)
+    assert end["near_limits"] == []  # the scene rates no failure mode
     assert told.err == ""
 
 

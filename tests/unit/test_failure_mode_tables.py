@@ -1,4 +1,4 @@
-"""What tables of micropitting, scuffing and flank fracture refuse, and what they say of it."""
+"""What tables of failure modes refuse, and what they say of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from tests.scenes import problems_of
 SPUR = sw.load_scene("spur_fzg_c").replace({"operation.pinion_speed_rpm": 1500.0})
 OIL = {"oil_family": "mineral", "viscosity_40_mm2_per_s": 220.0, "viscosity_100_mm2_per_s": 19.0}
 OIL |= {"density_15_kg_per_m3": 890.0}
+_LIMITS = {f"{body}_{name}" for body in ("pinion", "gear") for name in ("limit_MPa", "life_curve")}
 REQUIRED = {
+    "pitting": {*_LIMITS, "viscosity_40_mm2_per_s", "roughness_Rz_um"},
+    "bending": {*_LIMITS, "root_roughness_Rz_um"},
     "micropitting": {*OIL, "bulk_temperature_C", "roughness_Ra_um", "load_stage"},
     "scuffing": {*OIL, "oil_temperature_C", "oil_supply", "load_stage", "structural_factor"},
     "flank_fracture": {
@@ -30,8 +33,20 @@ def test_missing_data_are_told_all_at_once_with_their_usual_range(mode):
     own = {field.rpartition(".")[2] for field in problems if field.startswith(f"effects.{mode}.")}
     assert own == REQUIRED[mode]
     for field, problem in problems.items():
-        if field.startswith(f"effects.{mode}.") and not field.endswith(("family", "oil_supply")):
-            assert "usual:" in problem.allowed, field
+        if field.startswith(f"effects.{mode}.") and not field.endswith(("family", "oil_supply", "life_curve")):
+            assert "; usual" in problem.allowed, field
+
+
+@pytest.mark.parametrize(
+    ("mode", "given", "field"),
+    [
+        ("pitting", {"film_factors": "given"}, "film_factor"),
+        ("micropitting", {"limit": "given"}, "permissible_film"),
+    ],
+)
+def test_what_another_field_asks_for_is_told_with_its_usual_range(mode, given, field):
+    problem = problems_of(SPUR.replace, {f"effects.{mode}": given})[f"effects.{mode}.{field}"]
+    assert problem.value is None and "; usual: " in problem.allowed
 
 
 def test_film_and_heat_need_speed_and_flash_temperature():
@@ -73,4 +88,10 @@ def test_example_of_the_docs_is_a_scene():
     example = tomllib.loads(text.split("```toml\n", 1)[1].split("```", 1)[0])
     scene = SPUR.replace({"operation.pinion_speed_rpm": example["operation"]["pinion_speed_rpm"]})
     rated = scene.replace({f"effects.{name}": table for name, table in example["effects"].items()})
-    assert {name for name, _ in rated.effects.present()} == {"flash_temperature", *REQUIRED}
+    assert {name for name, _ in rated.effects.present()} == {"flash_temperature", *example["effects"]}
+    assert set(REQUIRED) - {"pitting", "bending"} <= set(example["effects"])
+
+
+def test_the_scene_of_the_docs_rates_every_mode():
+    scene = sw.load_scene(Path(sw.__file__).parents[1] / "docs" / "rated_pair.toml")
+    assert set(REQUIRED) <= {name for name, _ in scene.effects.present()}

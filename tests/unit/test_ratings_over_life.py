@@ -296,6 +296,21 @@ def test_extremes_of_roll_positions_are_not_lost_between_nodes():
     assert (np.diff(driving[np.argsort(driven)]) <= 1e-9).all()
 
 
+def test_both_flanks_are_rated_where_worn_ones_touch():
+    """Places of the pinion are those that the motions bring opposite the gear's, off the fresh line too."""
+    physics = plan(SMALL)
+    teeth = physics.loaded_teeth()
+    nodes = (teeth.driving_profile, teeth.grid.profile)
+    height = [(own - own[:, :1]) / np.ptp(own, axis=1, keepdims=True) for own in nodes]
+    driving, driven = (0.02 * np.exp(-(((h - 0.35) / 0.12) ** 2)) for h in height)
+    state = teeth.load(driven, None, driving)
+    contact = RatedContact(teeth, state, 1.0, RatedFlanks.of(teeth), lambda _: None)
+    lines, (found, on_gear) = teeth.lines, contact.places
+    met = teeth.pair.meeting(lines.face[None, :], on_gear, lines.roll[:, None]).driving_profile
+    assert np.abs(on_gear - lines.profile)[contact.rated].max() > 0.05
+    np.testing.assert_allclose(found[contact.rated], met[contact.rated], atol=2e-3)
+
+
 @pytest.mark.slow
 def test_a_life_ends_at_the_first_failure():
     life = {"effects.run_life": {"depth_limit_um": 4.0, "ends_at": "first_failure"}}

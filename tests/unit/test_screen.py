@@ -11,6 +11,7 @@ from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
 from semiwear.wear.step_count import steps_of_life
 from tests.scenes import TINY, Heard
+from tests.strategies.ratings import RATED
 
 
 @pytest.fixture(scope="module")
@@ -167,6 +168,21 @@ def test_what_cannot_be_combined_is_listed(tiny, only, monkeypatch):
 
 
 @pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
+def test_failure_modes_near_their_limits_are_named(only):
+    """Of the modes that the scene rates, and no others; one that needs data of the materials says so."""
+    only("pitting", "bending", "scuffing")
+    pair = sw.load_scene("spur_fzg_c").replace(
+        RATED | TINY | {"operation.pinion_torque_Nm": 200.0, "effects.bending.required_safety": 2.7}
+    )
+    found = sw.screen(pair)
+    verdicts = {row.effect: row.note.partition(":")[0] for row in found.rows}
+    assert verdicts == {"pitting": "fails", "bending": "near its limit", "scuffing": "not run"}
+    assert found.near_limits == ("pitting", "bending")
+    assert "failure modes that fail or come near it: pitting, bending" in str(found)
+    calm = pair.replace({"effects.pitting.required_safety": 0.1, "effects.bending.required_safety": 0.1})
+    assert sw.screen(calm).near_limits == ()
+
+
 def test_a_threshold_is_above_zero(tiny, threshold):
     with pytest.raises(sw.SceneError, match="threshold"):
         sw.screen(tiny, threshold)

@@ -6,6 +6,7 @@ from validation.section import SectionPlan
 from validation.sections import (
     accuracy_time,
     closed_forms,
+    failure_modes,
     finite_elements,
     hard_cases,
     helical_pairs,
@@ -23,6 +24,7 @@ SECTIONS: tuple[SectionPlan, ...] = (
     SectionPlan("closed_forms", closed_forms.TITLE, closed_forms.build),
     SectionPlan("finite_elements", finite_elements.TITLE, finite_elements.build),
     SectionPlan("helical_pairs", helical_pairs.TITLE, helical_pairs.build),
+    SectionPlan("failure_modes", failure_modes.TITLE, failure_modes.build),
     SectionPlan("peers", peers.TITLE, peers.build),
     SectionPlan("hard_cases", hard_cases.TITLE, hard_cases.build),
 )

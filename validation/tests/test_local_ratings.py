@@ -1,13 +1,23 @@
-"""Stresses of ISO 6336 that local safeties are compared with, and the comparison itself."""
+"""Local safeties beside global ones: the standard's stresses, the comparison, and the trends of both."""
 
 from dataclasses import replace
 from math import cos, radians
 
+import numpy as np
 import pytest
 
 from semiwear.scene import scene_from_dict
 from validation.iso_rating import iso_stresses
+from validation.local_films import Mesh
+from validation.local_films import compared as films_of
 from validation.local_ratings import TRENDS, compared, drawn_scenes, trend_scenes
+
+COARSE = {
+    "numerics.face_slices": 21,
+    "numerics.roll_positions": 16,
+    "numerics.profile_points": 61,
+    "numerics.harmonics": 5,
+}
 
 STEEL = {"youngs_modulus_MPa": 206000.0, "poissons_ratio": 0.3}
 # FZG C14 and H501 of the public program Gear-Calculation (C. Fernandes, FEUP), GearC/DIN3990.py at commit 0e4a135,
@@ -83,3 +93,72 @@ def test_a_spur_pair_without_the_contact_ratio_factor_is_rated_alike():
     assert local / whole / one.iso.contact_ratio_factor == pytest.approx(1.0, abs=0.06)
     doubled = replace(one, pressure=2.0 * one.pressure)
     assert doubled.pitting[1] == pytest.approx(0.5 * local)
+
+
+def of_trend(name):
+    """Global and local S_H, S_F of the pinion and of the gear over a trend, (safety, local, value)."""
+    found = [compared(scene.replace(COARSE)) for scene in trend_scenes(name)]
+    return np.array([[one.pitting for one in found], *([one.bending[k] for one in found] for k in range(2))])
+
+
+@pytest.mark.parametrize(
+    ("name", "sign"),
+    [
+        ("torque [N m]", -1.0),
+        ("module [mm]", 1.0),
+        pytest.param("helix angle [deg]", 1.0, marks=pytest.mark.slow),
+    ],
+)
+def test_local_and_global_safeties_follow_a_trend_alike(name, sign):
+    """They fall with torque and grow with module and helix angle, both of pitting and of bending."""
+    steps = np.diff(np.log(of_trend(name)), axis=1)
+    assert (sign * steps > 0.0).all()
+    if name != "helix angle [deg]":  # of spur gears alike within a third
+        np.testing.assert_allclose(steps[..., 1], steps[..., 0], rtol=0.34)
+
+
+def test_pressure_follows_the_root_of_the_torque_and_root_stress_the_torque():
+    """Exactly so in the standard; ours grow a little less, since more load makes better use of the relieved flank."""
+    whole, local = np.moveaxis(of_trend("torque [N m]"), -1, 0)
+    power = np.array([[0.5], [1.0], [1.0]])
+    np.testing.assert_allclose(np.log2(whole[:, :-1] / whole[:, 1:]), np.broadcast_to(power, (3, 2)), atol=1e-9)
+    growth = np.log2(local[:, :-1] / local[:, 1:]) / power
+    assert (growth > 0.85).all() and (growth < 1.0).all()
+
+
+def test_relief_deeper_than_the_teeth_bend_costs_safety_that_the_standard_does_not_see():
+    """Relief of 15 um, less than the teeth bend, changes pressure little; 40 um concentrate the load."""
+    found = of_trend("tip relief [um]")
+    np.testing.assert_allclose(np.ptp(found[..., 0], axis=1), 0.0, atol=1e-9)
+    fitting, deep = found[:, 1:, 1].T / found[:, 0, 1]
+    assert (deep < fitting).all() and deep.max() < 0.95
+    assert fitting[0] == pytest.approx(1.0, abs=0.02)
+
+
+BASE = Mesh((23, 47), 4.0, 0.0, 40.0, 600.0, 1500.0)
+LESS = {"numerics.face_slices": 31, "numerics.roll_positions": 48}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sign"),
+    [
+        ({}, {"torque": 1200.0}, -1.0),
+        ({}, {"module": 5.0}, 1.0),
+        # from spur to helical the standards change the load that they rate: from thirds to the mean
+        pytest.param({"helix": 12.0}, {"helix": 24.0}, 1.0, marks=pytest.mark.slow),
+    ],
+    ids=["torque", "module", "helix angle"],
+)
+def test_films_and_temperatures_follow_a_trend_alike(before, after, sign):
+    """S_lambda, S_B and S_intS, the standards' and ours."""
+    here, there = (np.array(list(films_of(replace(BASE, **own), LESS).values())) for own in (before, after))
+    assert (sign * np.log(there / here) > 0.0).all()
+
+
+def test_tip_relief_takes_load_from_where_sliding_is_fast():
+    """Film and heat are at their worst at the tips, which relief unloads; the standards' comparison has none."""
+    relief = {f"effects.modification.{body}.tip_relief_um": 15.0 for body in ("pinion", "gear")}
+    for (whole, local), (same, better) in zip(
+        films_of(BASE, LESS).values(), films_of(BASE, LESS | relief).values(), strict=True
+    ):
+        assert whole == same and better > local

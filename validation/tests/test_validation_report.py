@@ -19,7 +19,7 @@ from validation.parallel import build_all
 from validation.problems import FIGURES, METHODS, PROBLEMS, WEAR_PROBLEMS, BlockOnRing, Setting
 from validation.progress import NoProgress, progress_on
 from validation.section import Section, SectionPlan
-from validation.sections import SECTIONS, accuracy_time, finite_elements, peers
+from validation.sections import SECTIONS, accuracy_time, failure_modes, finite_elements, peers
 from validation.sections.block_on_ring import ring_run
 from validation.sections.paper_steps import explained
 from validation.sections.paper_torque import FIGURES as FIGURES_OF_THE_PAPER
@@ -151,7 +151,18 @@ def test_every_section_has_a_name_of_its_own():
     names = [plan.name for plan in SECTIONS]
     assert len(set(names)) == len(names)
     required = {"accuracy_time", "wear_schemes", "paper", "closed_forms", "finite_elements", "peers", "hard_cases"}
-    assert required <= set(names)
+    assert required | {"failure_modes"} <= set(names)
+
+
+@pytest.mark.slow
+def test_the_section_of_failure_modes_shows_every_safety_and_its_cause():
+    section = failure_modes.build(PROBLEMS, True, NoProgress())
+    data = section.datasets["safeties"]
+    assert set(data["symbol"].values) == set(failure_modes.CAUSES)
+    assert section.html.count("<svg") == len(failure_modes.CAUSES)
+    ratio = data["local"] / data["global"]
+    assert float(ratio.min()) > 0.6 and float(ratio.max()) < 2.0
+    assert all(f"{symbol} spur" in section.found[0] for symbol in failure_modes.CAUSES)
 
 
 # ---- accuracy against time

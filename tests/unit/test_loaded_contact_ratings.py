@@ -1,0 +1,115 @@
+"""Safeties of one wear state: those of a run where it stands there, and what a state alone can tell of cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.errors import SceneError
+from semiwear.report import write_report
+from tests.strategies.oil_and_case import FLANK_FRACTURE, MICROPITTING, SCUFFING
+from tests.strategies.ratings import RATED
+
+SMALL = sw.load_scene("spur_fzg_c").replace(
+    RATED
+    | {
+        "effects.flash_temperature": {},
+        "effects.micropitting": MICROPITTING,
+        "effects.scuffing": SCUFFING,
+        "effects.flank_fracture": FLANK_FRACTURE,
+        "operation.pinion_torque_Nm": 200.0,
+        "numerics.face_slices": 11,
+        "numerics.roll_positions": 12,
+        "numerics.profile_points": 61,
+        "numerics.harmonics": 5,
+        "numerics.wear_steps": 2,
+    }
+)
+SPECTRUM = {"effects.load_spectrum": {"torques_Nm": [150.0, 250.0], "shares": [0.7, 0.3]}}
+WITHOUT_MEMORY = ["micropitting", "scuffing", "flank_fracture"]
+
+
+def at_step(scene, run, step):
+    """Ratings of the flanks that a run has at a wear step."""
+    wear = run["flank"].wear_depth.isel(wear_step=step)
+    return sw.loaded_contact(scene, wear_depth=wear, meshes=float(run["ratings"].meshes[step]))[
+        "ratings"
+    ].to_dataset()
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sw.simulate(SMALL)
+
+
+@pytest.mark.parametrize("changes", [{}, {"wear.worn_bodies": ["gear"]}, SPECTRUM])
+def test_safeties_are_those_of_the_run(changes, run):
+    """Unworn to the last digit; worn as the loads of a wear step are solved, where nothing is added up."""
+    scene = SMALL.replace(changes)
+    there = sw.simulate(scene) if changes else run
+    for step in (0, -1):
+        found, expected = at_step(scene, there, step), there["ratings"].to_dataset().isel(wear_step=[step])
+        modes = WITHOUT_MEMORY if step else found.mode.values.tolist()
+        for name in ("safety", "safety_height", "safety_face", "required_safety"):
+            own, theirs = (data[name].sel(mode=modes).values for data in (found, expected))
+            if step:  # both ends of the face are alike
+                np.testing.assert_allclose(np.abs(own), np.abs(theirs), rtol=1e-4, atol=1e-9)
+            else:
+                np.testing.assert_array_equal(own, theirs)
+        assert found.attrs == expected.attrs
+
+
+def test_damage_is_that_of_a_run_in_which_nothing_changes():
+    """Stress that has been there all along: without wear the last step of a run is this contact after its meshes."""
+    scene = SMALL.replace({"wear.coefficient_mm2_per_N": 1e-16, "wear.until.meshes": 1e5})
+    there = sw.simulate(scene)
+    found, expected = at_step(scene, there, -1), there["ratings"].to_dataset().isel(wear_step=[-1])
+    # the loads of the run's unworn state are solved by another way: 0.03 % in pressure, 13 times that in damage
+    for name, near in {"safety": 5e-4, "damage_sum": 1e-2}.items():
+        np.testing.assert_allclose(found[name], expected[name], rtol=near, err_msg=name)
+    assert (found.wear_step_of_failure == -1).all() and np.isnan(found.meshes_to_failure).all()
+
+
+def test_the_worn_stress_all_along_is_worse_than_the_run(run):
+    """Pressure has grown with wear, so that the damage of its end is more than that of the way there."""
+    found = at_step(SMALL, run, -1).sel(mode="pitting")
+    there = run["ratings"].safety.sel(mode="pitting").values
+    assert (found.safety.values < there[-1]).all() and (found.safety.values > 0.9 * there[-1]).all()
+    assert found.wear_step_of_failure.values.tolist() == [0, 0]  # before the one wear step that is told
+    assert (found.meshes_to_failure < run["ratings"].meshes_to_failure.sel(mode="pitting")).all()
+
+
+def test_fresh_flanks_are_those_of_no_wear(run):
+    rated = sw.loaded_contact(SMALL)["ratings"].safety.values
+    np.testing.assert_allclose(rated, run["ratings"].safety.values[:, :1], rtol=1e-5)
+
+
+def test_a_state_with_ratings_can_be_reported(tmp_path):
+    text = write_report(sw.loaded_contact(SMALL, meshes=1e7), tmp_path / "state.html").read_text(encoding="utf-8")
+    assert "Safeties of the failure modes" in text
+
+
+def test_single_positions_and_scenes_without_modes_are_not_rated():
+    """The worst of some roll positions is not the worst of a mesh cycle."""
+    assert "ratings" not in sw.loaded_contact(SMALL, [0.0, 0.3]).children
+    plain = SMALL.replace({f"effects.{mode}": None for mode in ("pitting", "bending", *WITHOUT_MEMORY)})
+    assert "ratings" not in sw.loaded_contact(plain).children
+
+
+@pytest.mark.parametrize("meshes", [-1.0, float("nan"), float("inf")])
+def test_meshes_are_a_number(meshes):
+    with pytest.raises(SceneError, match=r"meshes: .*finite number >= 0"):
+        sw.loaded_contact(SMALL, meshes=meshes)
+
+
+def test_a_pinion_that_does_not_wear_is_not_worn(run):
+    worn = run["flank"].wear_depth.isel(wear_step=-1)
+    with pytest.raises(SceneError, match=r"worn pinion.*wear\.worn_bodies"):
+        sw.loaded_contact(SMALL.replace({"wear.worn_bodies": ["gear"]}), wear_depth=worn)
+
+
+@pytest.mark.parametrize("shape", [(61,), (3, 61, 11), (61, 10), (0, 61, 11)])
+def test_a_wear_depth_has_the_shape_of_the_flanks(shape):
+    with pytest.raises(SceneError, match=r"\(profile, face\) = \(61, 11\)"):
+        sw.loaded_contact(SMALL, wear_depth=np.zeros(shape))
