@@ -194,7 +194,7 @@ class HalfSpace:
 
 
 class GridPlans(NamedTuple):
-    """What compiled functions need to `convolve` grids that have as many columns, one after the other.
+    """Factors and sizes for a compiled `convolve` of grids with as many columns, one after the other.
 
     Attributes
     ----------
