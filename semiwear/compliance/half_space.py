@@ -241,7 +241,7 @@ def grid_plans(counts: tuple[int, ...], columns: int, cell: tuple[float, float])
         np.cumsum([0, *(own.size for own in factors)]),
         together[1],
         np.cumsum([0, *(len(own) for own in turns)]),
-        half_steps(across, np.float64),
+        np.asarray(half_steps(across, np.float64), np.float64),
         sizes[:, 1:].copy(),
         int(sizes[:, 0].max()),
     )
