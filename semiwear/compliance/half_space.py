@@ -213,7 +213,7 @@ class HalfSpace:
 
 
 class GridPlans(NamedTuple):
-    """Factors, half steps and sizes of grids of as many columns each, for compiled functions that `convolve` them.
+    """Factors and sizes for a compiled `convolve` of grids with as many columns, one after the other.
 
     Attributes
     ----------

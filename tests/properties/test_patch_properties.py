@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import semiwear as sw
 from semiwear.closed_forms.love import love_coefficients
+from semiwear.contact.gap import gap_of_flanks
 from semiwear.plan import plan
 from tests.scenes import MEDIUM, SHIPPED
 from tests.strategies.finite import equations_hold
@@ -75,7 +76,8 @@ def test_cells_press_where_the_gap_is_closed(depth, torque):
     rolls = problem.rolls_of(position)
     everything = []
     for roll in rolls:
-        gap, _ = problem.cells.gap(np.full(faces.size, roll), faces, approach, columns, state.coarse.removed)
+        flanks = gap_of_flanks(problem.lines, state.coarse.removed)
+        gap, _ = problem.cells.gap(np.full(faces.size, roll), faces, approach, columns, flanks)
         force = loads.cells[roll]
         rows, places = np.nonzero(force)
         reached = love(problem, (faces.size, columns))

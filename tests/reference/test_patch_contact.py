@@ -11,6 +11,7 @@ import semiwear as sw
 from semiwear import collect
 from semiwear.closed_forms.hertz import elliptic_contact
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.gap import gap_of_flanks
 from semiwear.contact.patch_contact import PATCH as PATCHES
 from semiwear.contact.patch_contact import _with_columns
 from semiwear.contact.patch_gap import PatchCells
@@ -303,7 +304,9 @@ def test_gap_of_the_cells_is_fresh_separation_and_wear(ridge):
     cells, approach, columns = ridge.teeth.problem.cells, float(ridge.approach.max()), 400
     faces = np.arange(10, 50, 8)
     at = ridge.rolls[ridge.pair]
-    found, reach = cells.gap(np.full(faces.size, at), faces, approach, columns, ridge.removed)
+    found, reach = cells.gap(
+        np.full(faces.size, at), faces, approach, columns, gap_of_flanks(cells.lines, ridge.removed)
+    )
     expected = on_cells(ridge.teeth, ridge.rolls, ridge.wear, columns)[ridge.pair, faces]
     known, flank = np.isfinite(found), np.isfinite(expected)
     assert (known & flank).sum() > 100
@@ -324,7 +327,8 @@ def test_no_cell_is_nearer_than_its_line(patched_teeth, approach):
     teeth = patched_teeth
     least = teeth.lines.separation[0]
     rolls, faces = np.nonzero(least < approach)
-    gap, _ = teeth.problem.cells.gap(rolls, faces, approach, 900, teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    flanks = gap_of_flanks(teeth.problem.lines, teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    gap, _ = teeth.problem.cells.gap(rolls, faces, approach, 900, flanks)
     # lines are traced in two steps: where flanks are far apart, to some micrometres
     assert (gap.min(axis=1) - least[rolls, faces]).min() > -5e-3
 
