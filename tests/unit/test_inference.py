@@ -138,7 +138,8 @@ def test_points_and_a_curve_tell_together(solved):
 def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
     """The life at every draw: of the formula, emulated over torque, and inverse to k."""
 
-    def life(scene):
+    def life(task):
+        scene = task.scene
         meshes = MESHES * scene.effects.run_life.depth_limit_um / 10.0 * 1600.0 / scene.operation.pinion_torque_Nm
         return Measured({"/life/meshes_to_limit": np.array(meshes), "/life/depth_limit": np.array(20.0)})
 

@@ -167,7 +167,6 @@ def test_what_cannot_be_combined_is_listed(tiny, only, monkeypatch):
     assert row.note.startswith("not run: effects.pitch_error.pinion_um") and row.time is None
 
 
-@pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
 def test_failure_modes_near_their_limits_are_named(only):
     """Of the modes that the scene rates, and no others; one that needs data of the materials says so."""
     only("pitting", "bending", "scuffing")
@@ -183,6 +182,7 @@ def test_failure_modes_near_their_limits_are_named(only):
     assert sw.screen(calm).near_limits == ()
 
 
+@pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_threshold_is_above_zero(tiny, threshold):
     with pytest.raises(sw.SceneError, match="threshold"):
         sw.screen(tiny, threshold)
