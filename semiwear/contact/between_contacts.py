@@ -30,7 +30,7 @@ _SQUARE = 1.5  # sides of a cell whose ratio is less are halved together
 _COARSEST = 4  # cells along either side of a grid that is not coarsened further
 
 
-_kernel = njit(cache=True, error_model="numpy", fastmath=True)
+_kernel = njit(cache=True, error_model="numpy")
 
 
 @_kernel
