@@ -11,15 +11,18 @@ import os
 import stat
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numba
 import numpy as np
 from numba import njit
+from numba.core import event
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ZERO", "ensure_cache", "keep_apart", "njit"]
+__all__ = ["ZERO", "ensure_cache", "keep_apart", "njit", "telling_of_compilation"]
 
 ZERO = np.int64(0)
 """Where kernels begin to count: numba compiles anew for a plain 0 that is handed on, which is a type of its own."""
@@ -63,6 +66,33 @@ def keep_apart(name: str) -> None:
     folder = Path(numba.config.CACHE_DIR or _private_folder()) / name  # type: ignore[attr-defined]
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+
+
+class _FirstCompilation(event.Listener):
+    """Calls a function when the first kernel is compiled, rather than found in its folder."""
+
+    def __init__(self, tell: Callable[[], None]):
+        self._tell, self._told = tell, False
+
+    def on_start(self, event: event.Event) -> None:
+        """A kernel is about to be compiled."""
+        if not self._told:
+            self._told = True
+            self._tell()
+
+    def on_end(self, event: event.Event) -> None:
+        """It has been."""
+
+
+@contextmanager
+def telling_of_compilation(tell: Callable[[], None]) -> Iterator[None]:
+    """Call `tell` once if kernels have to be compiled inside."""
+    listener = _FirstCompilation(tell)
+    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]
 
 
 def _works() -> bool:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
+
+from semiwear.kernel_cache import telling_of_compilation
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -12,6 +15,8 @@ __all__ = ["ProgressBar"]
 
 _LOG = logging.getLogger(__name__)
 
+_COMPILES = "compiling, which takes up to a minute; later runs find what was compiled ..."
+
 
 class ProgressBar:
     """Progress bar on a terminal: tqdm's when it is installed (extra `progress`), else a line a step."""
@@ -19,12 +24,15 @@ class ProgressBar:
     def __init__(self, begin: str = "computing the unworn teeth ...", unit: str = "step", what: str = "wear") -> None:
         self._begin, self._unit, self._what = begin, unit, what
         self._bar: tqdm | None = None
+        self._inside = ExitStack()
 
     def __enter__(self) -> ProgressBar:
         _LOG.info(self._begin)
+        self._inside.enter_context(telling_of_compilation(lambda: _LOG.info(_COMPILES)))
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._inside.close()
         if self._bar is not None:
             self._bar.close()
 

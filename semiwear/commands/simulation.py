@@ -112,7 +112,7 @@ def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against:
         print(f"\n{text}")
     if "life" in tree.children:
         print(f"\n{life_sentence(tree)}")
-    print(f"\n{spent:.1f} s (a first run after an installation compiles for a while)")
+    print(f"\n{spent:.1f} s")
     if options.output:
         print(f"result: {options.output}")
     if options.report:
