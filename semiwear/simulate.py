@@ -25,7 +25,7 @@ from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, step_errors
 from semiwear.results.run_identity import run_identity
 from semiwear.scene import Scene
-from semiwear.threads import using_threads
+from semiwear.threads import in_threads, using_threads
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.mapping import Worn
@@ -201,7 +201,7 @@ def _result(
 ) -> xr.DataTree:
     contacts = [state.contact for state in states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
-    pressures = [teeth.pressures(contact) for contact in contacts]
+    pressures = in_threads(teeth.pressures, contacts)
     parts = _parts(physics, stepper, states, pressures, fresh)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
@@ -247,8 +247,9 @@ def _parts(
     teeth, point = stepper.teeth, physics.control_point(stepper.teeth)
     poissons_ratio = physics.scene.material.gear.poissons_ratio
     observers = physics.observers(teeth)
-    parts: list[dict[str, collect.Arrays]] = []
-    for state, pressure in zip(states, pressures, strict=True):
+
+    def own(index: int) -> dict[str, collect.Arrays]:
+        state, pressure = states[index], pressures[index]
         contact = state.contact
         part = {
             "engagement": collect.engagement(teeth, contact, pressure, fresh),
@@ -257,6 +258,11 @@ def _parts(
         part["history"] = collect.history(teeth, contact, pressure, part)
         part["history"] |= collect.volumes(teeth, state)
         part["history"] |= collect.subsurface(teeth, contact, pressure, poissons_ratio)
+        return part
+
+    parts = in_threads(own, range(len(states)))
+    for part, state, pressure in zip(parts, states, pressures, strict=True):
+        contact = state.contact
         engagement, once = collect.observed(teeth, contact, pressure, observers, physics.clock)
         part["engagement"] |= engagement
         part["history"] |= once
@@ -268,7 +274,6 @@ def _parts(
             part["diagnostics"]["wear_law_residual"] = np.asarray(state.law_residual)
         if stepper.depth_factor is None:
             part["diagnostics"] |= collect.volume_residual(teeth, state)
-        parts.append(part)
     return parts
 
 

@@ -244,7 +244,8 @@ class ContactProblem:
 
     def rolls_of(self, position: int) -> IntArray:
         """Roll positions of all pairs at a mesh position."""
-        return np.arange(self.pairs) * self.per_cycle + position
+        rolls: IntArray = self._rolls[position]
+        return rolls
 
     def no_loads(self) -> TeethLoads:
         """No loads yet."""
@@ -265,9 +266,7 @@ class ContactProblem:
         Wear only adds to the separation, and compliance couples with one sign: a slice whose fresh separation
         exceeds the approach cannot touch. What is found is kept, and is the same whatever was asked for before.
         """
-        rolls = self.rolls_of(position)
-        least = self._least[rolls]
-        nearest = float(least.min())
+        nearest = float(self._nearest[position])
         wanted = max(_ROOM * FIRST_CAP * self.typical_approach, approach - nearest)
         # on few lengths, so that other loads ask for the same slices
         rung = ceil(_RUNGS * log2(wanted / self.base_pitch))
@@ -278,8 +277,17 @@ class ContactProblem:
         return known
 
     @cached_property
+    def _rolls(self) -> IntArray:
+        return np.ascontiguousarray(np.arange(self.pairs * self.per_cycle).reshape(self.pairs, -1).T)
+
+    @cached_property
     def _least(self) -> FloatArray:
         return _least_separation(self.lines)
+
+    @cached_property
+    def _nearest(self) -> FloatArray:
+        """Least separation of all slices at a mesh position [mm], (mesh_position,)."""
+        return np.asarray(self._least[self._rolls].min(axis=(1, 2)))
 
     def _found(self, position: int, cap: float) -> Candidates:
         rolls, lines, usual = self.rolls_of(position), self.lines, self.usual_half_width
