@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.contact.patch_contact import subsurface_stress
@@ -45,8 +45,6 @@ __all__ = [
     "wear_maps",
 ]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Arrays = dict[str, np.ndarray]
 
 _UM = 1e3  # micrometres in a millimetre
@@ -121,7 +119,7 @@ class _Zones:
             borders = np.stack([np.interp(slices, slices[known], border[known]) for border in borders])
         return cls(*borders)
 
-    def of_profile(self, profile: FloatArray) -> NDArray[np.int64]:
+    def of_profile(self, profile: FloatArray) -> IntArray:
         """Zone of places in slices; `profile` has the slices along its last axis."""
         return np.where(
             profile < self.low, int(Zone.ROOT), np.where(profile > self.high, int(Zone.ADDENDUM), int(Zone.PITCH))
@@ -345,7 +343,8 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
             specific[i] = np.interp(nodes[i], places[order, i], sliding[order, i])
             active[i] = (nodes[i] >= places[order[0], i]) & (nodes[i] <= places[order[-1], i])
         zone = zones[body].of_profile(nodes.T).T
-        for name, values in zip(arrays, (height, radius, zone, active, specific), strict=True):
+        own: tuple[np.ndarray, ...] = (height, radius, zone, active, specific)
+        for name, values in zip(arrays, own, strict=True):
             arrays[name].append(values.T)
     found = {name: np.stack(values) for name, values in arrays.items()}
     if isinstance(pair, PointFlankMesh):

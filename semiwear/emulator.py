@@ -15,16 +15,14 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_solve
 from scipy.spatial.distance import cdist
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError
 from semiwear.untyped import Value
 
 __all__ = ["LEAST_RUNS", "Emulator", "emulator_of", "kept_by"]
-
-FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 """Share of fresh runs that keep the stated error."""

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 __all__ = ["MeasuredLoad", "measured_load"]
-
-FloatArray = NDArray[np.float64]
 
 _COLUMNS = ("time_s", "torque_Nm", "speed_rpm")
 _MOST_LEVELS = 200
@@ -244,7 +243,7 @@ def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArra
     return found.ravel()
 
 
-def _turning(values: FloatArray) -> NDArray[np.bool_]:
+def _turning(values: FloatArray) -> BoolArray:
     """Where a series turns, and its ends: all that cycles are made of; of equal neighbours the first."""
     keep = np.concatenate([[True], np.diff(values) != 0.0])
     places = np.flatnonzero(keep)

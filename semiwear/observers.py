@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import FilmThickness
 from semiwear.contact.flash_temperature import FlashTemperature
@@ -24,7 +24,6 @@ from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["Film", "FrictionLoss", "Heat", "Observer"]
 
-FloatArray = NDArray[np.float64]
 Arrays = dict[str, np.ndarray]
 
 
@@ -53,7 +52,7 @@ def _greatest(values: FloatArray, pressure: SlicePressures) -> FloatArray:
     return np.where(borders & ~counts.any(axis=1), np.nan, greatest)
 
 
-def _least(values: FloatArray, counts: NDArray[np.bool_]) -> FloatArray:
+def _least(values: FloatArray, counts: BoolArray) -> FloatArray:
     """Least value of the slices that count at each roll position; NaN where none does."""
     least = np.min(values, axis=1, where=counts, initial=np.inf)
     return np.where(np.isfinite(least), least, np.nan)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["folded", "one_of", "power_of_ten", "table", "unit_text"]
+__all__ = ["folded", "lines_of", "one_of", "power_of_ten", "rows_of", "table", "unit_text"]
 
 _COLUMNS = 118
 _LEAST = 24  # columns that the last one of a table has at least
@@ -31,6 +32,18 @@ def one_of(options: Iterable[str]) -> str:
 def folded(text: str) -> str:
     """A paragraph, its further lines indented."""
     return textwrap.fill(text, _COLUMNS, subsequent_indent="    ")
+
+
+def lines_of(text: str) -> list[str]:
+    """Lines of a text file that are neither empty nor comments, which begin with #."""
+    return [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+
+
+def rows_of(text: str, separators: str = ";\t,") -> list[list[str]]:
+    """Cells of a table in a text file, row by row; the first of `separators` that its first line has is its own."""
+    lines = lines_of(text)
+    separator = next((mark for mark in separators if lines and mark in lines[0]), ",")
+    return [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
 
 
 def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

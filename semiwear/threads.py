@@ -14,7 +14,8 @@ from contextvars import ContextVar
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import IntArray
 
 __all__ = ["available_threads", "in_shares", "in_threads", "using_threads"]
 
@@ -52,7 +53,7 @@ def using_threads(count: int | None) -> Iterator[None]:
             _pool.reset(token)
 
 
-def in_shares(work: Callable[[NDArray[np.int64]], Result], items: NDArray[np.int64]) -> list[Result]:
+def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:
     """Results of `work` on up to `SHARES` runs of consecutive items, in their order.
 
     Work that is shared out again by such a share stays on its thread.

@@ -13,11 +13,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from math import cos, hypot, pi, sin, tan
+from math import cos, pi, sin, tan
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up
 from semiwear.errors import Problem
@@ -27,8 +26,6 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.scene import ControlPoint, FaceGearPair, Placement, Scene
 
 __all__ = ["edge_limits", "face_gear_problems"]
-
-FloatArray = NDArray[np.float64]
 
 
 def face_gear_problems(scene: Scene) -> list[Problem]:
@@ -84,11 +81,9 @@ def _pinion_tip_clears_the_gear_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
         return
 
     def flank_depth(tip_radius: float) -> float:
-        """Pitch circle of the shaper to the end of its involute [mm]."""
-        roll = replace(tooth, shaper_tip_radius=tip_radius).form_roll_angle
-        return tooth.shaper_base_radius * hypot(1.0, roll) - tooth.shaper_pitch_radius
+        return replace(tooth, shaper_tip_radius=tip_radius).shaper_flank_depth
 
-    depth = flank_depth(tooth.shaper_tip_radius)
+    depth = tooth.shaper_flank_depth
     if depth >= pinion.addendum:
         return
     reason = "the pinion's tip would touch the gear's fillet"
@@ -180,13 +175,11 @@ def _pinion_is_not_pointed(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem
 def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     """On the path of contact the gear's tip meets the pinion's involute, not its fillet.
 
-    The rack's straight flank is `straight` deep. It must be as deep as the gear's addendum, and end before
-    the point that the line of action has on the base circle, beyond which the rack undercuts the pinion.
+    The rack's straight flank must be as deep as the gear's addendum, and not so deep that it undercuts the pinion.
     """
     pinion, addendum = mesh.pinion, mesh.gear.gear_addendum
     alpha = pinion.pressure_angle
-    # depth below the pitch circle at which the line of action touches the base circle
-    deepest = pinion.pitch_radius * sin(alpha) ** 2
+    deepest = pinion.undercut_depth
     # the rounding takes this share of its radius off the depth of the straight flank
     share = 1.0 - sin(alpha)
     depth, radius = pinion.rack_addendum, pinion.rack_tip_radius
@@ -194,7 +187,7 @@ def _gear_tip_clears_the_pinion_fillet(scene: Scene, mesh: FaceGearMesh) -> Iter
         fix = "the gear's tip would reach below the pinion's base circle: give less, or more pinion teeth"
         yield problem_of(scene, "gear_addendum_mm", f"below {down(deepest)} mm", fix)
         return
-    straight = depth - share * radius
+    straight = pinion.straight_depth
     if addendum <= straight < deepest:
         return
     least, greatest = max(depth - deepest, 0.0) / share, (depth - addendum) / share

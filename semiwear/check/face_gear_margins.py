@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from math import hypot, pi, sin, tan
+from math import pi, tan
 from typing import cast
 
 import numpy as np
@@ -38,11 +38,11 @@ def face_gear_margins(scene: Scene) -> Iterator[Margin]:
     )  # fmt: skip
     yield margin(
         "addendum of the pinion (interference)", lambda: table.pinion_addendum_mm,
-        "pinion_addendum_mm", high=lambda: _flank_depth(mesh.gear),
+        "pinion_addendum_mm", high=lambda: mesh.gear.shaper_flank_depth,
     )  # fmt: skip
     yield margin(
         "addendum of the gear (interference)", lambda: table.gear_addendum_mm, "gear_addendum_mm",
-        high=lambda: min(_straight_depth(mesh.pinion), _deepest(mesh.pinion)),
+        high=lambda: min(mesh.pinion.straight_depth, mesh.pinion.undercut_depth),
     )  # fmt: skip
     for k, body in enumerate(BODIES):
         edge = f"{body}_tip_edge_radius_mm"
@@ -91,8 +91,8 @@ def _pinion(table: FaceGearPair, pinion: InvoluteTooth) -> Iterator[Margin]:
         usual=f"{0.2 * table.module_mm:.3g} mm (0.2 m) or more, twice that if case-hardened",
     )  # fmt: skip
     yield margin(
-        "straight flank of the rack (undercut)", lambda: _straight_depth(pinion),
-        "rack_tip_radius_mm", high=lambda: _deepest(pinion),
+        "straight flank of the rack (undercut)", lambda: pinion.straight_depth,
+        "rack_tip_radius_mm", high=lambda: pinion.undercut_depth,
     )  # fmt: skip
     full = (0.25 * pi * table.module_mm - table.rack_addendum_mm * tan(pinion.pressure_angle)) * 2.0
     yield margin("land on the rack's crest, unrounded", lambda: full, "rack_addendum_mm", low=0.0)
@@ -106,18 +106,3 @@ def _edge(mesh: FaceGearMesh, body: int) -> float:
 def _tip_thickness(tooth: FaceGearTooth, radius: float) -> float:
     """Thickness of the gear's tooth in its tip plane at a radius, as an arc [mm]."""
     return 2.0 * tooth.half_thickness(radius, tooth.gear_addendum)
-
-
-def _flank_depth(tooth: FaceGearTooth) -> float:
-    """Pitch circle of the shaper to the end of its involute [mm]."""
-    return tooth.shaper_base_radius * hypot(1.0, tooth.form_roll_angle) - tooth.shaper_pitch_radius
-
-
-def _straight_depth(pinion: InvoluteTooth) -> float:
-    """Pitch line to the end of the rack's straight flank [mm]."""
-    return pinion.rack_addendum - (1.0 - sin(pinion.pressure_angle)) * pinion.rack_tip_radius
-
-
-def _deepest(pinion: InvoluteTooth) -> float:
-    """Depth below the pitch circle at which the line of action touches the base circle [mm]."""
-    return pinion.pitch_radius * sin(pinion.pressure_angle) ** 2

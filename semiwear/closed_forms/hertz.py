@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
+
+from semiwear.arrays import FloatArray
 
 __all__ = [
     "EllipticContact",
@@ -17,8 +18,6 @@ __all__ = [
     "line_contact_half_width",
     "line_contact_pressure",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 def effective_modulus(

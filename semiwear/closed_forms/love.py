@@ -5,13 +5,11 @@ from __future__ import annotations
 from math import log1p, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 
 __all__ = ["love_coefficients"]
-
-FloatArray = NDArray[np.float64]
 
 _CLOSED = 2  # offsets, in cells, up to which the closed form keeps its digits
 _FEW = 25.0  # half short sides between rectangle and singularity from which four Gauss points suffice

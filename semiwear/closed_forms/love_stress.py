@@ -15,11 +15,10 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["COMPONENTS", "corner_stress", "point_stress", "rectangle_stress"]
-
-FloatArray = NDArray[np.float64]
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 

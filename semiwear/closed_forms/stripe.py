@@ -15,14 +15,12 @@ from functools import lru_cache
 from math import exp, log, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ellipe, ellipkm1
 
+from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 
 __all__ = ["stripe_integral", "stripe_integral_to", "stripe_kernel", "stripe_table"]
-
-FloatArray = NDArray[np.float64]
 
 _TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
 _TABLE_END = 1000.0  # and beyond which the kernel is 1/s

@@ -7,7 +7,7 @@ import xarray as xr
 
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import missing_notes
-from semiwear.results.wearing import control_place, life_bodies, main_body, worn_bodies
+from semiwear.results.wearing import control_place, life_bodies, shown_bodies
 
 __all__ = ["life_sentence", "wear_table"]
 
@@ -47,7 +47,7 @@ def wear_table(tree: xr.DataTree) -> str:
 
 def _wear_columns(tree: xr.DataTree, history: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
     """Greatest wear of every body that wears: of its whole flank, its root and its addendum."""
-    bodies = worn_bodies(tree) or (main_body(tree),)
+    bodies = shown_bodies(tree)
     of = "{} p/g [um]" if len(bodies) > 1 else f"{bodies[0]} {{}} [um]"
     stems = ["wear_depth_max_pinion" if body == "pinion" else "wear_depth_max" for body in bodies]
     whole = tree["flank"].to_dataset()["wear_depth"].max(("profile", "face")).sel(body=list(bodies)).values

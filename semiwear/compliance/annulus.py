@@ -16,17 +16,15 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.sparse import coo_matrix, csc_matrix
 from skfem import Basis, ElementQuad2, MeshQuad
 
-from semiwear.compliance.pitch_chain import symmetric_factor
-from semiwear.compliance.prism import elasticity
+from semiwear.arrays import FloatArray
+from semiwear.compliance.pitch_chain import symmetric_factor, unknowns_of
+from semiwear.compliance.section_elements import elasticity
 
 __all__ = ["Annulus"]
-
-FloatArray = NDArray[np.float64]
 
 _THROUGH = 6  # elements through the wall
 _ABOVE, _BELOW = 4, 4  # elements from the loaded cylinder to the one between, and from there to the held one
@@ -114,8 +112,8 @@ class Annulus:
         near = 1e-9 * abs(self.held - self.loaded)
         surface = np.flatnonzero(abs(radius - self.loaded) < near)
         surface = surface[np.argsort(along[surface])]
-        free = _unknowns(np.flatnonzero(abs(radius - self.held) > near))
-        loaded = _unknowns(surface)
+        free = unknowns_of(np.flatnonzero(abs(radius - self.held) > near))
+        loaded = unknowns_of(surface)
         inner = np.setdiff1d(free, loaded)
         # in an order that keeps the factor sparse, the loaded cylinder last
         steady = (matrices[0] + matrices[2])[inner][:, inner].tocsc()
@@ -143,10 +141,6 @@ class _Harmonic:
         factor = symmetric_factor((k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi), "NATURAL")
         own = (factor.L[self.inner :, self.inner :] @ factor.U[self.inner :, self.inner :]).toarray()
         return np.asarray(np.linalg.inv(own))
-
-
-def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def _matrices(basis: Basis, youngs_modulus: float, poissons_ratio: float) -> tuple[csc_matrix, ...]:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.inclined_wheel import OFFSETS, POLYNOMIALS, RingInfluence, elements_along, ring_influence
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, STRESS_OFFSETS
@@ -22,9 +22,6 @@ from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["BeyondOnLines", "WheelInfluence", "wheel_influence"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

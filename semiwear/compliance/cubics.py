@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["cubic_weights"]
-
-FloatArray = NDArray[np.float64]
 
 
 def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:

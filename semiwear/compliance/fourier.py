@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.lanes import lane_count, lanes_of, load, store
 from semiwear.kernel_cache import njit
 
@@ -35,16 +36,14 @@ def half_steps(n: int, dtype: DTypeLike) -> NDArray[np.floating]:
     return turn
 
 
-def frequencies(n: int, padded: bool) -> NDArray[np.int64]:
+def frequencies(n: int, padded: bool) -> IntArray:
     """Frequencies of a real axis of n cells in the order in which `convolve` keeps them; of 2 n cells if padded."""
     if not padded:
         return np.arange(n // 2 + 1)
     return np.concatenate([np.arange(0, n + 1, 2), np.arange(1, n + 1, 2)])
 
 
-def in_lanes(
-    factors: NDArray[np.float64], shape: tuple[int, int], padded: bool, dtype: DTypeLike
-) -> NDArray[np.floating]:
+def in_lanes(factors: FloatArray, shape: tuple[int, int], padded: bool, dtype: DTypeLike) -> NDArray[np.floating]:
     """Factors as `convolve` wants them.
 
     Parameters

@@ -35,16 +35,14 @@ from itertools import pairwise, product
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.tooth import Elastic
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders
 
 __all__ = ["EdgeDistance", "FreeBody", "FreeEdges", "image_factor", "wedge_factor"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _NEAREST = 0.5  # half-widths: distance at which slices nearer to an edge are held
 _LEAST_DEPTH = 1.5  # half-widths, as for the half-space itself

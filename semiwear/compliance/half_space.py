@@ -10,17 +10,16 @@ from threading import Lock, local
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike
 from scipy import fft
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.fourier import convolve, half_steps, in_lanes, work_size
 from semiwear.untyped import Reals
 
 __all__ = ["GridPlans", "HalfSpace", "fast_length", "grid_plans"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _Plan = tuple[list[Reals], Reals, Reals, int, int, int]
 
 _MOST_KEPT = 64 * 2**20  # bytes of coefficients and spectra together

@@ -28,14 +28,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.annulus import Annulus
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.quadratic import quadratic_weights
 from semiwear.geometry.inclined_foot import FootRing
 
 __all__ = ["OFFSETS", "POLYNOMIALS", "RingInfluence", "elements_along", "ring_influence"]
-
-FloatArray = NDArray[np.float64]
 
 OFFSETS = np.arange(-4, 5)
 """Teeth between the observed and the loaded one, counted towards where the load pushes."""
@@ -136,7 +135,7 @@ def _foot(ring: FootRing, z: FloatArray) -> _Foot:
     return _Foot(angle, height, across, share, spread)
 
 
-def _foot_loads(ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64]) -> NDArray[np.complex128]:
+def _foot_loads(ring: FootRing, z: FloatArray, harmonics: IntArray) -> NDArray[np.complex128]:
     """Harmonics of loads on feet, spread along the axis: (m, 3 S, 4 P) array, see the module."""
     foot = _foot(ring, z)
     on_stations = quadratic_weights(z, foot.height.ravel()).T.reshape(z.size, *foot.height.shape)
@@ -154,7 +153,7 @@ def _foot_loads(ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64]) -> 
 
 
 def _gauges(
-    ring: FootRing, z: FloatArray, harmonics: NDArray[np.int64], youngs_modulus: float, poissons_ratio: float
+    ring: FootRing, z: FloatArray, harmonics: IntArray, youngs_modulus: float, poissons_ratio: float
 ) -> NDArray[np.complex128]:
     """Readings of the stress normal to a tooth from the loaded cylinder's harmonics: (m, 3 S, P) array.
 

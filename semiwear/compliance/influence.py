@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.root import ROOT_FROM, ROOT_POINTS, loads_by_height
 from semiwear.compliance.tooth import LinePlaces
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = ["InfluenceData", "InfluenceOnLines", "body_influence", "read_influence"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _FIELD = "numerics.tooth_compliance"
 _VARIABLES = {

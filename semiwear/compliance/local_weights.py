@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import njit
 
 __all__ = ["LocalWeights", "between_points", "seen_by_points"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SPAN = 4  # neighbours that a cubic takes in
 

@@ -20,12 +20,10 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray, IntArray
 
 __all__ = ["Mounting", "MountingSprings"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

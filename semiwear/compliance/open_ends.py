@@ -16,15 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import eigsh
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.section_mesh import SectionMesh
 
 __all__ = ["EndJumps"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from math import floor
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.section_mesh import SectionMesh
 from semiwear.geometry.section import RingRim, ToothSection
 
@@ -28,10 +28,8 @@ __all__ = [
     "PitchRows",
     "join",
     "symmetric_factor",
+    "unknowns_of",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 HarmonicMatrices = tuple[csc_matrix, csc_matrix, csc_matrix]
 """Sparse K0, K1, K2 of the stiffness K0 + k K1 + k^2 K2 at wave number k; unknowns 3 node + (u, v, w)."""
@@ -138,7 +136,7 @@ class Pitch:
         size = 3 * len(mesh.nodes)
         left, right = (side[~np.isin(side, mesh.held)] for side in (mesh.left, mesh.right))
         free = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.held, left, right]))
-        inner = _unknowns(free)
+        inner = unknowns_of(free)
         order = np.argsort(symmetric_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
         among = coo_matrix((np.ones(inner.size), (inner[order], np.arange(inner.size))), shape=(size, inner.size))
         turned = hstack([among, _turned(left, -angle, size), _turned(right, angle, size)]).tocsr()
@@ -201,7 +199,7 @@ def _places(matrix: csc_matrix) -> IntArray:
     return np.asarray(np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices)
 
 
-def _unknowns(nodes: IntArray) -> IntArray:
+def unknowns_of(nodes: IntArray) -> IntArray:
     """Unknowns of nodes, node by node."""
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["along_width", "derivatives"]
-
-FloatArray = NDArray[np.float64]
 
 
 def along_width(place: FloatArray, count: int) -> FloatArray:

@@ -22,38 +22,30 @@ from dataclasses import dataclass
 from math import ceil, log
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
-from skfem.quadrature import get_quadrature
+from scipy.sparse import csr_matrix, vstack
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.pitch_chain import (
-    DEFLECTION_OFFSETS,
-    STRESS_OFFSETS,
-    HarmonicMatrices,
     Pitch,
     PitchRows,
     join,
 )
-from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, SectionMeshError, jacobians, section_mesh
+from semiwear.compliance.section_elements import (
+    fillet_edges,
+    fillet_shares,
+    harmonic_integrals,
+    mid_surface,
+    node_rows,
+)
+from semiwear.compliance.section_mesh import SectionMesh, SectionMeshError, section_mesh
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = [
-    "DEFLECTION_OFFSETS",
-    "STRESS_OFFSETS",
     "PrismSection",
-    "elasticity",
-    "fillet_edges",
-    "fillet_shares",
-    "harmonic_matrices",
-    "mid_surface",
     "prism_section",
-    "section_integrals",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -174,7 +166,7 @@ def prism_section(
         name=name,
     )
     observer = _Observer.of(mesh, youngs_modulus, poissons_ratio)
-    k0, mixed, k2 = _mixed_matrices(mesh, youngs_modulus, poissons_ratio)
+    k0, mixed, k2 = harmonic_integrals(mesh, youngs_modulus, poissons_ratio)
     pitch = Pitch.of(mesh, section, (k0, mixed + mixed.T, k2), observer.rows)
 
     solved = np.arange(harmonics) if solve_every else _solved_harmonics(harmonics)
@@ -200,110 +192,6 @@ def prism_section(
     )
 
 
-def harmonic_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
-    """Matrices K0, K1, K2 of the stiffness K_n = K0 + k K1 + k^2 K2, unknowns 3 node + (u, v, w).
-
-    Parameters
-    ----------
-    mesh : SectionMesh
-    youngs_modulus : float
-        [MPa]
-    poissons_ratio : float
-
-    Returns
-    -------
-    tuple of three (3 n, 3 n) sparse matrices [N/mm^2], [N/mm], [N]
-        Of one and the same pattern.
-    """
-    k0, mixed, k2 = _mixed_matrices(mesh, youngs_modulus, poissons_ratio)
-    return k0, mixed + mixed.T, k2
-
-
-def _mixed_matrices(mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> HarmonicMatrices:
-    """K0, M = int B0' D B1, whose sum with its transpose is K1, and K2."""
-    values = _values()
-    along = np.zeros((values.shape[1], 6, 9, 3))
-    along[:, 2, :, 2] = values.T
-    along[:, 4, :, 1] = along[:, 5, :, 0] = -values.T
-    return _integrals(mesh, youngs_modulus, poissons_ratio, along)
-
-
-def section_integrals(
-    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float, along: float, lean: float
-) -> HarmonicMatrices:
-    """Integrals over a section of a body whose sections are alike along z: strains are B0 q + B1 dq/dz.
-
-    Parameters
-    ----------
-    mesh : SectionMesh
-    youngs_modulus : float [MPa]
-    poissons_ratio : float
-    along, lean : float
-        Along the body d/ds = along d/dz, and d/dx takes in lean d/dz: 1 and 0 where z stands on the section.
-
-    Returns
-    -------
-    tuple of three (3 n, 3 n) sparse matrices
-        Of B0' D B0, B0' D B1 and B1' D B1.
-    """
-    values = _values()
-    by_z = np.zeros((values.shape[1], 6, 9, 3))
-    by_z[:, 2, :, 2] = by_z[:, 4, :, 1] = by_z[:, 5, :, 0] = along * values.T
-    for strain, component in ((0, 0), (3, 1), (5, 2)):
-        by_z[:, strain, :, component] += lean * values.T
-    return _integrals(mesh, youngs_modulus, poissons_ratio, by_z)
-
-
-def _values() -> FloatArray:
-    """Shape functions at the quadrature places: (9, q) array."""
-    points, _ = get_quadrature(ELEMENT.refdom, 4)
-    return np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
-
-
-def _integrals(
-    mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float, along: FloatArray
-) -> HarmonicMatrices:
-    """Integrals of B0' D B0, B0' D B1 and B1' D B1 with B1 given at the quadrature places, (q, 6, 9, 3)."""
-    points, weights = get_quadrature(ELEMENT.refdom, 4)
-    reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])  # (9, 2, q)
-    jacobian = jacobians(mesh, points)
-    gradient = np.einsum("ajq,mqji->mqia", reference, np.linalg.inv(jacobian))
-    area = np.linalg.det(jacobian) * weights
-
-    # strains (xx, yy, zz, xy, yz, xz) of element unknowns (9 nodes, 3 components)
-    plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
-    plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
-    plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
-    b0 = plane.reshape(*plane.shape[:3], 27)
-    b1 = np.broadcast_to(along.reshape(-1, 6, 27), b0.shape)
-
-    hooke = elasticity(youngs_modulus, poissons_ratio)
-    s0, s1 = (area[:, :, None, None] * (hooke @ b) for b in (b0, b1))
-    unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
-    size = 3 * len(mesh.nodes)
-    rows = np.repeat(unknowns, 27, axis=1).ravel()
-    columns = np.tile(unknowns, (1, 27)).ravel()
-
-    def assemble(b: FloatArray, stress: FloatArray) -> csc_matrix:
-        return coo_matrix((_integral(b, stress).ravel(), (rows, columns)), shape=(size, size)).tocsc()
-
-    return assemble(b0, s0), assemble(b0, s1), assemble(b1, s1)
-
-
-def _integral(b: FloatArray, stress: FloatArray) -> FloatArray:
-    """Sum over quadrature points of B' S: two (m, q, 6, 27) arrays -> (m, 27, 27)."""
-    return b.reshape(len(b), -1, 27).swapaxes(1, 2) @ stress.reshape(len(b), -1, 27)
-
-
-def elasticity(youngs_modulus: float, poissons_ratio: float) -> FloatArray:
-    """Hooke's law of an isotropic body, (xx, yy, zz, xy, yz, xz) with engineering shear strain [MPa]."""
-    shear = youngs_modulus / (2 * (1 + poissons_ratio))
-    lame = 2 * shear * poissons_ratio / (1 - 2 * poissons_ratio)
-    matrix = np.diag([2 * shear] * 3 + [shear] * 3)
-    matrix[:3, :3] += lame
-    return matrix
-
-
 @dataclass(frozen=True)
 class _Observer:
     """Loads and observed quantities of one tooth as sparse rows on its degrees of freedom."""
@@ -318,13 +206,13 @@ class _Observer:
     @classmethod
     def of(cls, mesh: SectionMesh, youngs_modulus: float, poissons_ratio: float) -> _Observer:
         plane_stress = youngs_modulus / (1 - poissons_ratio**2)
-        load = _rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
+        load = node_rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
         nodes, weights, middle = mid_surface(mesh)
-        deflection = _rows(mesh, nodes, weights[:, :, None] * mesh.flank_normal[:, None])
+        deflection = node_rows(mesh, nodes, weights[:, :, None] * mesh.flank_normal[:, None])
         nodes, slopes, values, tangent, points = fillet_edges(mesh)
-        stress = plane_stress * _rows(mesh, nodes, slopes[:, :, None] * tangent[:, None])
+        stress = plane_stress * node_rows(mesh, nodes, slopes[:, :, None] * tangent[:, None])
         stretch = values[:, :, None] * np.array([0.0, 0.0, 1.0])
-        stress_along = plane_stress * poissons_ratio * _rows(mesh, nodes, stretch)
+        stress_along = plane_stress * poissons_ratio * node_rows(mesh, nodes, stretch)
         depth = np.linalg.norm(middle - mesh.nodes[mesh.flank], axis=1)
         return cls(load, deflection, stress, stress_along, depth, points)
 
@@ -340,53 +228,6 @@ class _Observer:
             deflection=slice(heights, 2 * heights),
             stress=slice(2 * heights, 2 * heights + gauges),
         )
-
-
-def _rows(mesh: SectionMesh, nodes: IntArray, components: FloatArray) -> csr_matrix:
-    """Rows that sum components (R, p, 2 or 3) times the displacements of nodes (R, p)."""
-    row = np.broadcast_to(np.arange(len(nodes))[:, None, None], (*nodes.shape, components.shape[-1]))
-    column = np.broadcast_to(3 * nodes[:, :, None] + np.arange(components.shape[-1]), row.shape)
-    values = np.broadcast_to(components, row.shape)
-    shape = (len(nodes), 3 * len(mesh.nodes))
-    return coo_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=shape).tocsr()
-
-
-def mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Where the inward normals cut the centre line: nodes and their weights (H, 3), points (H, 2)."""
-    flank, normal = mesh.nodes[mesh.flank], mesh.flank_normal
-    height = mesh.nodes[mesh.centre_line, 1]  # falling
-    cut = np.clip(flank[:, 1] - flank[:, 0] * normal[:, 1] / normal[:, 0], height[-1], height[0])
-    element = np.clip(np.searchsorted(-height[::2], -cut) - 1, 0, len(height) // 2 - 1)
-    local = 2 * element[:, None] + np.arange(3)
-    position = (cut - height[local[:, 0]]) / (height[local[:, 2]] - height[local[:, 0]])
-    weights = np.stack(_edge_values(2 * position - 1), axis=1)
-    return mesh.centre_line[local], weights, np.stack([np.zeros(len(cut)), cut], axis=1)
-
-
-def fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Two Gauss points a fillet edge: nodes, d/ds and value weights (F, 3), tangents and points (F, 2)."""
-    edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
-    gauss = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-    values = np.tile(np.stack(_edge_values(gauss), axis=1), (len(edges), 1))
-    slopes = np.tile(np.stack([gauss - 0.5, -2 * gauss, gauss + 0.5], axis=1), (len(edges), 1))
-    nodes = np.repeat(edges, 2, axis=0)
-    points = np.einsum("fa,fai->fi", values, mesh.nodes[nodes])
-    tangent = np.einsum("fa,fai->fi", slopes, mesh.nodes[nodes])
-    stretch = np.linalg.norm(tangent, axis=1, keepdims=True)
-    return nodes, slopes / stretch, values, tangent / stretch, points
-
-
-def fillet_shares(mesh: SectionMesh) -> FloatArray:
-    """Length from the end of the flank over the fillet's, at two Gauss points an edge: (F,) array."""
-    steps = np.linalg.norm(np.diff(mesh.nodes[mesh.fillet], axis=0), axis=1)
-    arc = np.concatenate([[0.0], np.cumsum(steps)])
-    edges = arc[2 * np.arange(len(arc) // 2)[:, None] + np.arange(3)]
-    return np.asarray((edges @ np.array(_edge_values(np.array([-1.0, 1.0]) / np.sqrt(3.0)))).ravel() / arc[-1])
-
-
-def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Quadratic shape functions of an edge, -1 <= x <= 1, of its first, middle and last node."""
-    return x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2
 
 
 def _solved_harmonics(harmonics: int) -> IntArray:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["quadratic_slopes", "quadratic_values", "quadratic_weights"]
-
-FloatArray = NDArray[np.float64]
 
 
 def quadratic_values(at: FloatArray) -> FloatArray:

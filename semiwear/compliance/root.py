@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.prism import PrismSection
 
 __all__ = ["ROOT_FROM", "ROOT_POINTS", "ROOT_STATIONS", "at_root", "greatest_along_root", "loads_by_height"]
-
-FloatArray = NDArray[np.float64]
 
 ROOT_FROM = 0.3
 """Share of the fillet's length, from the flank's end, in which stress is no root stress: a load beside the fillet

@@ -25,9 +25,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import ElementQuad2
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.section_outline import (
     Plane,
     SectionMeshError,
@@ -43,9 +43,6 @@ from semiwear.compliance.section_outline import (
 from semiwear.geometry.section import ToothSection
 
 __all__ = ["ELEMENT", "SectionMesh", "SectionMeshError", "jacobians", "section_mesh"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ELEMENT = ElementQuad2()
 """Nine-node quadrilateral: unlike the eight-node one it keeps its order when its edges are curved."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 
@@ -28,8 +28,6 @@ __all__ = [
     "point_below_tooth",
     "root_land",
 ]
-
-FloatArray = NDArray[np.float64]
 
 TOWARDS_FILLET = 1.6
 """Exponent by which load heights spread out from the fillet to the tip."""

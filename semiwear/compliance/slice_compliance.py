@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from semiwear.arrays import FloatArray, IntArray
 
 __all__ = ["SliceCompliance"]
 
@@ -13,9 +12,7 @@ __all__ = ["SliceCompliance"]
 class SliceCompliance(Protocol):
     """Something that yields under the contact forces besides the half-space and the teeth."""
 
-    def matrix(
-        self, at: tuple[NDArray[np.int64], NDArray[np.int64]], starts: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def matrix(self, at: tuple[IntArray, IntArray], starts: IntArray) -> FloatArray:
         """Compliance between slices.
 
         Parameters

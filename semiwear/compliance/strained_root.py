@@ -11,17 +11,15 @@ straight sides and no tooth on it the stress would be even.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
-from semiwear.compliance.prism import fillet_edges, fillet_shares, harmonic_matrices
+from semiwear.arrays import FloatArray
+from semiwear.compliance.section_elements import fillet_edges, fillet_shares, harmonic_integrals
 from semiwear.compliance.section_mesh import section_mesh
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["strained_root"]
-
-FloatArray = NDArray[np.float64]
 
 
 @kept_on_disk
@@ -46,7 +44,7 @@ def strained_root(
     """
     mesh = section_mesh(section, heights=5, name=name)
     # the modulus cancels
-    stiffness = harmonic_matrices(mesh, 1.0, poissons_ratio)[0]
+    stiffness = harmonic_integrals(mesh, 1.0, poissons_ratio)[0]
     moved = np.zeros((len(mesh.nodes), 3))
     given = np.zeros(moved.shape, dtype=bool)
     given[:, 2] = True

@@ -24,26 +24,32 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded, eigh
 from scipy.sparse import coo_matrix, csr_matrix, vstack
-from scipy.sparse.linalg import SuperLU, splu
-from skfem.quadrature import get_quadrature
 
-from semiwear.compliance import prism as finite_prism
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.open_ends import EndJumps
-from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS
+from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, symmetric_factor
 from semiwear.compliance.prism import PrismSection
-from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians, section_mesh
+from semiwear.compliance.section_elements import (
+    elasticity,
+    fillet_edges,
+    fillet_shares,
+    gradients,
+    harmonic_integrals,
+    mid_surface,
+    node_rows,
+    plane_strains,
+    shape_values,
+    strain_integrals,
+)
+from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.geometry.section import ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 from semiwear.threads import in_threads
 
 __all__ = ["Taper", "tapered"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _OFFSETS = (-1, 0, 1)  # pitches of the tapering tooth
 _SHAPE_TOLERANCE = 1e-4  # of the energy of the strongest shape
@@ -183,7 +189,7 @@ class _Pitches:
 
 def _shapes(
     meshes: list[SectionMesh], pitches: _Pitches, width: float, elastic: tuple[float, float]
-) -> tuple[tuple[FloatArray, ...], NDArray[np.bool_]]:
+) -> tuple[tuple[FloatArray, ...], BoolArray]:
     """Shapes (3 n, r) of the three pitches, and which of the r are axial.
 
     They come from the prisms' own answers at a few sections and waves to loads on the flank and to jumps of an end
@@ -192,17 +198,18 @@ def _shapes(
     usual = 4.0 * np.pi / width  # wave number by which energies along the face are measured
 
     def answers_of(mesh: SectionMesh) -> tuple[FloatArray, csr_matrix]:
-        k0, mixed, k2 = finite_prism._mixed_matrices(mesh, *elastic)
+        k0, mixed, k2 = harmonic_integrals(mesh, *elastic)
         jumps = EndJumps.of(mesh, k0, mixed, k2, _JUMPS)
         own = pitches.maps[_OFFSETS.index(0)]
-        observer = finite_prism._Observer.of(mesh, *elastic)
+        load = node_rows(mesh, mesh.flank[:, None], mesh.flank_normal[:, None])
         whole = [pitches.joined(matrix) for matrix in (k0, mixed + mixed.T, k2)]
         jump = np.kron(jumps.jump, np.array([[0.0], [0.0], [1.0]]))
         found = [(own.T @ jump) / (usual * np.sqrt(np.diag(jumps.stiffness)))]
         for wave in _SHAPE_WAVES:
             k = wave * np.pi / width
-            loads = (vstack([observer.load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
-            moved = _factor(whole[0] + k * whole[1] + k**2 * whole[2]).solve(loads)
+            loads = (vstack([load, jumps.strained + k * jumps.stretched]) @ own).toarray().T
+            stiffness = (whole[0] + k * whole[1] + k**2 * whole[2]).tocsc()
+            moved = symmetric_factor(stiffness, "MMD_AT_PLUS_A").solve(loads)
             found.append(moved / np.sqrt(np.einsum("ij,ij->j", moved, loads)))
         return np.hstack(found), whole[0] + usual**2 * whole[2]
 
@@ -218,11 +225,6 @@ def _shapes(
     shapes = np.hstack(kept)
     axial = np.arange(shapes.shape[1]) >= kept[0].shape[1]
     return tuple(m @ shapes for m in pitches.maps), axial
-
-
-def _factor(matrix: csr_matrix) -> SuperLU:
-    symmetric = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    return splu(matrix.tocsc(), **symmetric)
 
 
 @dataclass(frozen=True)
@@ -264,17 +266,17 @@ class _Reduced:
         along = -np.einsum("hi,hi->h", mesh.flank_normal, slant[mesh.flank])
         normal = np.column_stack([mesh.flank_normal, along])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        nodes, weights, _ = finite_prism.mid_surface(mesh)
+        nodes, weights, _ = mid_surface(mesh)
         own = shapes[_OFFSETS.index(0)]
-        reading = finite_prism._rows(mesh, nodes, weights[:, :, None] * normal[:, None])
+        reading = node_rows(mesh, nodes, weights[:, :, None] * normal[:, None])
         stress, stress_along = _gauges(mesh, slant, elastic)
         return cls(
             stiffness=np.stack(stiffness),
-            load=finite_prism._rows(mesh, mesh.flank[:, None], normal[:, None]) @ own,
+            load=node_rows(mesh, mesh.flank[:, None], normal[:, None]) @ own,
             deflection=np.stack([reading @ p for p in shapes]),
             stress=np.stack([stress @ p for p in shapes]),
             stress_along=np.stack([stress_along @ p for p in shapes]),
-            fillet_share=finite_prism.fillet_shares(mesh),
+            fillet_share=fillet_shares(mesh),
         )
 
 
@@ -282,38 +284,21 @@ def _slanted_matrices(
     mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]
 ) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
     """Integrals B_a' D B_a, B_a' D B_b and B_b' D B_b over a section, unknowns 3 node + (u, v, w)."""
-    points, weights = get_quadrature(ELEMENT.refdom, 4)
-    values = np.array([ELEMENT.lbasis(points, a)[0] for a in range(9)])
-    reference = np.array([ELEMENT.lbasis(points, a)[1] for a in range(9)])
-    jacobian = jacobians(mesh, points)
-    gradient = np.einsum("ajq,mqji->mqia", reference, np.linalg.inv(jacobian))
-    area = np.linalg.det(jacobian) * weights
+    gradient, area = gradients(mesh)
+    values = shape_values()
     drift = np.einsum("bq,mbi,mqia->mqa", values, slant[mesh.elements], gradient, optimize=True)
-    # strains (xx, yy, zz, xy, yz, xz) of element unknowns (9 nodes, 3 components)
-    plane = np.zeros((*gradient.shape[:2], 6, 9, 3))
-    plane[:, :, 0, :, 0] = plane[:, :, 3, :, 1] = plane[:, :, 5, :, 2] = gradient[:, :, 0]
-    plane[:, :, 1, :, 1] = plane[:, :, 3, :, 0] = plane[:, :, 4, :, 2] = gradient[:, :, 1]
-    plane[:, :, 2, :, 2] = plane[:, :, 4, :, 1] = plane[:, :, 5, :, 0] = -drift
-    along = np.zeros((len(points.T), 6, 9, 3))
+    fixed = plane_strains(gradient)
+    fixed[:, :, 2, :, 2] = fixed[:, :, 4, :, 1] = fixed[:, :, 5, :, 0] = -drift
+    along = np.zeros((values.shape[1], 6, 9, 3))
     along[:, 2, :, 2] = along[:, 4, :, 1] = along[:, 5, :, 0] = values.T
-    b_a = plane.reshape(*plane.shape[:3], 27)
-    b_b = np.broadcast_to(along.reshape(-1, 6, 27), b_a.shape)
-    hooke = finite_prism.elasticity(*elastic)
-    s_a, s_b = (area[:, :, None, None] * (hooke @ b) for b in (b_a, b_b))
-    unknowns = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 27)
-    where = np.repeat(unknowns, 27, axis=1).ravel(), np.tile(unknowns, (1, 27)).ravel()
-    size = 3 * len(mesh.nodes)
-
-    def assemble(b: FloatArray, stress: FloatArray) -> csr_matrix:
-        return coo_matrix((finite_prism._integral(b, stress).ravel(), where), shape=(size, size)).tocsr()
-
-    return assemble(b_a, s_a), assemble(b_a, s_b), assemble(b_b, s_b)
+    found = strain_integrals(mesh, area, fixed, along, elasticity(*elastic))
+    return tuple(matrix.tocsr() for matrix in found)
 
 
 def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) -> tuple[csr_matrix, csr_matrix]:
     """Tangential stress of the fillet: rows on displacement and on its derivative along the tooth's lines."""
     youngs_modulus, poissons_ratio = elastic
-    nodes, slopes, values, tangent, _ = finite_prism.fillet_edges(mesh)
+    nodes, slopes, values, tangent, _ = fillet_edges(mesh)
     moves = np.einsum("fa,fai->fi", values, slant[nodes])
     slid = np.einsum("fi,fi->f", moves, tangent)
     stretch = np.sqrt(1.0 + np.einsum("fi,fi->f", moves, moves) - slid**2)[:, None]
@@ -323,10 +308,10 @@ def _gauges(mesh: SectionMesh, slant: FloatArray, elastic: tuple[float, float]) 
     strain = slopes[:, :, None] * (down - poissons_ratio * (slid[:, None] / stretch) * across)[:, None]
     along = poissons_ratio * (values / stretch)[:, :, None] * across[:, None]
     plane_stress = youngs_modulus / (1 - poissons_ratio**2)
-    return tuple(plane_stress * finite_prism._rows(mesh, nodes, part) for part in (strain, along))
+    return tuple(plane_stress * node_rows(mesh, nodes, part) for part in (strain, along))
 
 
-def _residual(prism: PrismSection, reduced: _Reduced, axial: NDArray[np.bool_], width: float) -> PrismSection:
+def _residual(prism: PrismSection, reduced: _Reduced, axial: BoolArray, width: float) -> PrismSection:
     """A prism less what the few shapes have of it, wave by wave."""
     fixed, mixed, along = reduced.stiffness
     # u and v follow cosines, w sines: d/dz is -k of the former and +k of the latter

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.local_weights import LocalWeights, between_points, seen_by_points
 from semiwear.compliance.prism import PrismSection
@@ -31,9 +31,6 @@ __all__ = [
     "ToothBody",
     "line_compliance",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _MOST_KEPT = 2**27  # bytes of compliance between points, about
 

@@ -19,21 +19,20 @@ from dataclasses import dataclass, replace
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.pitch_chain import STRESS_OFFSETS
-from semiwear.compliance.prism import PrismSection, fillet_shares
+from semiwear.compliance.prism import PrismSection
 from semiwear.compliance.root import ROOT_FROM
+from semiwear.compliance.section_elements import fillet_shares
 from semiwear.compliance.section_outline import load_heights
 from semiwear.compliance.tooth_stretch import HEIGHTS, ORDERS, Stretch
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.kept_on_disk import kept_on_disk
 
 __all__ = ["EndEffect", "depth_of_ground", "end_effect"]
-
-FloatArray = NDArray[np.float64]
 
 _GROUND = 0.67  # depth of the ground below the root, as a share of the tooth's height: a module and a half
 

@@ -25,21 +25,17 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_matrix
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.polynomials import along_width, derivatives
-from semiwear.compliance.prism import fillet_edges, section_integrals
+from semiwear.compliance.section_elements import fillet_edges, section_integrals
 from semiwear.compliance.section_mesh import SectionMesh, section_mesh
 from semiwear.compliance.section_outline import frame_of
 from semiwear.geometry.section import ToothSection
 
 __all__ = ["HEIGHTS", "ORDERS", "Stretch", "StretchInfluence"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 HEIGHTS = 5
 """Load heights of the stretch."""

@@ -16,8 +16,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import njit
 
 __all__ = [
@@ -28,9 +28,6 @@ __all__ = [
     "solve_active_set",
     "solve_active_set_in",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _AT_ONCE = 20  # sets that change freely; then one point at a time, which always ends
 _ROUNDING = 1e-13  # of gap and approach

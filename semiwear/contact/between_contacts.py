@@ -16,15 +16,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.kernel_cache import njit
 from semiwear.untyped import Reals
 
 __all__ = ["BetweenContacts", "border_squared_over_area"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SQUARE = 1.5  # sides of a cell whose ratio is less are halved together
 _COARSEST = 4  # cells along either side of a grid that is not coarsened further

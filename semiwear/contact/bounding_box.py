@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace, fast_length
 from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
@@ -19,8 +19,6 @@ from semiwear.untyped import Reals
 
 __all__ = ["DimensionlessContact", "WholeGridSolution", "solve_in_boxes"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Box = tuple[slice, slice]
 
 _DENSE_CELLS = 160  # candidates up to which a Cholesky factor is faster than transforms

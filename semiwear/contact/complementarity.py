@@ -11,6 +11,10 @@ the change; one application in double precision at the end sees to it that nothi
 
 Who calls it says what the compliance is, and what preconditions it: a half-space on a grid (`half_space`), or the
 teeth of all pairs with a half-space under each (`patch_contact`), where the unknowns are forces.
+
+What a step does and when steps end is written here, in kernels. What joins them stands twice: `solve_complementarity`
+takes any compliance, in single precision and letting arrays go where grids are large; `patch_iteration` is compiled
+whole, since each of its steps takes less than a call from Python and must not hold Python's lock.
 """
 
 from __future__ import annotations
@@ -23,38 +27,35 @@ from typing import Protocol
 import numpy as np
 from numba import types
 from numba.extending import overload
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart, Reals
 
 __all__ = [
-    "CAUTION",
-    "ERROR_PER_STEP",
-    "FINEST",
+    "CONVERGED",
     "FIRST_REACH",
+    "GOES_ON",
+    "NOT_CONVERGED",
+    "NOT_POSITIVE",
+    "STATUSES",
     "Complementarity",
     "ComplementarityStatus",
     "Compliance",
     "Preconditioner",
     "advance",
     "downhill_change",
+    "judged",
     "search_direction",
     "separation_left",
     "solve_complementarity",
 ]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-
 FIRST_REACH = 0.7
 """Step length along the first direction: the preconditioner is an inverse within a factor of two."""
-CAUTION = 0.7
-"""And along later ones, relative to the length that was best before: rather short, then cut at one."""
-ERROR_PER_STEP = 1.4
-"""At most, measured: error over preconditioned residual, since the preconditioner falls short."""
-FINEST = 1e-13
-"""Error in which further steps only gather rounding."""
+_CAUTION = 0.7  # and along later ones, relative to the length that was best before: rather short, then cut at one
+_ERROR_PER_STEP = 1.4  # at most, measured: error over preconditioned residual, since the preconditioner falls short
+_FINEST = 1e-13  # error in which further steps only gather rounding
 _ATTEMPTS = 12  # directions and lengths tried until the energy falls
 _ROUNDING = 1e-14  # of the load
 
@@ -81,6 +82,13 @@ class ComplementarityStatus(Enum):
     NO_CONTACT = "nothing touches: no load, or an approach less than the least gap"
     NOT_CONVERGED = "iterations exhausted, or rounding met, before the tolerance was reached"
     NOT_POSITIVE = "the compliance is not positive definite in the product with the cell areas"
+
+
+STATUSES = tuple(ComplementarityStatus)
+"""Statuses by their number, as kernels have them."""
+CONVERGED, NO_CONTACT, NOT_CONVERGED, NOT_POSITIVE = range(len(STATUSES))
+GOES_ON = -1
+"""In place of the number of a status: none yet."""
 
 
 @dataclass(frozen=True)
@@ -188,6 +196,21 @@ def search_direction(step, residual, last_residual, last_product, pressure, leve
 
 
 @_kernel
+def judged(size, pressed, tolerance, exact, spent):  # type: ignore[no-untyped-def]
+    """Estimated error of the pressure, whether the displacement is to be found anew for it, and the status.
+
+    A small error counts where the displacement is `exact`, and iterations that are `spent` where it is not small.
+    """
+    error = _ERROR_PER_STEP * np.sqrt(size / pressed) if pressed > 0.0 else np.inf
+    small = error <= max(tolerance, _FINEST) or size == 0.0
+    if exact and small:
+        if not pressed > 0.0:
+            return 0.0, small, NO_CONTACT
+        return error, small, CONVERGED if error <= tolerance else NOT_CONVERGED
+    return error, small, NOT_CONVERGED if spent and not small else GOES_ON
+
+
+@_kernel
 def _admissible(pressure, search, residual, length, lever, direction, by_load, load, move):  # type: ignore[no-untyped-def]
     """Change of pressure that a step would cause once negative pressures are cut off and the load is kept.
 
@@ -239,8 +262,12 @@ def downhill_change(pressure, search, step, residual, product, reach, lever, dir
 
 
 @_kernel
-def advance(pressure, displacement, move, image, work, cut, lever, direction, by_load, load):  # type: ignore[no-untyped-def]
-    """Go along the change as far as the energy falls and no pressure becomes negative; best length without that."""
+def advance(pressure, displacement, move, image, work, cut, reach, lever, direction, by_load, load):  # type: ignore[no-untyped-def]
+    """Go along the change as far as the energy falls and no pressure becomes negative.
+
+    Returns the length to guess for the next change, from the one guessed for this (`reach`) and the best one; 0 where
+    the compliance is not positive.
+    """
     n = pressure.shape[0]
     curvature = 0.0
     for i in range(n):
@@ -266,7 +293,7 @@ def advance(pressure, displacement, move, image, work, cut, lever, direction, by
         for i in range(n):
             pressure[i] *= load / total
             displacement[i] *= load / total
-    return wanted
+    return reach * (_CAUTION * min(max(wanted, 0.5), 2.0))
 
 
 def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
@@ -282,11 +309,20 @@ def _load(lever: FloatArray | float, pressure: FloatArray) -> float:
     return lever * float(pressure.sum())
 
 
-def _flat_start(start: FloatArray, allowed: BoolArray) -> FloatArray:
-    """Pressure to start from, nowhere negative and zero where it must be."""
-    pressure = np.asarray(start, float).ravel()
+def _first_pressure(
+    start: FloatArray | None, allowed: BoolArray, lever: FloatArray | float, load: float | None
+) -> FloatArray:
+    """Pressure to start from: nowhere negative, zero where it must be, and with the load if that is given."""
+    pressure = np.zeros(allowed.size) if start is None else np.asarray(start, float).ravel()
     np.maximum(pressure, 0.0, out=pressure)
     pressure *= allowed
+    if load is None:
+        return pressure
+    total = _load(lever, pressure)
+    if load > 0.0 and total <= 0.0:
+        pressure = allowed.astype(float)
+        total = _load(lever, pressure)
+    pressure *= load / total if total > 0.0 else 0.0
     return pressure
 
 
@@ -348,15 +384,8 @@ def solve_complementarity(  # noqa: C901
     if not allowed_flat.all():  # a cell infinitely far away never becomes free
         gap_flat = np.where(allowed_flat, gap_flat, np.inf)
     lever_flat, direction_flat = _flat(lever, shape), _flat(direction, shape)
-    pressure = np.zeros(gap.size) if start is None else _flat_start(start, allowed_flat)
+    pressure = _first_pressure(start, allowed_flat, lever_flat, load)
     target, level = (0.0 if load is None else float(load)), (0.0 if approach is None else float(approach))
-    if by_load:
-        total = _load(lever_flat, pressure)
-        if target > 0.0 and total <= 0.0:
-            pressure = allowed_flat.astype(float)
-            total = _load(lever_flat, pressure)
-        pressure *= target / total if total > 0.0 else 0.0
-
     free, search = np.empty(gap.size, bool), np.zeros(0)
     residual, move = np.zeros(gap.size), np.zeros(gap.size)
     last_residual: Reals = np.zeros(gap.size, np.float32)  # only says how far a direction is kept
@@ -374,15 +403,15 @@ def solve_complementarity(  # noqa: C901
         residual, move, last_residual = np.zeros(gap.size), np.zeros(gap.size), np.zeros(gap.size, np.float32)
         exact, last_product = True, 0.0
 
-    def finish(status: ComplementarityStatus, error: float) -> Complementarity:
+    def finish(status: int, error: float) -> Complementarity:
         reached = _load(lever_flat, pressure)
         return Complementarity(
-            pressure.reshape(shape), displacement.reshape(shape), level, reached, status, iteration, error
+            pressure.reshape(shape), displacement.reshape(shape), level, reached, STATUSES[status], iteration, error
         )
 
     if by_load and target <= 0.0:
         level = float(np.min((gap_flat / direction_flat)[allowed_flat]))
-        return finish(ComplementarityStatus.NO_CONTACT, 0.0)
+        return finish(NO_CONTACT, 0.0)
     while True:
         level = separation_left(
             pressure, displacement, gap_flat, lever_flat, direction_flat, by_load, level, free, residual
@@ -393,35 +422,29 @@ def solve_complementarity(  # noqa: C901
         product, size, pressed = search_direction(
             step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
         )
-        error = ERROR_PER_STEP * float(np.sqrt(size / pressed)) if pressed > 0.0 else np.inf
-        small = error <= max(tolerance, FINEST) or size == 0.0
-        if exact and small:
-            if not pressed > 0.0:
-                return finish(ComplementarityStatus.NO_CONTACT, 0.0)
-            within = error <= tolerance
-            return finish(ComplementarityStatus.CONVERGED if within else ComplementarityStatus.NOT_CONVERGED, error)
-        if small or iteration >= max_iterations:
+        error, small, status = judged(size, pressed, tolerance, exact, iteration >= max_iterations)
+        if status == GOES_ON and not small:
+            iteration += 1
+            work, cut, reach = downhill_change(
+                pressure, search, step, residual, product, reach, lever_flat, direction_flat, by_load, target, move
+            )
+            del step  # memory for what follows
+            if work > 0.0:
+                image = compliance.apply(move.reshape(shape), roughly=True).ravel()
+                reach = advance(
+                    pressure, displacement, move, image, work, cut, reach, lever_flat, direction_flat, by_load, target
+                )
+                del image
+                if reach > 0.0:
+                    last_residual[:] = residual
+                    exact, last_product = False, product
+                    continue
+                status = NOT_POSITIVE
+            elif exact:  # what is left is rounding
+                status = NOT_CONVERGED
+            else:  # the recurrence's rounding
+                reach = FIRST_REACH
+        if not exact:
             check()
-            if not small:
-                return finish(ComplementarityStatus.NOT_CONVERGED, error)
-            continue
-        iteration += 1
-        work, cut, reach = downhill_change(
-            pressure, search, step, residual, product, reach, lever_flat, direction_flat, by_load, target, move
-        )
-        if not work > 0.0:  # what is left is rounding, of the recurrence at first
-            if exact:
-                return finish(ComplementarityStatus.NOT_CONVERGED, error)
-            check()
-            reach = FIRST_REACH
-            continue
-        del step  # memory for what follows
-        image = compliance.apply(move.reshape(shape), roughly=True).ravel()
-        wanted = advance(pressure, displacement, move, image, work, cut, lever_flat, direction_flat, by_load, target)
-        if not wanted > 0.0:
-            check()
-            return finish(ComplementarityStatus.NOT_POSITIVE, error)
-        del image
-        reach *= CAUTION * min(max(wanted, 0.5), 2.0)
-        last_residual[:] = residual
-        exact, last_product = False, product
+        if status != GOES_ON:
+            return finish(status, error)

@@ -6,16 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from semiwear.arrays import FloatArray
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 
 __all__ = ["Fidelity", "SolveLoads"]
-
-FloatArray = NDArray[np.float64]
 
 
 class SolveLoads(Protocol):

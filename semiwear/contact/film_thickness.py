@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
 __all__ = [
@@ -17,8 +17,6 @@ __all__ = [
     "hamrock_dowson_central",
     "hamrock_dowson_minimum",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 def dowson_higginson_minimum(speed: FloatArray, material: float, load: FloatArray) -> FloatArray:

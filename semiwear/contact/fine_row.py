@@ -8,14 +8,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import change_above, slope_at
 
 __all__ = ["MOST_PARTS", "FineRow", "fill_row", "fine_row", "forget_row", "parts_of_cells"]
-
-FloatArray = NDArray[np.float64]
 
 MOST_PARTS = 32
 
@@ -33,7 +31,7 @@ class FineRow(NamedTuple):
 
     place: FloatArray
     removed: FloatArray
-    known: NDArray[np.int64]
+    known: IntArray
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,13 +7,11 @@ from math import exp, log, pi
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
 __all__ = ["FlashTemperature"]
-
-FloatArray = NDArray[np.float64]
 
 _EULER = float(np.euler_gamma)
 _FAST = 1.11 / 2.0  # k theta sqrt(Pe) / heat per length, Pe -> infinity: Blok's 1.11 with 2b and Pe = v b/(2 kappa)

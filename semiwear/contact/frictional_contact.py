@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.fidelity import SolveLoads
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.friction import Friction
@@ -24,8 +24,6 @@ from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["FrictionalContact"]
-
-FloatArray = NDArray[np.float64]
 
 _TOLERANCE = 1e-10  # of the torque
 _USUAL = (-0.5, 1.0)  # bounds of friction's part of the torque where loads of another state start

@@ -9,8 +9,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell, smooth_value
@@ -36,9 +36,6 @@ __all__ = [
     "slice_gap",
     "varies_by",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 ON_EDGES = 2 * _ARC_NODES + 2  # places of an outline on edges and at borders, at most

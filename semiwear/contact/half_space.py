@@ -7,16 +7,14 @@ from enum import Enum
 from math import isfinite, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.bounding_box import DimensionlessContact, WholeGridSolution, solve_in_boxes
 from semiwear.contact.certificate import ContactCertificate
 from semiwear.contact.nested_grids import extrapolate_pressure
 
 __all__ = ["ContactCertificate", "ContactStatus", "HalfSpaceContact", "extrapolate", "solve_half_space"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # Largest separation where there should be none, over the largest displacement, for a field error of one: measured on
 # smooth, rough and flat surfaces it stays below one; rounding is left besides.

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.fidelity import Fidelity
@@ -26,9 +26,6 @@ from semiwear.errors import ConvergenceError
 from semiwear.threads import in_shares
 
 __all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear

@@ -7,8 +7,8 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.active_set import (
     ActiveSetStatus,
     active_set_work,
@@ -19,10 +19,6 @@ from semiwear.contact.stripe import add_pairs, average_along_lines, near_pairs, 
 from semiwear.kernel_cache import njit
 
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 _SETS = 400  # active sets tried for one matrix
 _CORRECTIONS = 12  # by one factor; where these are not enough, a new one is made

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import Footprints, footprint_windows, footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
@@ -19,11 +19,6 @@ from semiwear.meshing.removed import Removed
 from semiwear.meshing.roll_grid import RollGrid
 
 __all__ = ["LoadedState", "LoadedTeeth", "fresh_flanks", "slices_near"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 
 _USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the problem's reach always has room
 _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps

@@ -7,14 +7,11 @@ Its square ends with a slope, so that interpolation and extrapolation of the squ
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.kernel_cache import njit
 
 __all__ = ["coarsen", "extrapolate_pressure", "refine_pressure"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SHIFT = 4  # cells by which an edge may move from one position to the next and still be foreseen
 

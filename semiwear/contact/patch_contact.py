@@ -18,8 +18,8 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.fidelity import Fidelity
@@ -37,9 +37,6 @@ from semiwear.kernel_cache import ZERO, njit
 from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
 _CONVOLUTIONS = 400  # at a mesh position

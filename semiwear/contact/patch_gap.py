@@ -9,17 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, slice_gap
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, cubic, locate, slopes_of_cell
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _COLUMNS = 4  # half rows come in multiples, so that few spectra serve all
 

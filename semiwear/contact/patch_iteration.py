@@ -10,17 +10,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.complementarity import (
-    CAUTION,
-    ERROR_PER_STEP,
-    FINEST,
+    CONVERGED,
     FIRST_REACH,
+    GOES_ON,
+    NOT_CONVERGED,
+    NOT_POSITIVE,
+    STATUSES,
     Complementarity,
-    ComplementarityStatus,
     advance,
     downhill_change,
+    judged,
     search_direction,
     separation_left,
 )
@@ -29,20 +31,10 @@ from semiwear.kernel_cache import njit
 
 __all__ = ["solve_in_windows"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 _WINDOWS = 12  # tried before all columns are taken
 _MARGIN = 3  # cells to either side of those that press
 _COLUMNS = 8  # widths of windows come in multiples
 _ROUNDING = 1e-13  # of the largest displacement: penetration that means nothing
-
-_STATUSES = tuple(ComplementarityStatus)
-_CONVERGED = _STATUSES.index(ComplementarityStatus.CONVERGED)
-_NO_CONTACT = _STATUSES.index(ComplementarityStatus.NO_CONTACT)
-_NOT_CONVERGED = _STATUSES.index(ComplementarityStatus.NOT_CONVERGED)
-_NOT_POSITIVE = _STATUSES.index(ComplementarityStatus.NOT_POSITIVE)
 
 
 class _Window(NamedTuple):
@@ -95,9 +87,9 @@ def solve_in_windows(
         )  # fmt: skip
         used += steps
         harmless = float(system.coefficients[0, 0]) * tolerance
-        if code != _CONVERGED or not _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):
+        if code != CONVERGED or not _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):
             break
-    return Complementarity(force, displacement, rotation, torque, _STATUSES[code], used, error)
+    return Complementarity(force, displacement, rotation, torque, STATUSES[code], used, error)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -182,7 +174,7 @@ def _rising_arms(lever, window, torque, pressure, arms):  # type: ignore[no-unty
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, most, force, displacement):  # type: ignore[no-untyped-def]  # noqa: C901
+def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, most, force, displacement):  # type: ignore[no-untyped-def]
     """Forces on the cells of a window, from those that are there, and the displacement of all cells.
 
     The iterations of `solve_complementarity`, in double precision throughout: the transforms of a window are short.
@@ -216,18 +208,8 @@ def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, 
             step.reshape(-1), residual.reshape(-1), last_residual.reshape(-1), last_product, p, arm, arm, True,
             free.reshape(-1), search.reshape(-1),
         )  # fmt: skip
-        error = ERROR_PER_STEP * np.sqrt(size / pressed) if pressed > 0.0 else np.inf
-        small = error <= max(tolerance, FINEST) or size == 0.0
-        status = -1
-        if exact and small:
-            if not pressed > 0.0:
-                status = _NO_CONTACT
-            else:
-                status = _CONVERGED if error <= tolerance else _NOT_CONVERGED
-        elif iteration >= most and not small:
-            status = _NOT_CONVERGED
-        work_done, cut = 0.0, False
-        if status < 0 and not small:
+        error, small, status = judged(size, pressed, tolerance, exact, iteration >= most)
+        if status == GOES_ON and not small:
             work_done, cut, reach = downhill_change(
                 p, search.reshape(-1), step.reshape(-1), residual.reshape(-1), product, reach, arm, arm, True, torque,
                 move.reshape(-1),
@@ -235,15 +217,16 @@ def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, 
             iteration += 1
             if work_done > 0.0:
                 displace(system, inside, work, across, move, image)
-                wanted = advance(p, u, move.reshape(-1), image.reshape(-1), work_done, cut, arm, arm, True, torque)
-                if wanted > 0.0:
-                    reach *= CAUTION * min(max(wanted, 0.5), 2.0)
+                reach = advance(
+                    p, u, move.reshape(-1), image.reshape(-1), work_done, cut, reach, arm, arm, True, torque
+                )
+                if reach > 0.0:
                     residual, last_residual = last_residual, residual
                     exact, last_product = False, product
                     continue
-                status = _NOT_POSITIVE
+                status = NOT_POSITIVE
             elif exact:  # what is left is rounding
-                status = _NOT_CONVERGED
+                status = NOT_CONVERGED
             else:
                 reach = FIRST_REACH
         if not exact:
@@ -251,5 +234,5 @@ def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, 
             displace(system, entire, work, system.across, force, displacement)
             _inside(window, displacement, closed)
             exact, last_product = True, 0.0
-        if status >= 0:
+        if status != GOES_ON:
             return status, rotation, iteration, error

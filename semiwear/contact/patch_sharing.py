@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.patch_iteration import solve_in_windows
 from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
 from semiwear.kernel_cache import njit
 
 __all__ = ["SharedTorque", "share_torque"]
-
-FloatArray = NDArray[np.float64]
 
 _TOLERANCE = 1e-9  # relative L2 error of the forces: what is less differs with the last bit of a gap
 _LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none

@@ -18,17 +18,13 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.fourier import convolve
 from semiwear.compliance.half_space import GridPlans, grid_plans
 from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["PatchSystem", "RowPreconditioner", "displace", "plans_of", "precondition", "row_preconditioner"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
 _FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
 from semiwear.contact.problem import picked
 from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
-
-FloatArray = NDArray[np.float64]
 
 LEAST_WIDTH = 0.1
 """Half-width of slices hardly loaded, of the usual one."""

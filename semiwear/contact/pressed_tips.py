@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
@@ -21,9 +21,6 @@ from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _AWAY = 1.0  # mm: an opened gap that nothing closes
 

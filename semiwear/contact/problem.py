@@ -16,8 +16,8 @@ from math import ceil, log2, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.footprint import Footprints
@@ -29,10 +29,6 @@ from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 
 __all__ = ["FIRST_CAP", "Candidates", "ContactProblem", "picked", "usual_approach"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _LEAST_DEPTH = 1.5  # half-widths: a contact as wide as the tooth has no dent of its own, and the rest stays positive
 _NEAR_FIELD = 12.0  # half-widths; farther away the width of a stripe does not show

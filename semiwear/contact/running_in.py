@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState
 from semiwear.contact.worn_depth import worn_depth
 
 __all__ = ["RunningIn"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ the groove that it has worn, the valley beyond may bear as well: every such band
 from __future__ import annotations
 
 from dataclasses import replace
-from math import exp, log, pi, sqrt
+from math import exp, log, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import (
     fresh_at,
@@ -30,6 +30,8 @@ from semiwear.contact.gap import (
     varies_by,
 )
 from semiwear.contact.loads import SlicePressures
+from semiwear.contact.plane_strain import influences, mean_log, plane_contact
+from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -38,10 +40,6 @@ from semiwear.threads import in_shares
 
 __all__ = ["solve_slices"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 # across each of one, two or three bands that may touch; with the most, Hertz's peak within 0.3 %
 _CELLS = (32, 24, 16)
 _ROOM = 1.6  # of the gap that closes in a Hertz contact: what is looked at
@@ -49,7 +47,6 @@ _WIDER = 1.6  # when that was too little
 _FAR = 8.0  # times the gap that closes in a Hertz contact: nothing farther touches
 _BEYOND = 1.1  # of the gap of a place that turned out to be pressed
 _ATTEMPTS = 8
-_SETS = 60
 _MOST = max(n * cells for n, cells in enumerate(_CELLS, 1))
 
 
@@ -62,142 +59,6 @@ def _flamant() -> FloatArray:
 
 
 _INFLUENCE = _flamant()
-
-
-@njit(cache=True, error_model="numpy")
-def _mean_log(distance, width):  # type: ignore[no-untyped-def]
-    """Mean of the logarithm of the distance from a place to a cell of some width."""
-    high, low = distance + 0.5 * width, distance - 0.5 * width
-    total = high * log(high) - width
-    if low != 0.0:
-        total -= low * log(abs(low))
-    return total / width
-
-
-@njit(cache=True, error_model="numpy")
-def _influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
-    """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
-    constant = log(2.0 * span)
-    for i in range(n):
-        for j in range(i + 1):
-            away = abs(x[i] - x[j])
-            out[i, j] = constant - 0.5 * (_mean_log(away, width[i]) + _mean_log(away, width[j]))
-            out[j, i] = out[i, j]
-
-
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
-    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y)."""
-    m = on.shape[0]
-    for i in range(m):
-        for j in range(i + 1):
-            value = influence[on[i], on[j]]
-            for k in range(j):
-                value -= a[i, k] * a[j, k]
-            a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
-        first, second = gap[on[i]], 1.0
-        for k in range(i):
-            first -= a[i, k] * x[k]
-            second -= a[i, k] * y[k]
-        x[i], y[i] = first / a[i, i], second / a[i, i]
-    for i in range(m - 1, -1, -1):
-        x[i] /= a[i, i]
-        y[i] /= a[i, i]
-        for k in range(i):
-            x[k] -= a[i, k] * x[i]
-            y[k] -= a[i, k] * y[i]
-
-
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
-    """Let cells press that penetrate; whether there are any."""
-    changed = False
-    for i in range(gap.shape[0]):
-        if not active[i]:
-            slack = gap[i] - approach
-            for k in range(on.shape[0]):
-                slack += influence[i, on[k]] * force[on[k]]
-            if slack < -1e-9 * abs(approach):
-                active[i] = True
-                changed = True
-    return changed
-
-
-@njit(cache=True, error_model="numpy")
-def _plane_contact(gap, load, influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
-    """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
-    for _ in range(_SETS):
-        m = 0
-        for i in range(gap.shape[0]):
-            if active[i]:
-                points[m] = i
-                m += 1
-        on = points[:m]
-        _respond(gap, influence, on, a, x, y)
-        top, bottom = load, 0.0
-        for i in range(m - 1, -1, -1):
-            top += x[i]
-            bottom += y[i]
-        approach = top / bottom
-        force[:] = 0.0
-        pulls = False
-        for i in range(m):
-            value = approach * y[i] - x[i]
-            if value < 0.0:
-                active[on[i]] = False
-                pulls = True
-            else:
-                force[on[i]] = value
-        if not pulls and not _take_in(gap, influence, approach, on, force, active):
-            return approach, 1.0 / bottom
-    return np.nan, np.nan
-
-
-@njit(cache=True, error_model="numpy")
-def _rate(influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
-    """Change of the approach by the load while these cells are pressed."""
-    m = 0
-    for i in range(active.shape[0]):
-        if active[i]:
-            points[m] = i
-            m += 1
-    _respond(force, influence, points[:m], a, x, y)
-    return 1.0 / y[:m].sum()
-
-
-@njit(cache=True, error_model="numpy")
-def _smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points, cells):  # type: ignore[no-untyped-def]
-    """Change of the approach by the load, continuous where cells come to be pressed.
-
-    Contact does not end where a cell does. A cell that has just come to be pressed bears nothing, one next to which
-    another is about to be still bears its load at no gap: between the two the share of the cell that is in contact
-    grows from 0 to 1, and the rate goes from the mean of those without and with the cell to the mean of those with
-    it and with the next. A cell by itself has two ends, and so grows from nothing. At an end the pressure c sqrt(d)
-    and the slope pi c sqrt(d) of the gap differ by pi, which weighs force against gap. On a parabola it leaves 2e-4
-    of steps of 1.4e-2 in the half-width.
-    """
-    n, smooth = gap.shape[0], rate
-    on = active.copy()
-    if on.sum() < 2:
-        return rate
-    for i in range(n):
-        if not on[i]:
-            continue
-        for step in (-1, 1):
-            j = i + step
-            if j < 0 or j >= n or on[j] or i // cells != j // cells:  # not where another band begins
-                continue
-            slack = gap[j] - approach
-            for k in range(n):
-                slack += influence[j, k] * force[k]
-            share = pi * force[i] / (pi * force[i] + max(slack, 0.0)) if force[i] > 0.0 else 0.0
-            active[j] = True
-            more = _rate(influence, active, force, a, x, y, points)
-            active[j], active[i] = False, False
-            less = _rate(influence, active, force, a, x, y, points)
-            active[i] = True
-            smooth += 0.5 * (share * (more - rate) + (1.0 - share) * (less - rate))
-    return smooth
 
 
 @njit(cache=True, error_model="numpy")
@@ -253,7 +114,7 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
             continue
         for k in range(n):
             if work.force[k] > 0.0:
-                slack += work.force[k] * (constant - _mean_log(abs(x - work.place[k]), work.width[k]))
+                slack += work.force[k] * (constant - mean_log(abs(x - work.place[k]), work.width[k]))
         if slack < 0.0:
             farthest = max(farthest, work.g[c] - least)
     return farthest
@@ -355,8 +216,8 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         influence = even
         if bands > 1:
             influence = work.influence
-            _influences(work.place, work.width, n, span, influence)
-        approach, rate = _plane_contact(
+            influences(work.place, work.width, n, span, influence)
+        approach, rate = plane_contact(
             work.gap[:n], load, influence, work.active, work.force, work.factor, work.x, work.y, work.on
         )
         if np.isnan(approach) or _cut_off(work.u, bands, work.first, work.last, work.force, gap.low, gap.high):
@@ -365,7 +226,7 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         beyond = _pressed_beyond(work, count, least, bands, n, gap.per_mm, span, approach, load, unit)
         if beyond == 0.0:
             if smooth:
-                rate = _smooth_rate(
+                rate = smooth_rate(
                     work.gap[:n], influence, approach, rate, work.active[:n], work.force[:n], work.factor, work.x,
                     work.y, work.on, _CELLS[bands - 1],
                 )  # fmt: skip

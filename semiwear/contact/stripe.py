@@ -6,8 +6,8 @@ from math import asinh, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.stripe import stripe_integral_to
 from semiwear.kernel_cache import njit
 
@@ -21,9 +21,6 @@ __all__ = [
     "near_stripe",
     "subtract_mid_surface",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _NOWHERE = -1e3  # logarithm of a distance over which nothing adds up
 

@@ -12,10 +12,11 @@ from itertools import product
 from math import ceil, log, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.optimize import minimize_scalar
 
+from semiwear.arrays import FloatArray
 from semiwear.closed_forms.love_stress import COMPONENTS, point_stress, rectangle_stress
 from semiwear.errors import Problem
 
@@ -29,7 +30,6 @@ __all__ = [
     "von_mises",
 ]
 
-FloatArray = NDArray[np.float64]
 Place = tuple[int, int]
 
 # sign of each component of `COMPONENTS` on the other side of the loaded cell, in x and in y

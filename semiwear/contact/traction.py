@@ -21,13 +21,11 @@ K. L. 1985, Contact Mechanics, Cambridge University Press, section 8.3.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 
 __all__ = ["full_sliding_speed", "share_of_full_friction", "share_per_speed"]
-
-FloatArray = NDArray[np.float64]
 
 
 def full_sliding_speed(conditions: ContactConditions, friction: FloatArray) -> FloatArray:

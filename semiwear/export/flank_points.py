@@ -6,8 +6,8 @@ import os
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.export.nodes import nodes_on
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
@@ -21,8 +21,6 @@ from semiwear.results.missing import group_of
 from semiwear.scene import Placement, Scene
 
 __all__ = ["export_flank"]
-
-FloatArray = NDArray[np.float64]
 
 
 def export_flank(

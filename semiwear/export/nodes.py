@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.meshing.driving_flank import driving_grid
@@ -18,8 +18,6 @@ from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
 __all__ = ["FlankNodes", "chosen_step", "flank_nodes", "nodes_on", "scene_of"]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e-3  # mm
 

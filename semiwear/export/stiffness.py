@@ -19,8 +19,9 @@ from math import pi
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.export.nodes import chosen_step, scene_of
 from semiwear.export.worn_contact import WornContact
@@ -29,8 +30,6 @@ from semiwear.plan import plan
 from semiwear.results.missing import group_of
 
 __all__ = ["mesh_stiffness", "stiffness_over_angle"]
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 _STEP = 0.01  # of the torque

@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import MissingExtraError
 from semiwear.targets import replacing
 
 __all__ = ["Surface", "grid_of_quads", "write_series", "write_surface"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SPLIT = {"quad": ((0, 1, 2), (0, 2, 3)), "triangle": ((0, 1, 2),)}
 _SERIES = """\

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.export.flank_surface import step_fields
 from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from fem_reference.worn_meshes import FlankLoad, FlankWear, WornBody
 
 __all__ = ["contact_loads", "deck_divisions", "worn_tooth", "write_input_deck"]
-
-FloatArray = NDArray[np.float64]
 
 _LOADED = 1e-6  # of the greatest force: less is none
 _PER_MODULE = 0.5  # length of an element along the face

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import SceneError
 from semiwear.export.nodes import scene_of
@@ -16,8 +15,6 @@ from semiwear.results.missing import group_of
 from semiwear.scene import Scene
 
 __all__ = ["WornContact"]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e-3  # mm
 

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from math import atan, cos, pi, sin, sqrt, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.involute import InvoluteTooth, involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
 __all__ = ["CylindricalTooth"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

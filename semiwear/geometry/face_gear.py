@@ -9,20 +9,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, cos, pi, sin, sqrt, tan
+from math import atan2, cos, hypot, pi, sin, sqrt, tan
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.involute import involute_function
 from semiwear.geometry.section import RackRim, ToothSection
 
 __all__ = ["FaceGearTooth", "face_gear_flank"]
 
-FloatArray = NDArray[np.float64]
-Number = TypeVar("Number", float, NDArray[np.float64])
+Number = TypeVar("Number", float, FloatArray)
 
 _PASSES = 40  # of the fixed points and Newton iterations below, which need fewer than ten
 
@@ -99,6 +98,11 @@ class FaceGearTooth:
         centre_radius = self.shaper_crest_radius - self.shaper_tip_radius
         tangent_length = sqrt(centre_radius**2 - self.shaper_base_radius**2)
         return (tangent_length + self.shaper_tip_radius) / self.shaper_base_radius
+
+    @property
+    def shaper_flank_depth(self) -> float:
+        """Pitch circle of the shaper to the end of its involute [mm]."""
+        return self.shaper_base_radius * hypot(1.0, self.form_roll_angle) - self.shaper_pitch_radius
 
     @cached_property
     def _rounding(self) -> tuple[float, float, float, float]:

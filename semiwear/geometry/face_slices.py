@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["slice_middles"]
-
-FloatArray = NDArray[np.float64]
 
 
 def slice_middles(ends: Sequence[float], whole: Sequence[float], slices: int) -> FloatArray:

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from math import atan, cos, hypot, pi, sin, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.involute import involute_function
 
 __all__ = ["FootRing", "InclinedFoot"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ z_mm and, if known, nx, ny, nz; one line a point in any order; lines that begin 
 
 from __future__ import annotations
 
-import csv
 import os
 import uuid
 from collections.abc import Mapping
@@ -30,10 +29,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
+from semiwear.plain_text import rows_of
 from semiwear.sources import MOST_VALUES, oversized, read_dataset
 from semiwear.targets import file_target, naming
 from semiwear.untyped import Options, Value
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = ["PlacedSection", "PointGrid", "read_point_grid", "write_point_grid"]
-
-FloatArray = NDArray[np.float64]
 
 _LAYOUT = "a variable points over (profile, face, xyz) in mm"
 _COLUMNS = ("profile", "face", "x_mm", "y_mm", "z_mm")
@@ -276,8 +274,7 @@ def _read_csv(file: Path) -> PointGrid:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise _Unfit("no UTF-8 text", _FILE, "save it as UTF-8") from None
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines)]
+    rows = rows_of(text, ",")
     head = rows[0] if rows else []
     foreign = [name for name in head if name[:2] in ("x_", "y_", "z_") and not name.endswith("_mm")]
     if foreign:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from math import degrees
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.errors import Problem
 from semiwear.geometry.point_grid import PointGrid
@@ -14,7 +13,6 @@ from semiwear.geometry.point_surface import LEAST_POINTS, cell_normals
 
 __all__ = ["grid_problems"]
 
-FloatArray = NDArray[np.float64]
 
 _UNIT = 1e-3  # by which a unit normal may miss its length
 _SAME = 1e-9  # of the flank's size: points nearer are the same

@@ -21,14 +21,12 @@ from math import comb, sqrt
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 
+from semiwear.arrays import FloatArray
 from semiwear.untyped import Reals
 
 __all__ = ["LEAST_POINTS", "NOISY", "PointSurface", "cell_normals", "noise_of", "spline_cells"]
-
-FloatArray = NDArray[np.float64]
 
 LEAST_POINTS = 9
 """Points each way of a grid: every second of them still makes a cubic."""

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.inference.unknowns import Unknown
 from semiwear.scene.units import unit_of
 
 __all__ = ["not_told_apart"]
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING = 0.8  # of the prior's standard deviation: little was learnt
 _TOGETHER = 0.8  # correlation

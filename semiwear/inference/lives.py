@@ -8,8 +8,8 @@ from math import exp, log, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.emulator import LEAST_RUNS, emulator_of
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.unknowns import Unknowns
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from semiwear.simulate import Progress
 
 __all__ = ["PosteriorLife", "life_of"]
-
-FloatArray = NDArray[np.float64]
 
 _MOST_RUNS = 4096
 

@@ -16,15 +16,14 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from semiwear.arrays import FloatArray
 from semiwear.emulator import Emulator, emulator_of
 from semiwear.inference.observations import Channel
 
 __all__ = ["Model", "Runs", "model_of"]
 
-FloatArray = NDArray[np.float64]
 
 _MOST_SHAPES, _MOST_COMPONENTS = 12, 16
 _LEFT = 1e-3  # of the root mean square: what shapes may leave of predictions

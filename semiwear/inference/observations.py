@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.inference.evidence import Evidence, FlankNoise, known_noise, unknown_noise
 from semiwear.measured.comparison import grid_of
@@ -24,9 +25,6 @@ from semiwear.scene.values import shown
 from semiwear.sweep.measure import Measured
 
 __all__ = ["Channel", "Observation", "Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "channels_of"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _UM = 1e3
 _LEAST_GRID = 5  # rows and columns of a flank's grid

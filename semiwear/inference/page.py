@@ -20,7 +20,7 @@ from semiwear.measured.life_spread import QUANTILES
 from semiwear.plot.measured import measured_wear
 from semiwear.plot.posterior import corner_size, posterior_corner, with_spaces
 from semiwear.plot.style import SIZE, styled
-from semiwear.report.markup import element, figure_text, picture, table, tiles, unit_text
+from semiwear.report.markup import element, figure_text, folded_toml, picture, table, tiles, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.scene import Scene
@@ -70,16 +70,12 @@ def write_posterior_report(
             ("Fit at the posterior's medians", _fit(found, observed, simulate)),
             ("Life", _lives(lives)),
             ("Runs and draws", element("p", escape(found.sampled + "."))),
-            ("The scene at the posterior's medians", _pre(found.inferred_scene.to_toml())),
+            ("The scene at the posterior's medians", folded_toml(found.inferred_scene.to_toml())),
         ]
     attrs = {str(name): value for name, value in found.to_dataset().attrs.items()}
     told = f"From: {attrs['observed']}."
     write_page(target, page_of(str(attrs["title"]), told, sections, attrs))
     return target
-
-
-def _pre(text: str) -> str:
-    return f"<details><summary>TOML</summary><pre>{escape(text)}</pre></details>"
 
 
 def _summary(found: Posterior) -> str:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
 from semiwear.inference.apart import not_told_apart
 from semiwear.inference.lives import PosteriorLife, life_of
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from semiwear.simulate import Progress
 
 __all__ = ["HEAD", "Posterior"]
-
-FloatArray = NDArray[np.float64]
 
 HEAD = ("field", "median", "95 % interval", "of the prior's", "emulator", "unit")
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.model import Model, Runs, model_of
 from semiwear.inference.observations import Channel, Observation, channels_of
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 __all__ = ["Plan", "infer", "plan_inference", "solved_runs", "spread_over", "target_of"]
-
-FloatArray = NDArray[np.float64]
 
 # Wear steps of a run, up to the prior's greatest k: in two stages, what steps leave out is 0.2 to 0.5 % of k on the
 # shipped face gear at 0.1 to 0.5 of that k; 16 plain ones leave 1.3 to 3.9 %, and posteriors that are off by more

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError
 from semiwear.inference.evidence import Evidence
 from semiwear.inference.model import Model
@@ -16,8 +16,6 @@ from semiwear.inference.unknowns import Unknowns
 from semiwear.untyped import Value
 
 __all__ = ["Draws", "Target", "draw_posterior"]
-
-FloatArray = NDArray[np.float64]
 
 _WALKERS = 32
 _TRIALS = 2000  # of the prior, from which walkers start

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from semiwear.arrays import FloatArray
 from semiwear.scatter.distributions import Distribution, LogNormal
 
 __all__ = ["COEFFICIENT", "CUT", "Unknown", "Unknowns", "unknowns_of"]
-
-FloatArray = NDArray[np.float64]
 
 COEFFICIENT = "wear.coefficient_mm2_per_N"
 CUT = 0.002

@@ -8,8 +8,8 @@ from math import exp, sqrt
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, step_lengths_to
@@ -26,8 +26,6 @@ from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
 
 __all__ = ["Calibration", "calibrate"]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e3
 _STEPS = 16  # wear states up to the measured depth, about: k is then 0.5 % off at most, by what steps leave out

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.measured.fit import PartFit, datum_modes
 from semiwear.measured.predicted import FlankReading
@@ -22,8 +22,6 @@ from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
 __all__ = ["compare_wear", "comparison_of_fit", "grid_of"]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e3
 _SAME_HEIGHT = 1e-3  # mm

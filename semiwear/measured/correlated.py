@@ -24,13 +24,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-__all__ = ["Correlation", "Estimate", "correlation_of", "estimate"]
+from semiwear.arrays import BoolArray, FloatArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+__all__ = ["Correlation", "Estimate", "correlation_of", "estimate"]
 
 _FARTHEST = 0.5  # of the grid: lags at which correlation is looked at
 _LEAST_PAIRS = 8

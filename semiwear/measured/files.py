@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PointGrid, read_point_grid
 from semiwear.measured.nearest import around_axis
 from semiwear.measured.nominal import NominalFlank
 from semiwear.meshing.deviation_grid import DeviationGrid, read_deviation_grid
+from semiwear.plain_text import lines_of
 from semiwear.sources import oversized
 
 __all__ = ["Measurement", "check_points", "read_measured"]
-
-FloatArray = NDArray[np.float64]
 
 Measurement = PointGrid | DeviationGrid
 """Data of a measuring machine: points of a flank, or deviations from it."""
@@ -70,11 +70,10 @@ def _from_file(file: Path, field: str) -> Measurement:
 def _holds_deviations(file: Path) -> bool:
     if file.suffix.casefold() == ".csv":
         try:
-            lines = file.read_text(encoding="utf-8-sig").splitlines()
+            lines = lines_of(file.read_text(encoding="utf-8-sig"))
         except UnicodeDecodeError:
             return False
-        first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
-        return first.lstrip().startswith(("um", "µm", "μm"))
+        return bool(lines) and lines[0].lstrip().startswith(("um", "µm", "μm"))
     if oversized(file):
         return False
     try:
@@ -121,7 +120,7 @@ def check_points(flank: NominalFlank, grid: PointGrid, field: str = _FIELD) -> N
         raise SceneError.of(field, f"points within {size:.3g} mm", "points over the flank", "check the units")
 
 
-def check_side(normals: FloatArray, points: FloatArray, inside: NDArray[np.bool_], field: str = _FIELD) -> None:
+def check_side(normals: FloatArray, points: FloatArray, inside: BoolArray, field: str = _FIELD) -> None:
     """Refuse a grid whose own surface stands across the nominal one: the other flank, or a mirror image.
 
     Parameters

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.measured.nominal import NominalFlank
 
 __all__ = ["Feet", "around_axis", "feet", "turned_by"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _START = (81, 81)  # nominal points among which the search starts, along the face and the profile
 _BEYOND = 0.15  # of the flank's extent, by which feet may lie beyond its ends

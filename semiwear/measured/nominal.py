@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
@@ -23,8 +24,6 @@ from semiwear.plain_text import one_of
 from semiwear.scene import Placement, Scene
 
 __all__ = ["NominalFlank", "nominal_flank"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError, SceneError
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.measured.files import check_points
@@ -20,8 +21,6 @@ from semiwear.measured.rigid import Displacement
 from semiwear.scene import Scene
 
 __all__ = ["flank_from_points"]
-
-FloatArray = NDArray[np.float64]
 
 _TEXT = (".xyz", ".txt", ".asc", ".csv")
 _MESHES = (".ply", ".stl", ".obj", ".vtu", ".vtk")

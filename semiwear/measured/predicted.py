@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.measured.worn import MeasuredWear
 from semiwear.meshing.flank_grid import FlankGrid
@@ -23,9 +23,6 @@ from semiwear.wear.state import WearState
 from semiwear.wear.stepping import WearStepper
 
 __all__ = ["FlankReading", "WearCurve", "WearFamily", "wear_family"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

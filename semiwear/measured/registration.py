@@ -19,8 +19,9 @@ from math import pi
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import SceneError
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.measured.correlated import Estimate, estimate
@@ -35,9 +36,6 @@ from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
 __all__ = ["OnFlank", "Registration", "register", "registered"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _PASSES = 60
 _SETTLED = 1e-9  # mm, of movement along any normal: a nanometre's thousandth

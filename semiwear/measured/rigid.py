@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.measured.nominal import NominalFlank
 
 __all__ = ["DATUM", "MOTIONS", "TURNS", "Displacement", "Motions", "determined", "motions_of"]
-
-FloatArray = NDArray[np.float64]
 
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
 """Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
@@ -132,7 +130,7 @@ def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:
     return Motions(tuple(name for name in MOTIONS if name in names), centre, frame)
 
 
-def determined(modes: FloatArray) -> NDArray[np.bool_]:
+def determined(modes: FloatArray) -> BoolArray:
     """Which motions a flank can tell: (motions,) bool from modes (points, motions).
 
     A spur flank does not feel a shift along its axis, and a helical one feels it as it feels a rotation: a motion

@@ -16,11 +16,11 @@ are the same thing and no fit can part them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import BoolArray, FloatArray
 
 __all__ = ["huber_weights", "local_noise", "one_sided_fit", "weighted_fit"]
 
-FloatArray = NDArray[np.float64]
 
 _WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit
 _MEDIAN = 1.4826  # from the median distance to the standard deviation of a normal distribution
@@ -30,7 +30,7 @@ _LEAST = 1e-9  # mm: a scatter below this is rounding
 _SHRINK = 0.7
 
 
-def local_noise(deviation: FloatArray, inside: NDArray[np.bool_]) -> float:
+def local_noise(deviation: FloatArray, inside: BoolArray) -> float:
     """Standard deviation of what is independent from point to point, from second differences [mm].
 
     Parameters
@@ -54,7 +54,7 @@ def weighted_fit(modes: FloatArray, values: FloatArray, weights: FloatArray) -> 
 
 
 def one_sided_fit(
-    deviation: FloatArray, modes: FloatArray, counts: NDArray[np.bool_], noise: float
+    deviation: FloatArray, modes: FloatArray, counts: BoolArray, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """Amounts of modes that fit deviations from above, and the weights of the points.
 
@@ -88,13 +88,13 @@ def one_sided_fit(
     return amounts, np.where(weights > _CHANGE, weights, 0.0)
 
 
-def _weights(rest: FloatArray, counts: NDArray[np.bool_], scatter: float) -> FloatArray:
+def _weights(rest: FloatArray, counts: BoolArray, scatter: float) -> FloatArray:
     x = np.clip((-rest / scatter - _WHOLE) / (_NONE - _WHOLE), 0.0, 1.0)
     above = np.minimum(1.0, _WHOLE * scatter / np.maximum(rest, _LEAST))
     return np.where(counts, np.where(rest > 0.0, above, (1.0 - x**2) ** 2), 0.0)
 
 
-def huber_weights(residual: FloatArray, inside: NDArray[np.bool_]) -> FloatArray:
+def huber_weights(residual: FloatArray, inside: BoolArray) -> FloatArray:
     """Weights of Huber (1964, Ann. Math. Stat. 35, 73-101), tuned at 1.345 standard deviations; 0 outside."""
     shown = np.abs(residual)
     scatter = max(_MEDIAN * float(np.median(shown[inside])), _LEAST)

@@ -25,22 +25,19 @@ German. GDE files (VDI/VDE 2610), whose names of elements are not public either,
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.traces import FLANKS, KINDS, Trace
-from semiwear.plain_text import one_of
+from semiwear.plain_text import one_of, rows_of
 
 __all__ = ["read_traces"]
-
-FloatArray = NDArray[np.float64]
 
 _ALLOWED = "a .csv or .mka file with profile and lead traces"
 _SIDES = {"links": "left", "rechts": "right"}
@@ -105,9 +102,7 @@ def _rolled(length: FloatArray, base_diameter: float | None, file: Path) -> Floa
 
 
 def _from_csv(text: str, file: Path, base_diameter: float | None) -> tuple[Trace, ...]:
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    separator = next((mark for mark in ";\t," if lines and mark in lines[0]), ",")
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    rows = rows_of(text)
     head = rows[0] if rows else []
     across = next((name for name in ("diameter_mm", "roll_length_mm") if name in head), "diameter_mm")
     missing = [name for name in (*_COLUMNS, across) if name not in head]

@@ -25,8 +25,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.meshing.deviation_grid import DeviationGrid
@@ -34,8 +34,6 @@ from semiwear.plain_text import one_of
 from semiwear.scene import Scene
 
 __all__ = ["Trace", "TracedFlank", "flank_from_traces"]
-
-FloatArray = NDArray[np.float64]
 
 KINDS = ("profile", "lead")
 FLANKS = ("left", "right")

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.files import Measurement, read_measured
 from semiwear.measured.nominal import NominalFlank, nominal_flank
@@ -19,9 +20,6 @@ from semiwear.meshing.flank_deviations import deviations_of
 from semiwear.scene import Scene
 
 __all__ = ["Measured", "MeasuredWear", "as_wear", "measured_wear"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 Measured = str | os.PathLike[str] | ArrayLike | Measurement | xr.Dataset
 """A measurement, or a dataset that `register` or `measured_wear` made of one."""

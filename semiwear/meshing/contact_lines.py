@@ -12,15 +12,12 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["ContactLines", "change_along_line", "end_rounding", "face_stations", "trace_contact_lines"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SAMPLES = 25  # across a slice; the separation is convex there, so this only brackets its minimum
 _SHARP = 5e-8  # of the base pitch: a nanometre at a module of some mm

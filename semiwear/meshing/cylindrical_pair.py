@@ -24,22 +24,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, pi, radians, sin, sqrt, tan
+from math import cos, pi, radians, sqrt, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.cylindrical import CylindricalTooth
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.involute import involute_function
-from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import CylindricalPair as CylindricalTable
 from semiwear.scene import Placement
 
 __all__ = ["CylindricalMesh"]
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 
@@ -247,11 +245,7 @@ class CylindricalMesh:
     @cached_property
     def _pinion_frame(self) -> tuple[FloatArray, FloatArray]:
         """Rotation about the pitch point and shift of the displaced pinion."""
-        p = self.placement
-        about_x, about_y = 1e-3 * p.shaft_angle_error_mrad, 1e-3 * p.pinion_slope_mrad
-        turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
-        turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
-        return turn_x @ turn_y, np.array([p.offset_mm, p.axial_gear_mm, p.axial_pinion_mm])
+        return displacement(self.placement)
 
     def borders(self, face: FloatArray, *, sharp: bool = False) -> Borders:
         """Limits of both flanks at distances `face` from the middle of the gear's face [mm]."""

@@ -20,7 +20,6 @@ The first cell is "um" for fractions, or "um" and the units of profile and face:
 
 from __future__ import annotations
 
-import csv
 import os
 import uuid
 from dataclasses import dataclass
@@ -29,16 +28,16 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
+from semiwear.plain_text import rows_of
 from semiwear.sources import MOST_VALUES, oversized
 from semiwear.targets import file_target, naming
 
 __all__ = ["DeviationGrid", "read_deviation_grid", "write_deviation_grid"]
-
-FloatArray = NDArray[np.float64]
 
 _LEAST_POINTS = 4  # each way: what a cubic needs
 _GREATEST = 5000.0  # um: more is a mistake of units
@@ -257,9 +256,7 @@ def _read_csv(field: str, file: Path) -> DeviationGrid:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError.of(field, str(file), layout, "it is no UTF-8 text") from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    separator = next((mark for mark in ";\t," if lines and mark in lines[0]), ",")
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    rows = rows_of(text)
     if len(rows) < 2:
         raise SceneError.of(field, f"{file}: {len(rows)} rows", layout, "give a header row and one row per profile")
     words = rows[0][0].split()

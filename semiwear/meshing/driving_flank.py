@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
@@ -15,10 +15,6 @@ from semiwear.meshing.flank_pair import DRIVING, FlankPair
 from semiwear.threads import in_shares
 
 __all__ = ["DrivingFlank", "driving_flank", "driving_grid", "station_of"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, pi, radians, sin
+from math import pi, radians
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.geometry.involute import InvoluteTooth
-from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import DRIVING, EXACT_STEPS, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.own_flanks import driving_involute
 from semiwear.scene import FaceGearPair as FaceGearTable
 from semiwear.scene import Placement
 
 __all__ = ["FaceGearMesh"]
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 _GEAR_SECTIONS = 9  # with seven, root stress near the inner end, where undercut shapes the fillet, swings by 5 %
@@ -125,12 +123,7 @@ class FaceGearMesh:
     @cached_property
     def _pinion_frame(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Rotation and shift of the displaced pinion, and the pitch point about which it is turned."""
-        p = self.placement
-        about_x, about_y = 1e-3 * p.shaft_angle_error_mrad, 1e-3 * p.pinion_slope_mrad
-        turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
-        turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
-        shift = np.array([p.offset_mm, p.axial_gear_mm, p.axial_pinion_mm])
-        return turn_x @ turn_y, shift, self.pitch_point
+        return *displacement(self.placement), self.pitch_point
 
     def _nominal_rotation(self, roll: FloatArray) -> FloatArray:
         """Pinion rotation at which the pair nominally meets at a roll position [rad]."""

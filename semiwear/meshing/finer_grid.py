@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slope_at
 
 __all__ = ["FinerGrid", "finer_grid"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import DRIVEN, FlankPair
 from semiwear.meshing.own_flanks import own_flank
 
 __all__ = ["flank_area"]
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 1e-4  # of the flank's height, for its tangents
 

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_modification import FlankModification, Relief
@@ -19,8 +20,6 @@ from semiwear.scene import EffectTable
 from semiwear.untyped import Value
 
 __all__ = ["DEVIATIONS", "FlankDeviation", "depth_between", "deviations_of", "tallest"]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e-3  # mm
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_pair import FlankPair
 
@@ -26,9 +26,6 @@ __all__ = [
     "slopes_of_cell",
     "smooth_value",
 ]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,11 @@ from math import isfinite
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["Deviations", "FlankModification", "Relief"]
-
-FloatArray = NDArray[np.float64]
 
 _POWER = {"linear": 1, "parabolic": 2}
 _PART_OF_PROFILE = 1.0 / 3.0  # of the profile's length: a relief whose length is not given

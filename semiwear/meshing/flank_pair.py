@@ -14,12 +14,12 @@ Conventions, shared by every kind of pair (docs/frame.svg):
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import cos, pi, sin
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.inclined_foot import InclinedFoot
 from semiwear.geometry.section import ToothSection
 from semiwear.scene import Placement
@@ -33,10 +33,9 @@ __all__ = [
     "FlankPair",
     "Meeting",
     "PrismBody",
+    "displacement",
     "reference_lever",
 ]
-
-FloatArray = NDArray[np.float64]
 
 BODIES = ("pinion", "gear")
 DRIVING, DRIVEN = 0, 1
@@ -209,6 +208,14 @@ class FlankPair(Protocol):
 
     def prism_body(self, body: int) -> PrismBody:
         """Sections of a body with fillets and rim."""
+
+
+def displacement(placement: Placement) -> tuple[FloatArray, FloatArray]:
+    """Rotation about the pitch point, (3, 3) array, and shift, (3,) array [mm], that take a pinion to its place."""
+    about_x, about_y = 1e-3 * placement.shaft_angle_error_mrad, 1e-3 * placement.pinion_slope_mrad
+    turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
+    turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
+    return turn_x @ turn_y, np.array([placement.offset_mm, placement.axial_gear_mm, placement.axial_pinion_mm])
 
 
 def reference_lever(pair: FlankPair) -> float:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, FlankPair
 from semiwear.meshing.point_flank_body import frame_about
 
 __all__ = ["Axis", "axis_of", "driving_involute", "flank_ends", "own_flank"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

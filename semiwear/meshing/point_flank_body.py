@@ -13,15 +13,13 @@ from functools import cached_property
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.point_surface import PointSurface, spline_cells
 from semiwear.meshing.point_flank_kernels import surface_points, touch
 
 __all__ = ["FlankBody", "Touch", "frame_about"]
-
-FloatArray = NDArray[np.float64]
 
 _GUESSES = 12  # places each way that the affine guess is fitted to
 

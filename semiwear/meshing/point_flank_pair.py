@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import cos, pi, sin
+from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.geometry.point_grid import PlacedSection
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, Borders, Meeting, PrismBody
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, Borders, Meeting, PrismBody, displacement
 from semiwear.meshing.point_flank_body import FlankBody, Touch
 from semiwear.meshing.point_flank_kernels import meet
 from semiwear.meshing.point_flank_sections import drawn_sections, normal_module, placed_sections
@@ -32,8 +32,6 @@ from semiwear.scene import FlankPointsPair, Placement
 from semiwear.scene.cylindrical import edge_radius
 
 __all__ = ["PointFlankMesh", "PointFlanks"]
-
-FloatArray = NDArray[np.float64]
 
 _ARCSEC = 180.0 * 3600.0 / pi
 _SAMPLES = np.linspace(-0.3, 1.3, 129)  # across a flank, where its height is looked for
@@ -192,12 +190,7 @@ class PointFlankMesh:
     @cached_property
     def _driving_place(self) -> tuple[FloatArray, FloatArray]:
         """Frame and origin of the displaced pinion."""
-        p = self.placement
-        about_x, about_y = 1e-3 * p.shaft_angle_error_mrad, 1e-3 * p.pinion_slope_mrad
-        turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cos(about_x), -sin(about_x)], [0.0, sin(about_x), cos(about_x)]])
-        turn_y = np.array([[cos(about_y), 0.0, sin(about_y)], [0.0, 1.0, 0.0], [-sin(about_y), 0.0, cos(about_y)]])
-        rotation = turn_x @ turn_y
-        shift = np.array([p.offset_mm, p.axial_gear_mm, p.axial_pinion_mm])
+        rotation, shift = displacement(self.placement)
         driving, pivot = self.flanks.driving, self.flanks.pitch_point
         return rotation @ driving.frame, rotation @ (driving.centre - pivot) + pivot + shift
 

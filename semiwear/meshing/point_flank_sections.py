@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PlacedSection
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
@@ -26,8 +26,6 @@ from semiwear.meshing.point_pitch import PitchSurface
 from semiwear.scene import FlankPointsPair
 
 __all__ = ["drawn_sections", "normal_module", "placed_sections", "section_problems"]
-
-FloatArray = NDArray[np.float64]
 
 _STATIONS = np.linspace(0.0, 1.0, 5)
 _ALIKE = 1e-3  # of the flank's height: sections that differ by less are one

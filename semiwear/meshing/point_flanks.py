@@ -14,9 +14,9 @@ from functools import lru_cache
 from math import degrees, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.geometry.point_grid import PointGrid, read_point_grid
 from semiwear.geometry.point_problems import grid_problems
@@ -33,8 +33,6 @@ from semiwear.scene import FlankPointsPair, Placement
 from semiwear.untyped import Options
 
 __all__ = ["flanks_in_mesh", "point_flanks", "point_flanks_or_problems", "surfaces_told"]
-
-FloatArray = NDArray[np.float64]
 
 _TURNS = 1440  # angles of the gear that are tried
 _PLACES = np.linspace(0.05, 0.95, 9)  # on its flank, each way

@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["PitchSurface", "instantaneous_axis", "meet_in_a_point", "pitch_point", "pitch_surface"]
-
-FloatArray = NDArray[np.float64]
 
 _SMALL = 1e-9
 

@@ -10,14 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.meshing.flank_grid import FlankGrid
 
 __all__ = ["Removed"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -53,6 +50,6 @@ class Removed:
         return Removed(self.grid, self.depth, self.row[::step])
 
     @property
-    def varies(self) -> NDArray[np.bool_]:
+    def varies(self) -> BoolArray:
         """Whether a slice has another shape than the nominal flanks give it, (roll, face)."""
         return np.asarray((np.ptp(self.depth, axis=2) > 0.0)[self.row])

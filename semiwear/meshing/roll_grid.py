@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.tooth_contact import misplaced, separation_of_neighbours
 
 __all__ = ["RollGrid", "even_roll_grid", "given_roll_grid", "pairs_that_can_touch"]
-
-FloatArray = NDArray[np.float64]
 
 _FARTHEST = 4  # roll positions from the pitch point beyond which no pair is looked for
 _STEPS = 8  # to a roll position, in that search

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.contact_lines import ContactLines, change_along_line, trace_contact_lines
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = ["SurfaceSpeeds", "line_speed"]
-
-FloatArray = NDArray[np.float64]
 
 _SHIFT = 0.01  # roll positions before and after, between which a speed is measured
 _PARTS = 8  # even parts of a slice: on an oblique line sliding vanishes in one slice after another

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import SceneError
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_pair import Borders, FlankPair, reference_lever
@@ -26,9 +26,6 @@ __all__ = [
     "separation_of_neighbours",
     "unloaded_contact",
 ]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SLICES = 41  # of the grid that starts the search
 _SEARCH = (-3, 3, 16)  # first and last roll position between which a path is looked for, steps to a roll

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.accuracy.resolution import PARAMETERS
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.optimise.quantity import Limit, Quantity
 from semiwear.optimise.space import Space
@@ -21,7 +21,6 @@ from semiwear.sweep.scenes import Task
 
 __all__ = ["COARSE", "DOUBLED", "OWN", "RESOLUTIONS", "Aim", "Design", "Designs"]
 
-FloatArray = NDArray[np.float64]
 
 COARSE, OWN, DOUBLED = RESOLUTIONS = ("coarse", "own", "doubled")
 """Resolutions of a design: that of the search, the scene's own, and twice that."""

@@ -17,7 +17,7 @@ from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.quantity import Quantity
 from semiwear.plot import wear_map
 from semiwear.plot.style import SIZE, SIZE_WIDE, styled
-from semiwear.report.markup import NONE, element, figure_text, table, unit_text
+from semiwear.report.markup import NONE, element, figure_text, folded_toml, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.results.wearing import worn_bodies
@@ -62,17 +62,13 @@ def write_optimum_report(
             ("Designs that were tried", _pictures(best)),
             ("Front of both aims", _front(best)),
             ("Numbers", _numbers(best)),
-            ("The best design as a scene", _pre(best.scene.to_toml())),
+            ("The best design as a scene", folded_toml(best.scene.to_toml())),
         ]
     attrs = {"source": best.designs.attrs["source"], "scene_sha256": best.scene.sha256}
     page = page_of(f"Best design: {before.title or 'a scene'}", best.verdict, sections, attrs)
     target = page_target(path)
     write_page(target, page)
     return target
-
-
-def _pre(text: str) -> str:
-    return f"<details><summary>TOML</summary><pre>{escape(text)}</pre></details>"
 
 
 def _summary(best: Optimum) -> str:

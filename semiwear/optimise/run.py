@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.errors import Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
@@ -21,7 +20,6 @@ from semiwear.threads import available_threads
 
 __all__ = ["optimise"]
 
-FloatArray = NDArray[np.float64]
 
 _MOST_FIELDS = 12
 _FRONT = 5  # designs between the two ends of a front

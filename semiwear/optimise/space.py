@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
@@ -15,8 +15,6 @@ from semiwear.sweep.variation import read_variation
 from semiwear.untyped import Table, Value
 
 __all__ = ["DesignField", "Space", "is_number", "scene_value", "space_of"]
-
-FloatArray = NDArray[np.float64]
 
 _SAME = 1e-9  # of a range
 
@@ -76,7 +74,7 @@ class Space:
     fields: tuple[DesignField, ...]
 
     @property
-    def continuous(self) -> NDArray[np.int64]:
+    def continuous(self) -> IntArray:
         """Places in a design that may be any number."""
         return np.flatnonzero([field.continuous for field in self.fields])
 

@@ -12,17 +12,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial.distance import cdist
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.optimise.space import Space, is_number
 from semiwear.untyped import Value
 
 __all__ = ["Surrogate"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SAME = 1e-9  # of the space: the same design
 _UNLIKE = 0.5  # distance of two choices that have no order, along each of their axes

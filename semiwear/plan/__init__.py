@@ -12,8 +12,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, line_contact_half_width
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.fidelity import Fidelity
@@ -55,8 +55,6 @@ if TYPE_CHECKING:
     from semiwear.wear.contact_factor import ContactFactor
 
 __all__ = ["Choice", "Compared", "Plan", "plan"]
-
-FloatArray = NDArray[np.float64]
 
 _FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
@@ -296,7 +294,7 @@ class Plan:
                 modification = effects.deviation_depth(scene, pair, fine, grid)
         return _Shape(fine, lines, grid, modification)
 
-    def _driving(self, pair: FlankPair, shape: _Shape, near: NDArray[np.bool_]) -> DrivingFlank | None:
+    def _driving(self, pair: FlankPair, shape: _Shape, near: BoolArray) -> DrivingFlank | None:
         wear = self.scene.wear
         if wear is None or BODIES[DRIVING] not in wear.worn_bodies:
             return None

@@ -12,8 +12,8 @@ from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.compliance.slice_compliance import SliceCompliance
 from semiwear.compliance.tooth import CompliantBody
 from semiwear.contact.fidelity import Fidelity
@@ -51,8 +51,6 @@ __all__ = [
     "running_in",
     "speeds_of",
 ]
-
-FloatArray = NDArray[np.float64]
 
 _UM = 1e-3  # mm
 

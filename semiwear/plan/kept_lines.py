@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.contact_lines import ContactLines, trace_contact_lines
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.roll_grid import RollGrid
@@ -15,7 +15,7 @@ from semiwear.meshing.tooth_contact import ContactPoints, contact_points
 __all__ = ["contact_lines", "middle_contact"]
 
 
-def contact_lines(pair: FlankPair, rolls: RollGrid, face: NDArray[np.float64]) -> tuple[ContactLines, ContactLines]:
+def contact_lines(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> tuple[ContactLines, ContactLines]:
     """Contact lines on the fine roll grid, and those of them at the positions that are solved; not to be changed.
 
     The same objects are returned for equal arguments, so that what is prepared for them can be kept, too.

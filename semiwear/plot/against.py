@@ -33,6 +33,7 @@ __all__ = ["pressure_of_both", "wear_difference"]
 _LEAST_SCALE = 1e-3  # um of difference that colours span at least: equal flanks stay white
 
 
+@styled()
 def wear_difference(
     tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None, *, body: str | None = None
 ) -> Axes:
@@ -56,58 +57,57 @@ def wear_difference(
     SemiwearError
         If the results share no worn flank, or lie on different grids.
     """
-    with styled():
-        results = TwoResults.of(tree, against)
-        if not results.worn:
-            raise SemiwearError("the two results have no worn flank in common")
-        first, second = results.values("flank", "wear_depth", results.steps[-1])
-        body = chosen_body(tree, body)
-        difference = first[BODIES.index(body)] - second[BODIES.index(body)]
-        scale = max(float(np.abs(difference).max()), _LEAST_SCALE)
-        (ax,) = axes_for(ax)
-        wear = need(tree, "flank", "wear_depth")
-        mesh = flank_axes(ax, tree, difference, "RdBu_r", -scale, scale, body)
-        mark_pitch_band(ax, tree, "#333333", body=body)
-        if body == "gear":
-            _mark_strips(ax, results, tree)
-        ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
-        colour_bar(ax, mesh, label(wear, "Difference in wear depth"))
+    results = TwoResults.of(tree, against)
+    if not results.worn:
+        raise SemiwearError("the two results have no worn flank in common")
+    first, second = results.values("flank", "wear_depth", results.steps[-1])
+    body = chosen_body(tree, body)
+    difference = first[BODIES.index(body)] - second[BODIES.index(body)]
+    scale = max(float(np.abs(difference).max()), _LEAST_SCALE)
+    (ax,) = axes_for(ax)
+    wear = need(tree, "flank", "wear_depth")
+    mesh = flank_axes(ax, tree, difference, "RdBu_r", -scale, scale, body)
+    mark_pitch_band(ax, tree, "#333333", body=body)
+    if body == "gear":
+        _mark_strips(ax, results, tree)
+    ax.set_title(f"{results.names[0]} minus {results.names[1]}, {step_name(wear, results.steps[-1][0])}")
+    colour_bar(ax, mesh, label(wear, "Difference in wear depth"))
     return ax
 
 
+@styled()
 def pressure_of_both(tree: xr.DataTree, against: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest pressure over the engagement of two results, at the first and last wear step that both have.
 
     Thick lines: away from borders; thin lines: at the borders, where it depends on the mesh. Parameters and return
     value as in `wear_difference`.
     """
-    with styled():
-        results = TwoResults.of(tree, against)
-        (ax,) = axes_for(ax)
-        chosen = sorted({results.steps[0], results.steps[-1]})
-        colours = dict(zip(chosen, ("#0072B2", "#D55E00"), strict=False))
-        positions = results.labels("engagement", "roll_position")
-        highest = {"contact_pressure_max": 0.0, "contact_pressure_max_edge": 0.0}
-        for step, colour in colours.items():
-            whens = [
-                step_name(need(one, "engagement", "contact_pressure_max"), index)
-                for one, index in zip(results.trees, step, strict=True)
-            ]
-            for variable in highest:
-                if not results.have("engagement", variable):
-                    continue
-                edge = variable.endswith("edge")
-                curves = results.values("engagement", variable, step)
-                for k, (curve, at, dashes) in enumerate(zip(curves, positions, ("-", "--"), strict=True)):
-                    text = None if edge else f"{results.names[k]}, {whens[k]}"
-                    shown = np.where(curve > 0.0, curve, np.nan)
-                    width = 0.8 if edge else 1.8
-                    ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
-                    highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
-        pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
-        pressure = need(tree, "engagement", "contact_pressure_max")
-        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
-        name_curves(ax)
+    results = TwoResults.of(tree, against)
+    (ax,) = axes_for(ax)
+    chosen = sorted({results.steps[0], results.steps[-1]})
+    colours = dict(zip(chosen, ("#0072B2", "#D55E00"), strict=False))
+    positions = results.labels("engagement", "roll_position")
+    highest = {"contact_pressure_max": 0.0, "contact_pressure_max_edge": 0.0}
+    for step, colour in colours.items():
+        whens = [
+            step_name(need(one, "engagement", "contact_pressure_max"), index)
+            for one, index in zip(results.trees, step, strict=True)
+        ]
+        for variable in highest:
+            if not results.have("engagement", variable):
+                continue
+            edge = variable.endswith("edge")
+            curves = results.values("engagement", variable, step)
+            for k, (curve, at, dashes) in enumerate(zip(curves, positions, ("-", "--"), strict=True)):
+                text = None if edge else f"{results.names[k]}, {whens[k]}"
+                shown = np.where(curve > 0.0, curve, np.nan)
+                width = 0.8 if edge else 1.8
+                ax.plot(at, shown, color=colour, ls=dashes, lw=width, label=text)
+                highest[variable] = float(np.fmax.reduce(curve, initial=highest[variable]))
+    pressure_scale(ax, highest["contact_pressure_max"], highest["contact_pressure_max_edge"])
+    pressure = need(tree, "engagement", "contact_pressure_max")
+    ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
+    name_curves(ax)
     return ax
 
 

@@ -36,6 +36,7 @@ __all__ = [
 ]
 
 
+@styled()
 def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
     """Sliding distance of each body in one mesh over the roll position, fresh and at one wear step.
 
@@ -52,23 +53,23 @@ def sliding_along_path(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None =
     -------
     Axes
     """
-    with styled():
-        sliding = need(tree, "engagement", "sliding_distance")
-        (ax,) = axes_for(ax)
-        shown = wear_step % sliding.sizes["wear_step"]
-        where = _loaded(tree)
-        for body, colour in BODY_COLOUR.items():
-            curves = sliding.sel(body=body)
-            if shown:
-                ax.plot(*_curve(curves, 0, where), color=colour, lw=1.1, ls="--", label=f"{body}, unworn")
-            name = f"{body}, {step_name(sliding, shown)}"
-            ax.plot(*_curve(curves, shown, where), color=colour, label=name)
-        ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
-        ax.set_ylim(bottom=0.0)
-        name_curves(ax)
+    sliding = need(tree, "engagement", "sliding_distance")
+    (ax,) = axes_for(ax)
+    shown = wear_step % sliding.sizes["wear_step"]
+    where = _loaded(tree)
+    for body, colour in BODY_COLOUR.items():
+        curves = sliding.sel(body=body)
+        if shown:
+            ax.plot(*_curve(curves, 0, where), color=colour, lw=1.1, ls="--", label=f"{body}, unworn")
+        name = f"{body}, {step_name(sliding, shown)}"
+        ax.plot(*_curve(curves, shown, where), color=colour, label=name)
+    ax.set(xlabel=ROLL_LABEL, ylabel=label(sliding, "Sliding distance a mesh"))
+    ax.set_ylim(bottom=0.0)
+    name_curves(ax)
     return ax
 
 
+@styled()
 def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes]:
     """Load share of a tooth pair over its engagement, and its maximum over the meshes.
 
@@ -84,19 +85,19 @@ def load_share(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axe
     tuple of Axes
         The panel over the engagement and the panel over the meshes.
     """
-    with styled():
-        share = need(tree, "engagement", "load_share")
-        greatest = need(tree, "history", "load_share_max")
-        over_roll, over_meshes = axes_for(ax, 2, SIZE_PAIR)
-        _step_curves(over_roll, share, _loaded(tree))
-        over_roll.set(xlabel=ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
-        name_curves(over_roll)
-        meshes, meshes_label = meshes_axis(greatest)
-        over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
-        over_meshes.set(xlabel=meshes_label, ylabel=label(greatest, "Greatest load share"))
+    share = need(tree, "engagement", "load_share")
+    greatest = need(tree, "history", "load_share_max")
+    over_roll, over_meshes = axes_for(ax, 2, SIZE_PAIR)
+    _step_curves(over_roll, share, _loaded(tree))
+    over_roll.set(xlabel=ROLL_LABEL, ylabel=label(share, "Load share"), ylim=(0.0, 1.05))
+    name_curves(over_roll)
+    meshes, meshes_label = meshes_axis(greatest)
+    over_meshes.plot(meshes, greatest.values, "o-", color="#333333")
+    over_meshes.set(xlabel=meshes_label, ylabel=label(greatest, "Greatest load share"))
     return over_roll, over_meshes
 
 
+@styled()
 def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest contact pressure over the engagement at the first, middle and last wear step.
 
@@ -104,16 +105,15 @@ def contact_pressure_over_engagement(tree: xr.DataTree, ax: Axes | None = None) 
     depends on the edge's rounding and on the mesh. Hatched: at some step drawn, edges alone bear. Parameters and
     return value as in `sliding_along_path`.
     """
-    with styled():
-        pressure = need(tree, "engagement", "contact_pressure_max")
-        (ax,) = axes_for(ax)
-        engagement, where = tree["engagement"].to_dataset(), _loaded(tree)
-        clear = away_from_edges(engagement)
-        _step_curves(ax, clear, where, of=pressure)
-        greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
-        pressure_scale(ax, greatest, _edge_curves(ax, engagement, clear, where))
-        ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
-        name_curves(ax)
+    pressure = need(tree, "engagement", "contact_pressure_max")
+    (ax,) = axes_for(ax)
+    engagement, where = tree["engagement"].to_dataset(), _loaded(tree)
+    clear = away_from_edges(engagement)
+    _step_curves(ax, clear, where, of=pressure)
+    greatest = np.fmax.reduce(clear.values[:, where], axis=None, initial=0.0)
+    pressure_scale(ax, greatest, _edge_curves(ax, engagement, clear, where))
+    ax.set(xlabel=ROLL_LABEL, ylabel=label(pressure, "Greatest contact pressure"))
+    name_curves(ax)
     return ax
 
 
@@ -153,28 +153,28 @@ def _hatch(ax: Axes, roll: np.ndarray, alone: np.ndarray) -> None:
     )  # fmt: skip
 
 
+@styled()
 def transmission_error_curves(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Loaded transmission error over one mesh cycle, a curve a wear step.
 
     Parameters and return value as in `sliding_along_path`.
     """
-    with styled():
-        error = need(tree, "mesh_cycle", "transmission_error_loaded")
-        (ax,) = axes_for(ax)
-        steps = error.sizes["wear_step"]
-        named = chosen_steps(error)
-        position = np.append(error["mesh_position"].values, 1.0 + error["mesh_position"].values[0])
-        for step, colour in zip(range(steps), step_colours(steps), strict=False):
-            values = error.isel(wear_step=step).values
-            ax.plot(
-                position,
-                np.append(values, values[0]),
-                color=colour,
-                lw=1.8 if step in named else 0.9,
-                label=step_name(error, step) if step in named else None,
-            )
-        ax.set(xlabel="Mesh position (base pitches)", ylabel=label(error, "Loaded transmission error"))
-        name_curves(ax)
+    error = need(tree, "mesh_cycle", "transmission_error_loaded")
+    (ax,) = axes_for(ax)
+    steps = error.sizes["wear_step"]
+    named = chosen_steps(error)
+    position = np.append(error["mesh_position"].values, 1.0 + error["mesh_position"].values[0])
+    for step, colour in zip(range(steps), step_colours(steps), strict=False):
+        values = error.isel(wear_step=step).values
+        ax.plot(
+            position,
+            np.append(values, values[0]),
+            color=colour,
+            lw=1.8 if step in named else 0.9,
+            label=step_name(error, step) if step in named else None,
+        )
+    ax.set(xlabel="Mesh position (base pitches)", ylabel=label(error, "Loaded transmission error"))
+    name_curves(ax)
     return ax
 
 

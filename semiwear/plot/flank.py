@@ -37,6 +37,7 @@ __all__ = [
 WEAR_COLOURS = "magma_r"
 
 
+@styled()
 def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
     """Wear of a flank along the tooth and over its height, with the band of the pitch surface.
 
@@ -57,50 +58,50 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
     -------
     Axes
     """
-    with styled():
-        body = chosen_body(tree, body)
-        along, height, wear = on_flank(tree, body, wear_step)
-        (ax,) = axes_for(ax)
-        greatest = float(wear.max())
-        mesh = flank_axes(ax, tree, wear, WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0, body)
-        mark_pitch_band(ax, tree, body=body)
-        marker: Options = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
-        if greatest > 0:
-            place = np.unravel_index(int(wear.argmax()), wear.shape)
-            ax.plot(along[place], height[place], "o", ms=7, **marker)
-            name_place(ax, float(along[place]), float(height[place]), "greatest wear")
-        point = control_place(tree)
-        if point is not None and point.body == body:
-            at = _along_at(tree, body, point.along)
-            ax.plot(at, point.height, "D", ms=6, **marker)
-            name_place(ax, at, point.height, "control point")
-        name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-        colour_bar(ax, mesh, label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
-        ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm")
+    body = chosen_body(tree, body)
+    along, height, wear = on_flank(tree, body, wear_step)
+    (ax,) = axes_for(ax)
+    greatest = float(wear.max())
+    mesh = flank_axes(ax, tree, wear, WEAR_COLOURS, 0.0, greatest if greatest > 0 else 1.0, body)
+    mark_pitch_band(ax, tree, body=body)
+    marker: Options = {"ls": "none", "mec": "black", "mfc": "white", "mew": 1.2, "clip_on": False, "zorder": 5}
+    if greatest > 0:
+        place = np.unravel_index(int(wear.argmax()), wear.shape)
+        ax.plot(along[place], height[place], "o", ms=7, **marker)
+        name_place(ax, float(along[place]), float(height[place]), "greatest wear")
+    point = control_place(tree)
+    if point is not None and point.body == body:
+        at = _along_at(tree, body, point.along)
+        ax.plot(at, point.height, "D", ms=6, **marker)
+        name_place(ax, at, point.height, "control point")
+    name = step_name(need(tree, "flank", "wear_depth"), wear_step)
+    colour_bar(ax, mesh, label(need(tree, "flank", "wear_depth"), f"Wear depth, {body}"))
+    ax.set_title(f"{body.capitalize()}, {name}: greatest {greatest:.3g} µm")
     return ax
 
 
+@styled()
 def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
     """Contact pattern: greatest pressure that each point of the gear's flank feels in a mesh; fidelity ``patch``.
 
     Colours end at the greatest pressure away from borders over all wear steps, so that pictures of one result can
     be compared; rounded edges lie beyond. Parameters and return value as in `wear_map`.
     """
-    with styled():
-        pattern = need(tree, "flank", "contact_pattern")
-        need(tree, "engagement", "contact_pressure_max")
-        inside = away_from_edges(tree["engagement"].to_dataset())
-        (ax,) = axes_for(ax)
-        values = pattern.isel(wear_step=wear_step).values
-        scale = float(np.fmax.reduce(inside.values, axis=None, initial=0.0)) or 1.0
-        mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
-        mark_pitch_band(ax, tree, "white")
-        ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
-        beyond = "max" if pattern.values.max() > scale else "neither"
-        colour_bar(ax, mesh, label(pattern, "Greatest pressure in a mesh"), {"extend": beyond})
+    pattern = need(tree, "flank", "contact_pattern")
+    need(tree, "engagement", "contact_pressure_max")
+    inside = away_from_edges(tree["engagement"].to_dataset())
+    (ax,) = axes_for(ax)
+    values = pattern.isel(wear_step=wear_step).values
+    scale = float(np.fmax.reduce(inside.values, axis=None, initial=0.0)) or 1.0
+    mesh = flank_axes(ax, tree, values, "viridis", 0.0, scale)
+    mark_pitch_band(ax, tree, "white")
+    ax.set_title(f"{step_name(pattern, wear_step)}: greatest {values.max():.0f} MPa")
+    beyond = "max" if pattern.values.max() > scale else "neither"
+    colour_bar(ax, mesh, label(pattern, "Greatest pressure in a mesh"), {"extend": beyond})
     return ax
 
 
+@styled()
 def wear_profiles(
     tree: xr.DataTree,
     wear_step: int = -1,
@@ -129,34 +130,33 @@ def wear_profiles(
     tuple of Axes
         The panel along the height and the panel along the width.
     """
-    with styled():
-        body = chosen_body(tree, body)
-        along, height, wear = on_flank(tree, body, wear_step)
-        along_height, along_width = axes_for(ax, 2, SIZE_PAIR)
-        deepest = np.unravel_index(int(wear.argmax()), wear.shape)
-        faces = wear.shape[1]
-        stations = np.linspace(0.08 * faces, 0.92 * faces - 1, max(count - 1, 0)).round().astype(int)
-        for place, look in _looks(stations, int(deepest[1])):
-            station = int(place)
-            order = np.argsort(height[:, station])
-            name = f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−")
-            along_height.plot(height[order, station], wear[order, station], label=name, **look)
-        low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
-        margin = 0.06 * (high - low)
-        levels = np.linspace(low + margin, high - margin, max(count - 1, 0))
-        for level, look in _looks(levels, float(height[deepest])):
-            name = f"height {level:+.1f} mm".replace("-", "−")
-            along_width.plot(*_along_width(along, height, wear, float(level)), label=name, **look)
-        depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
-        along_height.set(
-            xlabel=height_label(tree, body), ylabel=depth, title=f"{body.capitalize()}: along the tooth height"
-        )
-        along_width.set(
-            xlabel=label_along(tree, body), ylabel=depth, title="Along the face width (thick: the deepest place)"
-        )
-        for panel in (along_height, along_width):
-            panel.set_ylim(bottom=0.0)
-            name_curves(panel)
+    body = chosen_body(tree, body)
+    along, height, wear = on_flank(tree, body, wear_step)
+    along_height, along_width = axes_for(ax, 2, SIZE_PAIR)
+    deepest = np.unravel_index(int(wear.argmax()), wear.shape)
+    faces = wear.shape[1]
+    stations = np.linspace(0.08 * faces, 0.92 * faces - 1, max(count - 1, 0)).round().astype(int)
+    for place, look in _looks(stations, int(deepest[1])):
+        station = int(place)
+        order = np.argsort(height[:, station])
+        name = f"{along_tooth(tree, body)[1]} {along[:, station].mean():.0f} mm".replace("-", "−")
+        along_height.plot(height[order, station], wear[order, station], label=name, **look)
+    low, high = float(height.min(axis=0).max()), float(height.max(axis=0).min())
+    margin = 0.06 * (high - low)
+    levels = np.linspace(low + margin, high - margin, max(count - 1, 0))
+    for level, look in _looks(levels, float(height[deepest])):
+        name = f"height {level:+.1f} mm".replace("-", "−")
+        along_width.plot(*_along_width(along, height, wear, float(level)), label=name, **look)
+    depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
+    along_height.set(
+        xlabel=height_label(tree, body), ylabel=depth, title=f"{body.capitalize()}: along the tooth height"
+    )
+    along_width.set(
+        xlabel=label_along(tree, body), ylabel=depth, title="Along the face width (thick: the deepest place)"
+    )
+    for panel in (along_height, along_width):
+        panel.set_ylim(bottom=0.0)
+        name_curves(panel)
     return along_height, along_width
 
 

@@ -9,15 +9,12 @@ from math import pi
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.plot.two_results import TwoResults, has
 from semiwear.results.missing import away_from_edges
 
 __all__ = ["FlankPlaces", "Place", "flank_places"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _HALF_WIDTHS = 2.0  # of a fresh contact: how far in from a border its strip reaches
 _SMOOTHED = 5  # face stations over whose mean the ends of the active flank are taken: flags have steps of a node

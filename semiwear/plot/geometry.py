@@ -11,8 +11,8 @@ from math import cos, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RingRim, ToothSection
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["geometry_figure", "path_on_flank", "teeth_in_mesh", "tooth_sections"]
-
-FloatArray = NDArray[np.float64]
 
 _SIZE = (6.2, 5.2)
 _PITCHES = 1.6  # of the picture of a mesh, to either side of the pitch point
@@ -69,6 +67,7 @@ def teeth_in_mesh(scene: Scene, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@styled()
 def tooth_sections(scene: Scene, body: str = "gear", ax: Axes | None = None) -> Axes:
     """Sections of a body's tooth: of a face gear at several radii, of others where the tooth is known.
 
@@ -80,26 +79,26 @@ def tooth_sections(scene: Scene, body: str = "gear", ax: Axes | None = None) -> 
     ax : Axes, optional
         Where to draw; a new figure unless given.
     """
-    with styled():
-        (ax,) = axes_for(ax, size=_SIZE)
-        mesh, index = flank_pair(scene.gear_pair, Placement()), BODIES.index(body)
-        drawn = mesh.prism_body(index)
-        colours = step_colours(len(drawn.sections)) if len(drawn.sections) > 1 else [BODY_COLOUR[body]]
-        for face, section, colour in zip(drawn.faces, drawn.sections, colours, strict=True):
-            x, y = _both_sides(section)
-            y = y + _above_pitch(mesh, index, face, section)
-            at = "radius" if scene.gear_pair.type == "face_gear" else "at"
-            ax.plot(x, y, color=colour, label=f"{at} {face:.1f} mm" if len(drawn.sections) > 1 else None)
-        ax.axhline(0.0, color="#999999", lw=0.8, ls="--")
-        ax.set(xlabel="Across the tooth (mm)", ylabel=f"Above the {_surface(scene, body)} (mm)", aspect="equal")
-        ax.set_title(
-            f"Tooth of the {body}, normal to it" if scene.gear_pair.type != "face_gear" else f"Tooth of the {body}"
-        )
-        if len(drawn.sections) > 1:
-            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    (ax,) = axes_for(ax, size=_SIZE)
+    mesh, index = flank_pair(scene.gear_pair, Placement()), BODIES.index(body)
+    drawn = mesh.prism_body(index)
+    colours = step_colours(len(drawn.sections)) if len(drawn.sections) > 1 else [BODY_COLOUR[body]]
+    for face, section, colour in zip(drawn.faces, drawn.sections, colours, strict=True):
+        x, y = _both_sides(section)
+        y = y + _above_pitch(mesh, index, face, section)
+        at = "radius" if scene.gear_pair.type == "face_gear" else "at"
+        ax.plot(x, y, color=colour, label=f"{at} {face:.1f} mm" if len(drawn.sections) > 1 else None)
+    ax.axhline(0.0, color="#999999", lw=0.8, ls="--")
+    ax.set(xlabel="Across the tooth (mm)", ylabel=f"Above the {_surface(scene, body)} (mm)", aspect="equal")
+    ax.set_title(
+        f"Tooth of the {body}, normal to it" if scene.gear_pair.type != "face_gear" else f"Tooth of the {body}"
+    )
+    if len(drawn.sections) > 1:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
 
 
+@styled()
 def path_on_flank(scene: Scene, ax: Axes | None = None) -> Axes:
     """The unloaded path of contact on the gear's flank, between its root end and its tip.
 
@@ -114,32 +113,31 @@ def path_on_flank(scene: Scene, ax: Axes | None = None) -> Axes:
     SceneError
         The flanks do not meet.
     """
-    with styled():
-        (ax,) = axes_for(ax, size=_SIZE)
-        mesh = flank_pair(scene.gear_pair, Placement())
-        face = np.linspace(*mesh.face_limits, 81)
-        borders = mesh.borders(face)
-        colour = BODY_COLOUR["gear"]
-        root, tip = (mesh.flank_place(DRIVEN, face, ends)[0] for ends in (borders.root, borders.tip))
-        ax.fill_between(face, root, tip, color=colour, alpha=_FILL, lw=0.0)
-        ax.plot(face, tip, color=colour)
-        ax.plot(face, root, color=colour)
-        ax.annotate("tip", (face[12], tip[12]), (0, 3), textcoords="offset points", ha="center", color=colour)
-        ax.annotate(
-            "end of the flank", (face[60], root[60]), (0, -11), textcoords="offset points", ha="center", color=colour
-        )
-        ax.axhline(0.0, color="#999999", lw=0.8, ls="--")
-        contact = unloaded_contact(mesh)
-        height = mesh.flank_place(DRIVEN, contact.points.face, contact.points.profile)[0]
-        ax.plot(contact.points.face, height, color=_DARK, lw=2.2)
-        ax.annotate(
-            f"path of contact, contact ratio {contact.contact_ratio:.3f}", (contact.points.face[-1], height[-1]),
-            (6, 0), textcoords="offset points", color=_DARK, va="center",
-        )  # fmt: skip
-        along = "Gear radius (mm)" if scene.gear_pair.type == "face_gear" else "Along the face (mm)"
-        ax.set(xlabel=along, ylabel=f"Above the {_surface(scene, 'gear')} (mm)")
-        ax.margins(y=0.12)
-        ax.set_title("Path of contact on the gear's flank")
+    (ax,) = axes_for(ax, size=_SIZE)
+    mesh = flank_pair(scene.gear_pair, Placement())
+    face = np.linspace(*mesh.face_limits, 81)
+    borders = mesh.borders(face)
+    colour = BODY_COLOUR["gear"]
+    root, tip = (mesh.flank_place(DRIVEN, face, ends)[0] for ends in (borders.root, borders.tip))
+    ax.fill_between(face, root, tip, color=colour, alpha=_FILL, lw=0.0)
+    ax.plot(face, tip, color=colour)
+    ax.plot(face, root, color=colour)
+    ax.annotate("tip", (face[12], tip[12]), (0, 3), textcoords="offset points", ha="center", color=colour)
+    ax.annotate(
+        "end of the flank", (face[60], root[60]), (0, -11), textcoords="offset points", ha="center", color=colour
+    )
+    ax.axhline(0.0, color="#999999", lw=0.8, ls="--")
+    contact = unloaded_contact(mesh)
+    height = mesh.flank_place(DRIVEN, contact.points.face, contact.points.profile)[0]
+    ax.plot(contact.points.face, height, color=_DARK, lw=2.2)
+    ax.annotate(
+        f"path of contact, contact ratio {contact.contact_ratio:.3f}", (contact.points.face[-1], height[-1]),
+        (6, 0), textcoords="offset points", color=_DARK, va="center",
+    )  # fmt: skip
+    along = "Gear radius (mm)" if scene.gear_pair.type == "face_gear" else "Along the face (mm)"
+    ax.set(xlabel=along, ylabel=f"Above the {_surface(scene, 'gear')} (mm)")
+    ax.margins(y=0.12)
+    ax.set_title("Path of contact on the gear's flank")
     return ax
 
 
@@ -158,15 +156,15 @@ _OTHERS: tuple[Callable[[Scene, Axes], Axes], ...] = (
 )
 
 
+@styled()
 def geometry_figure(scene: Scene) -> Figure:
     """A figure of all that can be drawn of a scene's teeth: what `semiwear geometry` saves."""
-    with styled():
-        from matplotlib.figure import Figure
+    from matplotlib.figure import Figure
 
-        panels = _PANELS.get(scene.gear_pair.type, _OTHERS)
-        figure = Figure(figsize=(_SIZE[0] * len(panels), _SIZE[1]), layout="constrained")
-        for panel, ax in zip(panels, figure.subplots(1, len(panels), squeeze=False).flat, strict=True):
-            panel(scene, ax)
+    panels = _PANELS.get(scene.gear_pair.type, _OTHERS)
+    figure = Figure(figsize=(_SIZE[0] * len(panels), _SIZE[1]), layout="constrained")
+    for panel, ax in zip(panels, figure.subplots(1, len(panels), squeeze=False).flat, strict=True):
+        panel(scene, ax)
     return figure
 
 

@@ -21,7 +21,7 @@ from semiwear.plot.style import (
     styled,
 )
 from semiwear.results.missing import group_of, why_missing
-from semiwear.results.wearing import main_body, pitch_name, worn_bodies
+from semiwear.results.wearing import pitch_name, shown_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,28 +38,29 @@ __all__ = [
 _ZONE_DASHES = {"root": "--", "addendum": "-.", "pitch": ":"}
 
 
+@styled()
 def wear_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest wear of every body that wears, over the meshes, and that of the zones of its flank.
 
     Parameters and return value as in `root_stress_history`.
     """
-    with styled():
-        wear = need(tree, "flank", "wear_depth")
-        (ax,) = axes_for(ax)
-        meshes = _meshes_below(ax, wear, "Greatest wear depth")
-        history = group_of(tree, "history")
-        for body in worn_bodies(tree) or (main_body(tree),):
-            colour = BODY_COLOUR[body]
-            ax.plot(meshes, wear.sel(body=body).max(("profile", "face")).values, "o-", color=colour, label=body)
-            stem = "wear_depth_max_pinion" if body == "pinion" else "wear_depth_max"
-            for zone, dashes in _ZONE_DASHES.items():
-                if (name := f"{stem}_{zone}") in history:
-                    ax.plot(meshes, history[name].values, dashes, color=colour, lw=1.0, label=f"{body}, {zone}")
-        ax.set_ylim(bottom=0.0)
-        name_curves(ax)
+    wear = need(tree, "flank", "wear_depth")
+    (ax,) = axes_for(ax)
+    meshes = _meshes_below(ax, wear, "Greatest wear depth")
+    history = group_of(tree, "history")
+    for body in shown_bodies(tree):
+        colour = BODY_COLOUR[body]
+        ax.plot(meshes, wear.sel(body=body).max(("profile", "face")).values, "o-", color=colour, label=body)
+        stem = "wear_depth_max_pinion" if body == "pinion" else "wear_depth_max"
+        for zone, dashes in _ZONE_DASHES.items():
+            if (name := f"{stem}_{zone}") in history:
+                ax.plot(meshes, history[name].values, dashes, color=colour, lw=1.0, label=f"{body}, {zone}")
+    ax.set_ylim(bottom=0.0)
+    name_curves(ax)
     return ax
 
 
+@styled()
 def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest root stress of both bodies over the meshes.
 
@@ -74,35 +75,35 @@ def root_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    with styled():
-        stress = need(tree, "history", "root_stress_max")
-        (ax,) = axes_for(ax)
-        meshes = _meshes_below(ax, stress, "Greatest root stress")
-        for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
-            ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
-        name_curves(ax)
+    stress = need(tree, "history", "root_stress_max")
+    (ax,) = axes_for(ax)
+    meshes = _meshes_below(ax, stress, "Greatest root stress")
+    for (body, colour), marker in zip(BODY_COLOUR.items(), "os", strict=True):
+        ax.plot(meshes, stress.sel(body=body).values, marker=marker, color=colour, label=body)
+    name_curves(ax)
     return ax
 
 
+@styled()
 def contact_stress_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Greatest contact pressure at root, addendum and pitch surface of the gear over the meshes.
 
     Parameters and return value as in `root_stress_history`.
     """
-    with styled():
-        (ax,) = axes_for(ax)
-        names = {"pitch": pitch_name(tree)}
-        for zone, colour in ZONE_COLOUR.items():
-            pressure = need(tree, "history", f"contact_pressure_{zone}")
-            meshes = _meshes_below(ax, pressure, "Greatest contact pressure")
-            name = names.get(zone, zone)
-            if why_missing(pressure):
-                name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
-            ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=name)
-        name_curves(ax)
+    (ax,) = axes_for(ax)
+    names = {"pitch": pitch_name(tree)}
+    for zone, colour in ZONE_COLOUR.items():
+        pressure = need(tree, "history", f"contact_pressure_{zone}")
+        meshes = _meshes_below(ax, pressure, "Greatest contact pressure")
+        name = names.get(zone, zone)
+        if why_missing(pressure):
+            name += " (none clear of edges)" if np.isnan(pressure.values).all() else " (not at every step)"
+        ax.plot(meshes, pressure.values, marker=ZONE_MARKER[zone], color=colour, label=name)
+    name_curves(ax)
     return ax
 
 
+@styled()
 def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = None) -> tuple[Axes, Axes]:
     """Mean and amplitude (peak to peak) of the loaded transmission error over the meshes.
 
@@ -118,36 +119,36 @@ def transmission_error_history(tree: xr.DataTree, ax: Sequence[Axes] | None = No
     tuple of Axes
         The panel of the mean and the panel of the amplitude.
     """
-    with styled():
-        mean = need(tree, "history", "transmission_error_mean")
-        amplitude = need(tree, "history", "transmission_error_amplitude")
-        upper, lower = axes_for(ax, 2, SIZE_PAIR)
-        upper.plot(_meshes_below(upper, mean, "Mean"), mean.values, "o-", color="#333333")
-        lower.plot(_meshes_below(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
-        upper.set_title("Mean, gear side (negative: it lags)")
-        lower.set_title("Amplitude, peak to peak")
+    mean = need(tree, "history", "transmission_error_mean")
+    amplitude = need(tree, "history", "transmission_error_amplitude")
+    upper, lower = axes_for(ax, 2, SIZE_PAIR)
+    upper.plot(_meshes_below(upper, mean, "Mean"), mean.values, "o-", color="#333333")
+    lower.plot(_meshes_below(lower, amplitude, "Amplitude"), amplitude.values, "o-", color="#333333")
+    upper.set_title("Mean, gear side (negative: it lags)")
+    lower.set_title("Amplitude, peak to peak")
     return upper, lower
 
 
+@styled()
 def meshes_against_depth(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Meshes that a wear depth at the control point takes.
 
     Parameters and return value as in `root_stress_history`.
     """
-    with styled():
-        depth = need(tree, "history", "wear_depth_control_point")
-        (ax,) = axes_for(ax)
-        meshes, meshes_label = meshes_axis(depth)
-        ax.plot(depth.values, meshes, "o-", color="#333333")
-        ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
-        if meshes[-1] > 0:
-            middle = 0.5 * depth.values[-1], 0.5 * meshes[-1]
-            ax.plot([0.0, depth.values[-1]], [0.0, meshes[-1]], color="#888888", lw=1.0, ls="--")
-            higher = float(np.interp(middle[0], depth.values, meshes)) > middle[1]
-            name_place(ax, *middle, "constant rate", colour="#555555", left=not higher)  # away from the curve
+    depth = need(tree, "history", "wear_depth_control_point")
+    (ax,) = axes_for(ax)
+    meshes, meshes_label = meshes_axis(depth)
+    ax.plot(depth.values, meshes, "o-", color="#333333")
+    ax.set(xlabel=label(depth, "Wear depth at the control point"), ylabel=meshes_label)
+    if meshes[-1] > 0:
+        middle = 0.5 * depth.values[-1], 0.5 * meshes[-1]
+        ax.plot([0.0, depth.values[-1]], [0.0, meshes[-1]], color="#888888", lw=1.0, ls="--")
+        higher = float(np.interp(middle[0], depth.values, meshes)) > middle[1]
+        name_place(ax, *middle, "constant rate", colour="#555555", left=not higher)  # away from the curve
     return ax
 
 
+@styled()
 def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
     """Any quantity of `/history` that has one value a wear step, over the meshes.
 
@@ -164,11 +165,10 @@ def history_of(tree: xr.DataTree, name: str, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    with styled():
-        series = need(tree, "history", name)
-        (ax,) = axes_for(ax)
-        meshes = _meshes_below(ax, series, name.replace("_", " "))
-        ax.plot(meshes, series.values, "o-", color="#333333")
+    series = need(tree, "history", name)
+    (ax,) = axes_for(ax)
+    meshes = _meshes_below(ax, series, name.replace("_", " "))
+    ax.plot(meshes, series.values, "o-", color="#333333")
     return ax
 
 

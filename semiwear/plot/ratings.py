@@ -36,6 +36,7 @@ _FINE = 2001  # points between which the governing mode may change
 _SHADE = 0.18
 
 
+@styled()
 def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Safeties of all failure modes over what each requires, over hours or meshes, the mode that governs shaded.
 
@@ -50,28 +51,28 @@ def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    with styled():
-        safety = need(tree, "ratings", "safety")
-        relative = safety / need(tree, "ratings", "required_safety")
-        (ax,) = axes_for(ax)
-        at, name = _life_axis(tree)
-        modes = [str(mode) for mode in safety["mode"].values]
-        colours = {mode: _COLOURS[k % len(_COLOURS)] for k, mode in enumerate(modes)}
-        for mode in modes:
-            for body, dashes in _DASHES.items():
-                values = relative.sel(mode=mode, body=body).values
-                if np.isfinite(values).any():
-                    text = f"{mode_words(mode)}, {body}"
-                    ax.plot(at, values, dashes, marker=".", color=colours[mode], label=text)
-        _shade_governing(ax, at, relative, colours)
-        ax.axhline(1.0, color="#333333", lw=1.0)
-        _scale(ax, relative.values)
-        ax.set(xlabel=name, ylabel="Safety over required safety")
-        ax.margins(x=0.0)
-        name_curves(ax)
+    safety = need(tree, "ratings", "safety")
+    relative = safety / need(tree, "ratings", "required_safety")
+    (ax,) = axes_for(ax)
+    at, name = _life_axis(tree)
+    modes = [str(mode) for mode in safety["mode"].values]
+    colours = {mode: _COLOURS[k % len(_COLOURS)] for k, mode in enumerate(modes)}
+    for mode in modes:
+        for body, dashes in _DASHES.items():
+            values = relative.sel(mode=mode, body=body).values
+            if np.isfinite(values).any():
+                text = f"{mode_words(mode)}, {body}"
+                ax.plot(at, values, dashes, marker=".", color=colours[mode], label=text)
+    _shade_governing(ax, at, relative, colours)
+    ax.axhline(1.0, color="#333333", lw=1.0)
+    _scale(ax, relative.values)
+    ax.set(xlabel=name, ylabel="Safety over required safety")
+    ax.margins(x=0.0)
+    name_curves(ax)
     return ax
 
 
+@styled()
 def safety_map(tree: xr.DataTree, ax: Sequence[Axes] | None = None, *, mode: str | None = None) -> tuple[Axes, Axes]:
     """Safety of one failure mode on both worn flanks, at the last wear step.
 
@@ -89,18 +90,17 @@ def safety_map(tree: xr.DataTree, ax: Sequence[Axes] | None = None, *, mode: str
     tuple of Axes
         The pinion's and the gear's.
     """
-    with styled():
-        flanks = need(tree, "ratings", "safety_on_flank")
-        modes = [str(name) for name in flanks["mode"].values]
-        mode = modes[0] if mode is None else mode
-        if mode not in modes:
-            raise SemiwearError(f"mode: {mode!r}; this result has {', '.join(modes)}")
-        required = float(need(tree, "ratings", "required_safety").sel(mode=mode))
-        safety = flanks.sel(mode=mode)
-        panels = axes_for(ax, 2, SIZE_WIDE, side_by_side=True)
-        least = float(np.nanmin(safety.values)) if np.isfinite(safety.values).any() else required
-        for panel, body in zip(panels, BODIES, strict=True):
-            _one_flank(tree, panel, body, safety.sel(body=body), (least, mode, required))
+    flanks = need(tree, "ratings", "safety_on_flank")
+    modes = [str(name) for name in flanks["mode"].values]
+    mode = modes[0] if mode is None else mode
+    if mode not in modes:
+        raise SemiwearError(f"mode: {mode!r}; this result has {', '.join(modes)}")
+    required = float(need(tree, "ratings", "required_safety").sel(mode=mode))
+    safety = flanks.sel(mode=mode)
+    panels = axes_for(ax, 2, SIZE_WIDE, side_by_side=True)
+    least = float(np.nanmin(safety.values)) if np.isfinite(safety.values).any() else required
+    for panel, body in zip(panels, BODIES, strict=True):
+        _one_flank(tree, panel, body, safety.sel(body=body), (least, mode, required))
     return panels[0], panels[1]
 
 

@@ -114,6 +114,7 @@ def _axis_label(array: xr.DataArray) -> str:
     return label(array, with_spaces(str(array.name)))
 
 
+@styled()
 def sweep_curves(
     found: xr.Dataset,
     name: str,
@@ -144,30 +145,27 @@ def sweep_curves(
     -------
     Axes
     """
-    with styled():
-        fields = tuple(field for field in (over, by) if field is not None)
-        view = _view(found, name, body, fields, 2)
-        (ax,) = axes_for(ax, 1, SIZE)
-        values = view.values if view.values.ndim == 2 else view.values.expand_dims("one", 1)
-        x = values[str(values.dims[0])]
-        places, order = _places(x), np.argsort(_places(x))
-        columns = np.unique(
-            np.linspace(0, values.shape[1] - 1, min(values.shape[1], _MOST_CURVES)).round().astype(int)
-        )
-        for colour, k in zip(step_colours(columns.size), columns, strict=False):
-            other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
-            told = "" if other is None else _text(other.values[k], other)
-            ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=told)
-        failed = view.failed.reshape(values.shape).any(axis=1)
-        if failed.any():
-            ax.plot(
-                places[failed], np.full(failed.sum(), 0.02), "x", color="#A63C00", transform=ax.get_xaxis_transform(),
-                label="failed", clip_on=False,
-            )  # fmt: skip
-        _ticks(ax, x, "x")
-        ax.set(xlabel=_axis_label(x), ylabel=_short(view.values), title=view.held)
-        if view.values.ndim == 2:
-            ax.legend(title=_axis_label(view.values[str(view.values.dims[1])]), fontsize=8)
+    fields = tuple(field for field in (over, by) if field is not None)
+    view = _view(found, name, body, fields, 2)
+    (ax,) = axes_for(ax, 1, SIZE)
+    values = view.values if view.values.ndim == 2 else view.values.expand_dims("one", 1)
+    x = values[str(values.dims[0])]
+    places, order = _places(x), np.argsort(_places(x))
+    columns = np.unique(np.linspace(0, values.shape[1] - 1, min(values.shape[1], _MOST_CURVES)).round().astype(int))
+    for colour, k in zip(step_colours(columns.size), columns, strict=False):
+        other = view.values[str(view.values.dims[1])] if view.values.ndim == 2 else None
+        told = "" if other is None else _text(other.values[k], other)
+        ax.plot(places[order], values.values[order, k], "o-", color=colour, ms=3.5, label=told)
+    failed = view.failed.reshape(values.shape).any(axis=1)
+    if failed.any():
+        ax.plot(
+            places[failed], np.full(failed.sum(), 0.02), "x", color="#A63C00", transform=ax.get_xaxis_transform(),
+            label="failed", clip_on=False,
+        )  # fmt: skip
+    _ticks(ax, x, "x")
+    ax.set(xlabel=_axis_label(x), ylabel=_short(view.values), title=view.held)
+    if view.values.ndim == 2:
+        ax.legend(title=_axis_label(view.values[str(view.values.dims[1])]), fontsize=8)
     return ax
 
 
@@ -178,6 +176,7 @@ def _short(array: xr.DataArray) -> str:
     return textwrap.fill(label(array), 42)
 
 
+@styled()
 def sweep_map(
     found: xr.Dataset,
     name: str,
@@ -196,26 +195,25 @@ def sweep_map(
     SemiwearError
         Fewer than two fields are varied on a grid.
     """
-    with styled():
-        fields = tuple(field for field in (over, by) if field is not None)
-        view = _view(found, name, body, fields, 2)
-        if view.values.ndim != 2:
-            raise SemiwearError("a map needs two varied fields")
-        (ax,) = axes_for(ax, 1, SIZE)
-        x, y = (view.values[str(dim)] for dim in view.values.dims)
-        order = np.argsort(_places(x)), np.argsort(_places(y))
-        values = view.values.values[np.ix_(*order)].T
-        borders = [_borders(_places(one)[k]) for one, k in zip((x, y), order, strict=True)]
-        ax.set_facecolor("#D8DCE1")
-        ax.grid(False)
-        shown = ax.pcolormesh(*borders, np.ma.masked_invalid(values), cmap="viridis")
-        ax.figure.colorbar(shown, ax=ax, label=_short(view.values))
-        if values.size <= _MOST_WRITTEN or np.isnan(values).any():
-            middles = [0.5 * (one[1:] + one[:-1]) for one in borders]
-            _write_numbers(ax, middles, values)
-        _ticks(ax, x[order[0]], "x")
-        _ticks(ax, y[order[1]], "y")
-        ax.set(xlabel=_axis_label(x), ylabel=_axis_label(y), title=view.held)
+    fields = tuple(field for field in (over, by) if field is not None)
+    view = _view(found, name, body, fields, 2)
+    if view.values.ndim != 2:
+        raise SemiwearError("a map needs two varied fields")
+    (ax,) = axes_for(ax, 1, SIZE)
+    x, y = (view.values[str(dim)] for dim in view.values.dims)
+    order = np.argsort(_places(x)), np.argsort(_places(y))
+    values = view.values.values[np.ix_(*order)].T
+    borders = [_borders(_places(one)[k]) for one, k in zip((x, y), order, strict=True)]
+    ax.set_facecolor("#D8DCE1")
+    ax.grid(False)
+    shown = ax.pcolormesh(*borders, np.ma.masked_invalid(values), cmap="viridis")
+    ax.figure.colorbar(shown, ax=ax, label=_short(view.values))
+    if values.size <= _MOST_WRITTEN or np.isnan(values).any():
+        middles = [0.5 * (one[1:] + one[:-1]) for one in borders]
+        _write_numbers(ax, middles, values)
+    _ticks(ax, x[order[0]], "x")
+    _ticks(ax, y[order[1]], "y")
+    ax.set(xlabel=_axis_label(x), ylabel=_axis_label(y), title=view.held)
     return ax
 
 
@@ -240,6 +238,7 @@ def _write_numbers(ax: Axes, middles: list[np.ndarray], values: np.ndarray) -> N
             ax.text(middles[0][i], middles[1][j], text, ha="center", va="center", fontsize=7, color=colour)
 
 
+@styled()
 def sweep_samples(found: xr.Dataset, name: str, field: str, *, body: str = _BODY, ax: Axes | None = None) -> Axes:
     """A quantity at the end of each run of a table of samples, against one of the varied fields.
 
@@ -260,17 +259,16 @@ def sweep_samples(found: xr.Dataset, name: str, field: str, *, body: str = _BODY
     -------
     Axes
     """
-    with styled():
-        values = scene_values(found, name, body)
-        if values.dims != (_SAMPLE,) or field not in found.coords:
-            raise SemiwearError(f"the picture needs samples of {field}; grids are for sweep_curves and sweep_map")
-        (ax,) = axes_for(ax, 1, SIZE)
-        x = found[field]
-        if x.dtype.kind == "U":
-            kinds, places = np.unique(x.values, return_inverse=True)
-            ax.set_xticks(np.arange(kinds.size), list(map(str, kinds)))
-        else:
-            places = np.asarray(x.values, float)
-        ax.plot(places, values.values, "o", ms=3.5, color="#0B5394", alpha=0.6)
-        ax.set(xlabel=_axis_label(x), ylabel=_short(values))
+    values = scene_values(found, name, body)
+    if values.dims != (_SAMPLE,) or field not in found.coords:
+        raise SemiwearError(f"the picture needs samples of {field}; grids are for sweep_curves and sweep_map")
+    (ax,) = axes_for(ax, 1, SIZE)
+    x = found[field]
+    if x.dtype.kind == "U":
+        kinds, places = np.unique(x.values, return_inverse=True)
+        ax.set_xticks(np.arange(kinds.size), list(map(str, kinds)))
+    else:
+        places = np.asarray(x.values, float)
+    ax.plot(places, values.values, "o", ms=3.5, color="#0B5394", alpha=0.6)
+    ax.set(xlabel=_axis_label(x), ylabel=_short(values))
     return ax

@@ -21,6 +21,7 @@ _COLUMNS = 97  # of cells along the tooth, at least: fewer show as steps of colo
 _BELOW = 0.35  # of the greatest wear: how far the drawn piece of the tooth reaches below its deepest place
 
 
+@styled()
 def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, body: str | None = None) -> Axes:
     """The worn flank as a surface below the unworn one by the wear depth, which is its colour too.
 
@@ -42,30 +43,29 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
     -------
     Axes
     """
-    with styled():
-        body = chosen_body(tree, body)
-        along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
-        (drawn,) = axes_for(ax, size=(5.8, 4.0), options={"subplot_kw": {"projection": "3d"}})
-        surface: Axes3D = drawn
-        scale = float(wear.max()) or 1.0
-        bottom = -(1.0 + _BELOW) * scale
-        _body_of_tooth(surface, along, height, wear, bottom, scale)
-        box = (1.5, 1.0, 0.55)
-        surface.set(xlabel=label_along(tree, body), ylabel=label(need(tree, "flank", "flank_height"), "Height"))
-        surface.set_zlim(bottom, 0.0)
-        surface.set_zticks([])  # the colours tell the depth
-        surface.view_init(elev=34, azim=-62)
-        surface.set_box_aspect(box, zoom=0.98)
-        # millimetres per length of the box across the flank, over micrometres per length of it into the tooth
-        taller = (float(np.ptp(height)) / box[1]) / (1e-3 * (1.0 + _BELOW) * scale / box[2])
-        name = step_name(need(tree, "flank", "wear_depth"), wear_step)
-        drawn.set_title(f"{body.capitalize()}, {name}: depth drawn {float(f'{taller:.2g}'):g} times as great")
-        if wear.any():
-            import matplotlib
+    body = chosen_body(tree, body)
+    along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))
+    (drawn,) = axes_for(ax, size=(5.8, 4.0), options={"subplot_kw": {"projection": "3d"}})
+    surface: Axes3D = drawn
+    scale = float(wear.max()) or 1.0
+    bottom = -(1.0 + _BELOW) * scale
+    _body_of_tooth(surface, along, height, wear, bottom, scale)
+    box = (1.5, 1.0, 0.55)
+    surface.set(xlabel=label_along(tree, body), ylabel=label(need(tree, "flank", "flank_height"), "Height"))
+    surface.set_zlim(bottom, 0.0)
+    surface.set_zticks([])  # the colours tell the depth
+    surface.view_init(elev=34, azim=-62)
+    surface.set_box_aspect(box, zoom=0.98)
+    # millimetres per length of the box across the flank, over micrometres per length of it into the tooth
+    taller = (float(np.ptp(height)) / box[1]) / (1e-3 * (1.0 + _BELOW) * scale / box[2])
+    name = step_name(need(tree, "flank", "wear_depth"), wear_step)
+    drawn.set_title(f"{body.capitalize()}, {name}: depth drawn {float(f'{taller:.2g}'):g} times as great")
+    if wear.any():
+        import matplotlib
 
-            mapped = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0.0, scale), WEAR_COLOURS)
-            depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
-            colour_bar(drawn, mapped, depth, {"shrink": 0.7, "pad": 0.12}).ax.invert_yaxis()
+        mapped = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(0.0, scale), WEAR_COLOURS)
+        depth = label(need(tree, "flank", "wear_depth"), "Wear depth")
+        colour_bar(drawn, mapped, depth, {"shrink": 0.7, "pad": 0.12}).ax.invert_yaxis()
     return drawn
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
 from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
 from semiwear.ratings.mode import Rated
 
 __all__ = ["rated_by_cycles"]
-
-FloatArray = NDArray[np.float64]
 
 
 def rated_by_cycles(

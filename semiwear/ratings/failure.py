@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
 from semiwear.ratings.mode import FailureMode, Rated
 
 __all__ = ["first_failure", "meshes_to_failure", "rating_arrays"]
-
-FloatArray = NDArray[np.float64]
 
 
 def meshes_to_failure(meshes: FloatArray, safety: FloatArray, required: float) -> FloatArray:

@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.worn_depth import worn_depth
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
@@ -33,8 +34,6 @@ __all__ = [
     "material_exposure",
     "shear_stress_intensity",
 ]
-
-FloatArray = NDArray[np.float64]
 
 FLANK_FRACTURE_SOURCE = (
     "after Hertter 2003 and Witzig 2012 (shear stress intensity, 0.4 MPa/HV), constants as commonly quoted;"

@@ -10,11 +10,12 @@ from collections.abc import Callable
 from math import log10, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["CASE_HARDNESS_HV", "HardnessProfile", "hardness_of_case", "hardness_of_table", "residual_stress"]
 
-FloatArray = NDArray[np.float64]
 HardnessProfile = Callable[[ArrayLike], FloatArray]
 
 CASE_HARDNESS_HV = 550.0  # at the case-hardening depth (ISO 18203)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
@@ -14,8 +12,6 @@ from semiwear.ratings.contact import RatedContact
 from semiwear.ratings.overload import raised
 
 __all__ = ["FrictionalHeat"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

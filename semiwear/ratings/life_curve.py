@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["LifeCurve"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from semiwear.arrays import FloatArray
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact, WornStep
@@ -27,8 +25,6 @@ if TYPE_CHECKING:
     from semiwear.contact.running_in import RunningIn
 
 __all__ = ["MICROPITTING_SOURCE", "Micropitting"]
-
-FloatArray = NDArray[np.float64]
 
 MICROPITTING_SOURCE = "ISO/TR 15144-1:2014 (ISO/TS 6336-22:2018), formulas as an open program quotes them"
 

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.ratings.life_curve import LifeCurve
 
 __all__ = ["StressHistory"]
-
-FloatArray = NDArray[np.float64]
 
 _HALVINGS = 40  # of a bracket that spans a factor of about 3, for one safety
 _MAP_HALVINGS = 14  # to 1e-4, for the safeties of all points
@@ -74,7 +72,7 @@ class StressHistory:
             ends += (self.cycles[k] + length[k] * np.concatenate([share, static])).tolist()
         return float(np.fmin.reduce(ends))
 
-    def least_safeties(self) -> tuple[FloatArray, NDArray[np.int64]]:
+    def least_safeties(self) -> tuple[FloatArray, IntArray]:
         """Least safety of all points after every wear step, and which has it; NaN and -1 of none."""
         found = [self._least(step) for step in range(self.cycles.size)]
         return np.array([safety for safety, _ in found]), np.array([point for _, point in found])

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
 
 __all__ = ["FailureMode", "Rated", "rated_by_flank", "rated_locally"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,13 @@ from math import log10
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.scene import oil_rating_tables as tables
 
 __all__ = ["LUBRICANT_FACTOR", "Oil", "OilFamily"]
 
-FloatArray = NDArray[np.float64]
 OilFamily = Literal["mineral", "polyalphaolefin", "polyglycol"]
 
 _KELVIN = 273.15

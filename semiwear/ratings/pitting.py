@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from semiwear.ratings.by_cycles import rated_by_cycles
 from semiwear.ratings.contact import WornStep
@@ -26,7 +25,6 @@ __all__ = [
     "velocity_factor",
 ]
 
-FloatArray = NDArray[np.float64]
 
 # Load cycles and life factors Z_NT of the groups of materials in ISO 6336-2, table 2; the last is that of the scene.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {

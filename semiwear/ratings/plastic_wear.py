@@ -10,7 +10,9 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from semiwear.arrays import FloatArray
 
 __all__ = [
     "VDI_2736_SOURCE",
@@ -21,8 +23,6 @@ __all__ = [
     "plastic_wear",
     "tooth_temperature",
 ]
-
-FloatArray = NDArray[np.float64]
 
 VDI_2736_SOURCE = "VDI 2736 Part 2:2014, eqs. 8, 9, 19 and 20, formulas as an open program quotes them"
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
 from semiwear.ratings.contact import RatedContact, WornStep
@@ -37,7 +38,6 @@ __all__ = [
     "scuffing_temperature",
 ]
 
-FloatArray = NDArray[np.float64]
 Lubrication = Literal["spray", "dip", "submerged"]
 
 SCUFFING_SOURCE = "ISO/TR 13989-1 and -2:2000 (ISO/TS 6336-20 and -21), formulas as an open program quotes them"

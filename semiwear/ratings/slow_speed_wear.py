@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from semiwear.arrays import FloatArray
 
 __all__ = ["PLEWE_SOURCE", "slow_speed_wear"]
-
-FloatArray = NDArray[np.float64]
 
 PLEWE_SOURCE = "Plewe 1980, dissertation, TU Munich, as commonly quoted (Niemann and Winter 1989)"
 

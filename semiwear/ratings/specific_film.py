@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.ratings.oil import Oil
 
 __all__ = ["FilmContact", "permissible_film", "specific_film"]
-
-FloatArray = NDArray[np.float64]
 
 _TEST_TO_LIMIT = 1.4  # lambda_GFP over the film of the test gear at its failure load stage
 

@@ -18,6 +18,7 @@ __all__ = [
     "counts",
     "element",
     "figure_text",
+    "folded_toml",
     "picture",
     "table",
     "tiles",
@@ -61,6 +62,11 @@ def element(tag: str, content: str, **attributes: str) -> str:
     names = (name.strip("_").replace("_", "-") for name in attributes)
     written = "".join(f' {name}="{escape(text)}"' for name, text in zip(names, attributes.values(), strict=True))
     return f"<{tag}{written}>{content}</{tag}>"
+
+
+def folded_toml(text: str) -> str:
+    """TOML as it stands, folded away."""
+    return f"<details><summary>TOML</summary><pre>{escape(text)}</pre></details>"
 
 
 def picture(

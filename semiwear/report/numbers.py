@@ -11,7 +11,7 @@ from semiwear.report.markup import element, figure_text, tiles, with_unit
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.pressing_tips import pressing_tips
-from semiwear.results.wearing import control_place, life_bodies, main_body, pitch_surface, scene_tables, worn_bodies
+from semiwear.results.wearing import control_place, life_bodies, pitch_surface, scene_tables, shown_bodies
 
 __all__ = ["advice", "life_numbers", "main_numbers", "other_numbers"]
 
@@ -39,7 +39,7 @@ def _wear(tree: xr.DataTree) -> Iterator[Number]:
     if "flank" not in tree.children:
         return
     flank = tree["flank"].to_dataset().isel(wear_step=-1)
-    for body in worn_bodies(tree) or (main_body(tree),):
+    for body in shown_bodies(tree):
         own = flank.sel(body=body)
         values = own["wear_depth"].values
         if not values.any():

@@ -6,8 +6,8 @@ import base64
 import gzip
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.untyped import Table
 
 __all__ = ["Packer"]
@@ -26,7 +26,7 @@ class Packer:
         self._parts: list[bytes] = []
         self._at = 0
 
-    def add(self, values: NDArray[np.float64]) -> Table:
+    def add(self, values: FloatArray) -> Table:
         """Store an array; returns what finds it again."""
         array = np.asarray(values, float)
         low = float(array.min(initial=np.inf)) if array.size else 0.0

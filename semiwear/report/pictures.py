@@ -17,7 +17,7 @@ from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
 from semiwear.results.missing import group_of, why_missing
-from semiwear.results.wearing import main_body, pitch_name, pitch_surface, worn_bodies
+from semiwear.results.wearing import pitch_name, pitch_surface, shown_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,7 +93,7 @@ class Drawn:
 
 def draw_all(tree: xr.DataTree) -> list[Drawn]:
     """Every picture of a result; those of one flank for each body that wears."""
-    bodies = worn_bodies(tree) or (main_body(tree),)
+    bodies = shown_bodies(tree)
     return [
         draw(picture.of(tree, body), tree) for picture in PICTURES for body in (bodies if picture.of_body else ("",))
     ]
@@ -208,9 +208,7 @@ def _flank_text(tree: xr.DataTree, body: str = "gear") -> str:
 
 def _worn_text(tree: xr.DataTree) -> str:
     wear = tree["flank"].to_dataset()["wear_depth"].isel(wear_step=-1)
-    greatest = (
-        f"{body} {float(wear.sel(body=body).max()):.3g} µm" for body in worn_bodies(tree) or (main_body(tree),)
-    )
+    greatest = (f"{body} {float(wear.sel(body=body).max()):.3g} µm" for body in shown_bodies(tree))
     return f"Greatest wear at the last wear step: {', '.join(greatest)}."
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from semiwear.report.markup import NONE, element, figure_text, table, unit_text
 from semiwear.results.missing import group_of, missing_notes
 from semiwear.results.schema import VARIABLES
-from semiwear.results.wearing import main_body, worn_bodies
+from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Value
 
 __all__ = [
@@ -74,7 +74,7 @@ def wear_steps(tree: xr.DataTree) -> str:
         return ""
     history = tree["history"].to_dataset()
     head, columns = ["wear step", "meshes"], [history["wear_step"].values, history["meshes"].values]
-    worn = worn_bodies(tree) or (main_body(tree),)
+    worn = shown_bodies(tree)
     for name, array in history.data_vars.items():
         if str(name) in _OF_GEAR and "gear" not in worn:
             continue

@@ -7,8 +7,8 @@ from math import pi
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import SemiwearError
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.meshing.driving_flank import driving_grid
@@ -22,8 +22,6 @@ from semiwear.results.wearing import worn_bodies
 from semiwear.scene import Placement, Scene, parse_scene
 
 __all__ = ["ToothShape", "tooth_shape"]
-
-FloatArray = NDArray[np.float64]
 
 _FILLET_POINTS = 8
 _SAME = 1e-6  # of the height: nodes of another scene miss by more
@@ -146,7 +144,7 @@ def _fillets(prism: PrismBody, stations: FloatArray) -> tuple[FloatArray, FloatA
     return aside, below
 
 
-def _between(prism: PrismBody, stations: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+def _between(prism: PrismBody, stations: FloatArray) -> tuple[IntArray, FloatArray]:
     """The section below each station, and the weight of the next one."""
     place = np.interp(stations, prism.faces, np.arange(len(prism.faces), dtype=float))
     low = np.minimum(place.astype(np.int64), max(len(prism.faces) - 2, 0))

@@ -15,15 +15,15 @@ from importlib import resources
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.plot.flank import WEAR_COLOURS, along_tooth
 from semiwear.plot.style import need, step_name
 from semiwear.report.markup import element, figure_text
 from semiwear.report.packing import Packer
 from semiwear.report.tooth_shape import ToothShape, tooth_shape
 from semiwear.results.missing import away_from_edges, group_of
-from semiwear.results.wearing import main_body, worn_bodies
+from semiwear.results.wearing import shown_bodies
 from semiwear.untyped import Table
 
 __all__ = ["TURNING_EXTRA", "can_turn", "script_hashes", "turning_flanks"]
@@ -31,7 +31,6 @@ __all__ = ["TURNING_EXTRA", "can_turn", "script_hashes", "turning_flanks"]
 TURNING_EXTRA = "report"
 """Extra that brings the library of the view."""
 
-FloatArray = NDArray[np.float64]
 
 _MOST_NODES, _MOST_STEPS = 9000, 16  # of a body that is drawn, with the first and the last of each
 _COLOURS = 24  # of a scale
@@ -104,7 +103,7 @@ def _told(tree: xr.DataTree, pack: Packer) -> Table:
     """Words and numbers for the script as they are, arrays as places in the packed data."""
     wear = need(tree, "flank", "wear_depth")
     steps = np.unique(np.linspace(0, wear.sizes["wear_step"] - 1, _MOST_STEPS).round().astype(int))
-    bodies = worn_bodies(tree) or (main_body(tree),)
+    bodies = shown_bodies(tree)
     return {
         "steps": [step_name(wear, int(step)) for step in steps],
         "bodies": [_body(tree, body, steps, pack) for body in bodies],
@@ -112,7 +111,7 @@ def _told(tree: xr.DataTree, pack: Packer) -> Table:
     }
 
 
-def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) -> Table:
+def _body(tree: xr.DataTree, body: str, steps: IntArray, pack: Packer) -> Table:
     flank, shape = tree["flank"].to_dataset().sel(body=body), tooth_shape(tree, body)
     rows, columns = _thinned(*shape.flank.shape[:2])
     wear = flank["wear_depth"].values[steps]
@@ -143,7 +142,7 @@ def _body(tree: xr.DataTree, body: str, steps: NDArray[np.int64], pack: Packer) 
     }
 
 
-def _thinned(profiles: int, faces: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _thinned(profiles: int, faces: int) -> tuple[IntArray, IntArray]:
     """Rows and columns of the grid that are drawn."""
     share = min(1.0, (_MOST_NODES / (profiles * faces)) ** 0.5)
     rows, columns = (
@@ -219,7 +218,7 @@ def _along_lines(greatest: FloatArray, hertz: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(ratio[..., None] * hertz, greatest[..., None]))
 
 
-def _loaded_rolls(tree: xr.DataTree) -> NDArray[np.int64]:
+def _loaded_rolls(tree: xr.DataTree) -> IntArray:
     share = group_of(tree, "engagement")["load_share"].values
     return np.flatnonzero((share > _LOADED).any(axis=0))
 
@@ -229,14 +228,14 @@ def _tells_loads(tree: xr.DataTree) -> bool:
     return "line_load" in engagement and "load_share" in engagement and bool(_loaded_rolls(tree).size)
 
 
-def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: NDArray[np.int64]) -> FloatArray | None:
+def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: IntArray) -> FloatArray | None:
     """Rows, counted among those that are drawn, of the contact lines of loaded roll positions, (roll, face)."""
     if line is None or not _tells_loads(tree):
         return None
     return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
-def _engagement(tree: xr.DataTree, steps: NDArray[np.int64], pack: Packer) -> Table | None:
+def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | None:
     """Load share and line loads of the roll positions that bear; None where the result has none."""
     if not _tells_loads(tree):
         return None

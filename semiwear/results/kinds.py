@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from xarray import DataTree
 
+from semiwear.arrays import FloatArray
 from semiwear.results.rating_errors import safeties_of
 
 __all__ = ["Errors", "History", "difference", "greatest", "history", "kind_of", "step_errors", "worst"]
 
-FloatArray = NDArray[np.float64]
 History = dict[str, FloatArray]
 """Reported quantities by name, each with the wear states as first axis."""
 Errors = dict[str, float]

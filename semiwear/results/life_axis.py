@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
@@ -15,8 +15,6 @@ from semiwear.results.wearing import main_body, scene_tables
 from semiwear.scene.units import LIFE_UNITS
 
 __all__ = ["hours_of", "life_in"]
-
-FloatArray = NDArray[np.float64]
 
 _KM = 1e-6  # of a mm
 

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-__all__ = ["safeties_of", "told_with_errors"]
+from semiwear.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
+__all__ = ["safeties_of", "told_with_errors"]
 
 _PREFIX = "safety_"
 

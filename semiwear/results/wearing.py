@@ -21,6 +21,7 @@ __all__ = [
     "pitch_name",
     "pitch_surface",
     "scene_tables",
+    "shown_bodies",
     "worn_bodies",
 ]
 
@@ -83,6 +84,11 @@ def life_bodies(tree: xr.DataTree) -> tuple[str, str]:
 def main_body(tree: xr.DataTree) -> str:
     """The gear, unless the pinion alone wears."""
     return "pinion" if worn_bodies(tree) == ("pinion",) else "gear"
+
+
+def shown_bodies(tree: xr.DataTree) -> tuple[str, ...]:
+    """Bodies whose flanks are shown: those that wear, or the gear where none does."""
+    return worn_bodies(tree) or (main_body(tree),)
 
 
 def control_place(tree: xr.DataTree) -> ControlPlace | None:

@@ -13,17 +13,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem
 from semiwear.scatter.distributions import Distribution
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 
 __all__ = ["Design", "correlation_matrix", "design", "read_correlation"]
-
-FloatArray = NDArray[np.float64]
 
 _LEAST = 2.0**-40  # a share of 0 has no quantile
 

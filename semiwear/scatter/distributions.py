@@ -11,9 +11,9 @@ from math import inf, isfinite, log
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import Problem, SceneError
 from semiwear.measured.life_spread import log_deviation
 from semiwear.scene import Scene
@@ -31,8 +31,6 @@ __all__ = [
     "read_distribution",
     "usual_wear_coefficient",
 ]
-
-FloatArray = NDArray[np.float64]
 
 USUAL_VARIATION = 0.5
 """Coefficient of variation of the wear coefficient from part to part where none is known: tests of like parts

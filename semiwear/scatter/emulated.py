@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.emulator import LEAST_RUNS, emulator_of, kept_by
 from semiwear.errors import SemiwearError
 from semiwear.scatter.distributions import Distribution, LogNormal
@@ -15,8 +15,6 @@ from semiwear.scatter.statistics import quantities_of
 from semiwear.sweep.outcome import Status
 
 __all__ = ["emulated_samples"]
-
-FloatArray = NDArray[np.float64]
 
 _RUNS_A_FIELD = 8
 _WIDE = 3.0  # greatest over least value of a quantity whose logarithm is emulated
@@ -76,7 +74,7 @@ def emulated_samples(
 
 
 def _emulated(
-    found: xr.Dataset, inputs: FloatArray, good: NDArray[np.bool_]
+    found: xr.Dataset, inputs: FloatArray, good: BoolArray
 ) -> tuple[dict[str, FloatArray], dict[str, float], dict[str, float]]:
     """Quantities at all inputs, the solved ones as they are; stated errors, and those over standard deviations."""
     count, told, errors, shares = good.size, dict[str, FloatArray](), dict[str, float](), dict[str, float]()

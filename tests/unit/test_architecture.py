@@ -19,7 +19,7 @@ ROOT = PACKAGE.parent
 # From the first to the last: a room may import itself and the rooms before it (design, section 2).
 # `references` holds published figures; `check` is passed into scene/, so that scene/ needs no geometry.
 LAYERS = (
-    ("errors", "untyped", "plain_text", "html_text"),
+    ("arrays", "errors", "untyped", "plain_text", "html_text"),
     ("references",),
     ("targets", "sources", "kernel_cache", "kept_on_disk", "threads", "closed_forms"),
     ("scene",),

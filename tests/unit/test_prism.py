@@ -8,14 +8,21 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from semiwear.compliance.prism import harmonic_matrices, prism_section
+from semiwear.compliance.prism import prism_section
 from semiwear.compliance.root import at_root
+from semiwear.compliance.section_elements import harmonic_integrals
 from semiwear.compliance.section_mesh import ELEMENT, SectionMeshError, jacobians, section_mesh
 from semiwear.errors import SemiwearError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 
 STEEL = {"youngs_modulus": 206000.0, "poissons_ratio": 0.3}
 COARSE = {"heights": 4, "fillet_elements": 4, "elements_across": 2, "elements_below": 2}
+
+
+def harmonic_matrices(mesh, youngs_modulus, poissons_ratio):
+    """K0, K1 and K2."""
+    k0, mixed, k2 = harmonic_integrals(mesh, youngs_modulus, poissons_ratio)
+    return k0, mixed + mixed.T, k2
 
 
 def trapezoid(height=14.0, half_tip=2.5, angle=20.0, radius=2.0, pitch=20.0, rim=15.0, points=41):

@@ -1,0 +1,106 @@
+"""Pressed cells in plane strain: an elastic half-plane under a line load, on cells that bear or lie free.
+
+p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Flamant's logarithmic influence
+(Johnson 1985, eq. 2.25). Forces and gaps are in the unit in which a line load q deflects by q.
+"""
+
+from __future__ import annotations
+
+from math import log, sqrt
+
+import numpy as np
+
+from semiwear.kernel_cache import njit
+
+__all__ = ["influences", "mean_log", "plane_contact", "respond"]
+
+_SETS = 60  # of pressed cells that are tried
+
+
+@njit(cache=True, error_model="numpy")
+def mean_log(distance, width):  # type: ignore[no-untyped-def]
+    """Mean of the logarithm of the distance from a place to a cell of some width."""
+    high, low = distance + 0.5 * width, distance - 0.5 * width
+    total = high * log(high) - width
+    if low != 0.0:
+        total -= low * log(abs(low))
+    return total / width
+
+
+@njit(cache=True, error_model="numpy")
+def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
+    """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
+    constant = log(2.0 * span)
+    for i in range(n):
+        for j in range(i + 1):
+            away = abs(x[i] - x[j])
+            out[i, j] = constant - 0.5 * (mean_log(away, width[i]) + mean_log(away, width[j]))
+            out[j, i] = out[i, j]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
+    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y)."""
+    m = on.shape[0]
+    for i in range(m):
+        for j in range(i + 1):
+            value = influence[on[i], on[j]]
+            for k in range(j):
+                value -= a[i, k] * a[j, k]
+            a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
+        first, second = gap[on[i]], 1.0
+        for k in range(i):
+            first -= a[i, k] * x[k]
+            second -= a[i, k] * y[k]
+        x[i], y[i] = first / a[i, i], second / a[i, i]
+    for i in range(m - 1, -1, -1):
+        x[i] /= a[i, i]
+        y[i] /= a[i, i]
+        for k in range(i):
+            x[k] -= a[i, k] * x[i]
+            y[k] -= a[i, k] * y[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
+    """Let cells press that penetrate; whether there are any."""
+    changed = False
+    for i in range(gap.shape[0]):
+        if not active[i]:
+            slack = gap[i] - approach
+            for k in range(on.shape[0]):
+                slack += influence[i, on[k]] * force[on[k]]
+            if slack < -1e-9 * abs(approach):
+                active[i] = True
+                changed = True
+    return changed
+
+
+@njit(cache=True, error_model="numpy")
+def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
+    """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
+    for _ in range(_SETS):
+        m = 0
+        for i in range(gap.shape[0]):
+            if active[i]:
+                points[m] = i
+                m += 1
+        on = points[:m]
+        respond(gap, influence, on, a, x, y)
+        top, bottom = load, 0.0
+        for i in range(m - 1, -1, -1):
+            top += x[i]
+            bottom += y[i]
+        approach = top / bottom
+        force[:] = 0.0
+        pulls = False
+        for i in range(m):
+            value = approach * y[i] - x[i]
+            if value < 0.0:
+                active[on[i]] = False
+                pulls = True
+            else:
+                force[on[i]] = value
+        if not pulls and not _take_in(gap, influence, approach, on, force, active):
+            return approach, 1.0 / bottom
+    return np.nan, np.nan
