@@ -55,7 +55,7 @@ from semiwear.inference.run import infer
 from semiwear.plot.style import styled
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.closest import closest
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import Study, flat_fields, read_study
@@ -148,9 +148,7 @@ def _listed(given: Value) -> list[Value]:
 
 def _lives(read: Study, problems: list[Problem]) -> Table:
     """Options of `Posterior.life`; problems with what the file says of lives."""
-    wrong = [
-        one for one in _depths(read) if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0
-    ]
+    wrong = [one for one in _depths(read) if not is_number(one) or not one > 0.0]
     problems += [Problem("life_um", shown(one), "above 0 um", "give e.g. [60]") for one in wrong]
     found = {
         name: read.tables[key]
@@ -161,7 +159,7 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
     worn = () if read.scene.wear is None else read.scene.wear.worn_bodies
     if body not in worn:
         problems.append(Problem("life_body", shown(body), " or ".join(worn), "a body that wears"))
-    if isinstance(scatter, bool) or not isinstance(scatter, int | float) or not scatter >= 0.0:
+    if not is_number(scatter) or not scatter >= 0.0:
         problems.append(Problem("k_scatter", shown(scatter), "a share of 0 or more", "0.5 for 50 %"))
     return found
 
