@@ -251,7 +251,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "contact_pattern",
         "Contact pattern",
-        "Greatest pressure that each point of the gear's flank feels in a mesh, at the first and the last wear step; "
+        "Greatest pressure on each point of the gear's flank in a mesh, at the first and the last wear step; "
         "colours end at the greatest pressure away from borders.",
         _pattern_text,
         "flank",
