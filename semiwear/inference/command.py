@@ -35,6 +35,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,7 @@ from semiwear.scene.values import is_number, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import Study, flat_fields, read_study
-from semiwear.targets import PAGES, file_target, require_apart
+from semiwear.targets import PAGES, file_target, require_apart, target_problems
 from semiwear.untyped import Table, Value
 
 __all__ = ["run_inference"]
@@ -88,16 +89,8 @@ def run_inference(
     MissingExtraError
         emcee or scikit-learn is missing, or matplotlib where a report is asked for.
     """
-    problems: list[Problem] = []
-    try:
-        sweep_target("-o", output)
-        if report is not None:
-            file_target("--report", report, PAGES)
-    except SceneError as error:
-        problems += error.problems
-    for name, path in (("-o", output), ("--report", report)):
-        if path is not None and not Path(path).resolve().parent.is_dir():
-            problems.append(Problem(name, path, "a file in a folder that exists", f"make {Path(path).parent}"))
+    problems = target_problems("-o", output, sweep_target)
+    problems += target_problems("--report", report, partial(file_target, endings=PAGES))
     read, observed = None, []
     try:
         read = read_study(study, _NAMES)
