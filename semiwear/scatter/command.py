@@ -27,7 +27,7 @@ from semiwear.report.markup import figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.scatter.run import Sampling, draw
 from semiwear.scatter.statistics import SHARES, Scatter
-from semiwear.scene.values import is_number, shown
+from semiwear.scene.values import shown
 from semiwear.sweep.command import Prepared, prepare_sweep
 from semiwear.sweep.measure import measure_of
 from semiwear.sweep.page import QUANTITIES
@@ -68,7 +68,7 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
         _flag(given, problems),
     )  # fmt: skip
     confidence = given.get("confidence", _CONFIDENCE)
-    if not is_number(confidence) or not 0.0 < confidence < 1.0:
+    if isinstance(confidence, bool) or not isinstance(confidence, float) or not 0.0 < confidence < 1.0:
         problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
     before = _before(given, problems)
     drawn = None
@@ -105,7 +105,7 @@ def _fields(raw: Value, problems: list[Problem]) -> Table:
 def _before(given: Table, problems: list[Problem]) -> list[float]:
     value = given.get("before_meshes", [])
     found = value if isinstance(value, list) else [value]
-    wrong = [one for one in found if not is_number(one) or not one > 0.0]
+    wrong = [one for one in found if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0]
     problems += [Problem("before_meshes", shown(one), "numbers above 0", "give e.g. [1e8, 1e9]") for one in wrong]
     return [] if wrong else [float(one) for one in found]
 

@@ -18,7 +18,7 @@ from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
 from semiwear.scene.edit import edited
 from semiwear.scene.schema import schema_of_scene
-from semiwear.scene.values import is_number, is_whole, shown
+from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
 from semiwear.sweep.run import crew_of, read_job, run_job
@@ -97,9 +97,9 @@ def scatter(
     4
     """
     problems: list[Problem] = []
-    if emulate is not None and (not is_number(emulate) or not emulate > 0):
+    if emulate is not None and (isinstance(emulate, bool) or not isinstance(emulate, int | float) or not emulate > 0):
         problems.append(Problem("emulate", shown(emulate), "greater than 0", "0.1 of a standard deviation, say"))
-    if not is_number(confidence) or not 0.0 < confidence < 1.0:
+    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0.0 < confidence < 1.0:
         problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
     try:
         drawn = draw(scene, distributions, Sampling(samples, seed, dict(correlation or {}), sensitivity))
@@ -154,11 +154,11 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
         fix = 'give e.g. {"operation.pinion_torque_Nm": Normal(1600, 80)}'
         raise SceneError.of("distributions", shown(distributions), allowed, fix)
     count, seed = sampling.samples, sampling.seed
-    whole = is_whole(count) and 2 <= count <= _MOST_SAMPLES
+    whole = isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST_SAMPLES
     if not whole or count & (count - 1):
         near = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
         problems.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {near}"))
-    if not is_whole(seed) or seed < 0:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         problems.append(Problem("seed", shown(seed), "a whole number, 0 or more", "give 0"))
     schema = schema_of_scene(scene)
     for key in distributions:
