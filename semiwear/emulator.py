@@ -78,7 +78,7 @@ class _Process:
         return np.asarray(self.constant + inputs @ self.slopes + smooth)
 
 
-def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulator:
+def emulator_of(inputs: FloatArray, values: FloatArray) -> Emulator:
     """An emulator of runs.
 
     Parameters
@@ -87,8 +87,6 @@ def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulat
         Of the order of one.
     values : array (run,)
         `LEAST_RUNS` or more; with fewer the stated error is infinite.
-    seed : int
-        Of the starts of the fit.
 
     Raises
     ------
@@ -100,7 +98,7 @@ def emulator_of(inputs: FloatArray, values: FloatArray, seed: int = 0) -> Emulat
         fields = inputs.shape[1]
         constant = _Process(mean, np.zeros(fields), np.ones(fields), np.zeros((0, fields)), np.zeros(0))
         return Emulator(0.0, 0.0, np.zeros(values.size), constant)
-    process = _fitted(inputs, (values - mean) / deviation, seed)
+    process = _fitted(inputs, (values - mean) / deviation)
     inverse = cho_solve((process.L_, True), np.eye(values.size))
     left_out = deviation * process.alpha_ / np.diag(inverse)
     told, weights = process.kernel_.get_params(), deviation * process.alpha_
@@ -118,7 +116,7 @@ def kept_by(errors: FloatArray) -> float:
     return float(np.sort(np.abs(errors))[rank - 1]) if rank <= errors.size else float("inf")
 
 
-def _fitted(inputs: FloatArray, values: FloatArray, seed: int) -> Value:
+def _fitted(inputs: FloatArray, values: FloatArray) -> Value:
     try:
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
@@ -129,7 +127,7 @@ def _fitted(inputs: FloatArray, values: FloatArray, seed: int) -> Value:
     trend = ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
     smooth = ConstantKernel(1.0, (1e-4, 1e3)) * Matern(lengths, (0.05, 50.0), nu=2.5)
     kernel = trend + smooth + WhiteKernel(1e-4, (1e-9, 1.0))
-    process = GaussianProcessRegressor(kernel, alpha=1e-10, n_restarts_optimizer=1, random_state=seed)
+    process = GaussianProcessRegressor(kernel, alpha=1e-10, n_restarts_optimizer=1, random_state=0)
     with warnings.catch_warnings():  # a length at its bound says that an input hardly matters
         warnings.simplefilter("ignore", ConvergenceWarning)
         return process.fit(inputs, values)

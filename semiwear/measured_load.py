@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene.closest import closest
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_whole, shown
 from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
@@ -73,7 +73,7 @@ class MeasuredLoad:
         SceneError
             Levels out of range, or no torque on that flank.
         """
-        if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= _MOST_LEVELS:
+        if not is_whole(levels) or not 1 <= levels <= _MOST_LEVELS:
             raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", "20 is usual")
         torque = self._on(flank)
         bears = (torque > 0.0) & (self.weight > 0.0)

@@ -6,13 +6,13 @@ import errno
 import os
 import shutil
 import uuid
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import Problem, SceneError, SemiwearError
 
-__all__ = ["PAGES", "RESULTS", "file_target", "naming", "replacing", "require_apart"]
+__all__ = ["PAGES", "RESULTS", "file_target", "naming", "replacing", "require_apart", "target_problems"]
 
 RESULTS = (".nc", ".nc4")
 """How the names of result files end."""
@@ -57,6 +57,29 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
         better = Path(given).with_suffix(endings[0])
         raise SceneError.of(field, given, allowed, f"what is written is {kind}: call it {better}")
     return target
+
+
+def target_problems(field: str, path: AnyPath | None, target: Callable[[str, AnyPath], Path]) -> list[Problem]:
+    """Problems of a place that is to be written: those that `target` raises, or a folder that does not exist.
+
+    Parameters
+    ----------
+    field : str
+        Option that gave the path.
+    path : path or None
+        None where nothing is to be written.
+    target : callable
+        From field and path to the place, such as `file_target` with its endings.
+    """
+    if path is None:
+        return []
+    try:
+        folder = target(field, path).parent
+    except SceneError as error:
+        return list(error.problems)
+    if folder.is_dir():
+        return []
+    return [Problem(field, os.fspath(path), "a file in a folder that exists", f"make {folder}")]
 
 
 def require_apart(outputs: Mapping[str, AnyPath], inputs: Mapping[str, AnyPath]) -> None:

@@ -25,7 +25,7 @@ from semiwear.check.cylindrical_limits import (
     tip_limits,
     tip_passage,
 )
-from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up
+from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up, watched_point
 from semiwear.errors import Problem
 from semiwear.meshing.cylindrical_pair import CylindricalMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
@@ -213,12 +213,10 @@ def _edge_roundings_fit(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Iterator[Problem]:
     """The control point lies between fillet and tip edge, where the other body reaches the flank."""
-    point = None if scene.wear is None else scene.wear.control_point
-    if not isinstance(point, CylindricalControlPoint):
+    watched = watched_point(scene, CylindricalControlPoint)
+    if watched is None:
         return
-    assert scene.wear is not None
-    body = scene.wear.watched_body
-    index = BODIES.index(body)
+    point, index = watched
     tooth, working = (mesh.pinion, mesh.gear)[index], mesh.working_radii[index]
     # the path of contact ends on the root side of a flank where the other body's tip is
     along = mesh.path_limits[1] if index == DRIVEN else -mesh.path_limits[0]
@@ -226,7 +224,7 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: CylindricalMesh) -> Itera
     reached = tooth.base_radius * float(np.hypot(1.0, max(roll, 0.0)))
     low, high = tooth.side * (reached - working), tooth.side * (tooth.tip_radius - working)
     if not low <= point.height_mm <= high:
-        allowed = f"{up(low)} to {down(high)} mm, the active flank of the {body}"
+        allowed = f"{up(low)} to {down(high)} mm, the active flank of the {BODIES[index]}"
         fix = f"the height above the working pitch cylinder, where the {BODIES[1 - index]} meets the flank"
         yield Problem("wear.control_point.height_mm", point.height_mm, allowed, fix)
 

@@ -18,7 +18,7 @@ from typing import cast
 
 import numpy as np
 
-from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up
+from semiwear.check.limits import Limit, crossing, down, find_problems, problem_of, up, watched_point
 from semiwear.errors import Problem
 from semiwear.geometry.face_gear import FaceGearTooth
 from semiwear.meshing.face_gear_pair import FaceGearMesh
@@ -233,19 +233,18 @@ def _edge_roundings_fit(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: FaceGearMesh) -> Iterator[Problem]:
     """The control point lies between fillet and tip edge, where the pinion reaches the flank."""
-    point = None if scene.wear is None else scene.wear.control_point
-    if not isinstance(point, ControlPoint):
+    watched = watched_point(scene, ControlPoint)
+    if watched is None:
         return
-    assert scene.wear is not None
-    body = scene.wear.watched_body
-    low, high = _reach(mesh, point.radius_mm, BODIES.index(body))
+    point, body = watched
+    low, high = _reach(mesh, point.radius_mm, body)
     if low <= point.height_mm <= high:
         return
     name = "wear.control_point.height_mm"
     if low < high:
         allowed = f"{up(low)} to {down(high)} mm, the active flank at radius {point.radius_mm:g} mm"
         fix = "the height above the pitch plane, between fillet and tip edge where the pinion meets the flank"
-        if body == "pinion":
+        if body == DRIVING:
             fix = "the height above the pinion's pitch cylinder, between fillet and tip edge where the gear meets it"
         yield Problem(name, point.height_mm, allowed, fix)
     else:

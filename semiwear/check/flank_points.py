@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from semiwear.check.limits import down, up
+from semiwear.check.limits import down, up, watched_point
 from semiwear.errors import Problem, SceneError
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.point_flank_pair import PointFlankMesh, PointFlanks
@@ -79,9 +79,10 @@ def _sections(scene: Scene, flanks: PointFlanks) -> Iterator[Problem]:
 
 def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterator[Problem]:
     """The control point lies on its body's flank, between root end and tip edge."""
-    point = None if scene.wear is None else scene.wear.control_point
-    if not isinstance(point, FlankPointsControlPoint):
+    watched = watched_point(scene, FlankPointsControlPoint)
+    if watched is None:
         return
+    point, body = watched
     low, high = mesh.face_limits
     if not low <= point.face_mm <= high:
         fix = "the face coordinate of the gear's points; without one, the length from the tooth's middle"
@@ -89,8 +90,6 @@ def _control_point_is_on_the_flank(scene: Scene, mesh: PointFlankMesh) -> Iterat
         return
     station = np.array([point.face_mm])
     borders = mesh.borders(station)
-    assert scene.wear is not None
-    body = BODIES.index(scene.wear.watched_body)
     ends = np.array([float(borders.root[0]), float(borders.tip[0])])
     if body == DRIVING:
         ends = np.array([borders.driving_root, borders.driving_tip])

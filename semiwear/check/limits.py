@@ -10,11 +10,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from semiwear.errors import Problem
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import Scene
 
-__all__ = ["FAILURES", "Limit", "crossing", "down", "find_problems", "problem_of", "up"]
+__all__ = ["FAILURES", "Limit", "crossing", "down", "find_problems", "problem_of", "up", "watched_point"]
 
 _Mesh = TypeVar("_Mesh")
+_Point = TypeVar("_Point")
 
 Limit = Callable[[Scene, _Mesh], Iterator[Problem]]
 """From a scene and its flanks in mesh to what is wrong."""
@@ -61,6 +63,13 @@ def find_problems(
 def problem_of(scene: Scene, field: str, allowed: str, fix: str) -> Problem:
     """A problem of a field of the gear pair."""
     return Problem(f"gear_pair.{field}", getattr(scene.gear_pair, field), allowed, fix)
+
+
+def watched_point(scene: Scene, kind: type[_Point]) -> tuple[_Point, int] | None:
+    """The control point of a scene and on which body it lies; None without one of this kind."""
+    if scene.wear is None or not isinstance(scene.wear.control_point, kind):
+        return None
+    return scene.wear.control_point, BODIES.index(scene.wear.watched_body)
 
 
 def _rounded(length: float, towards: Callable[[float], int]) -> str:

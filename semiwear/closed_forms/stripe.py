@@ -20,7 +20,7 @@ from scipy.special import ellipe, ellipkm1
 from semiwear.arrays import FloatArray
 from semiwear.kernel_cache import njit
 
-__all__ = ["stripe_integral", "stripe_integral_to", "stripe_kernel", "stripe_table"]
+__all__ = ["stripe_integral_to", "stripe_kernel", "stripe_table"]
 
 _TABLE_START = 0.01  # distance over half-width below which the logarithmic limit is used
 _TABLE_END = 1000.0  # and beyond which the kernel is 1/s
@@ -51,12 +51,6 @@ def stripe_table() -> tuple[FloatArray, FloatArray]:
     values = start + np.concatenate([[0.0], np.cumsum(pieces)])
     at = np.exp(nodes)
     return values, stripe_kernel(at) * at
-
-
-@njit(cache=True, error_model="numpy")
-def stripe_integral(distance, values, slopes):  # type: ignore[no-untyped-def]
-    """Integral of the kernel from 0 to s/b >= 0."""
-    return stripe_integral_to(log(distance), values, slopes) if distance > 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

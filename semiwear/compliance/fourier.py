@@ -44,7 +44,7 @@ def frequencies(n: int, padded: bool) -> IntArray:
 
 
 def in_lanes(factors: FloatArray, shape: tuple[int, int], padded: bool, dtype: DTypeLike) -> NDArray[np.floating]:
-    """Factors as `convolve` wants them.
+    """Factors in the order of `convolve`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Free edges: what the elastic half-space under each slice lacks where a flank ends.
+"""Free edges: compliance beyond that of a half-space where a flank ends.
 
 Near a free face (the end of a tooth, or its tip) a body yields more than a half-space. The missing part is close to
 that of image loads, mirrored at the face: image of a slice j at the distance

@@ -93,7 +93,7 @@ def _spectrum(px: int, py: int, dx: float, dy: float, inverse: bool) -> FloatArr
 
 
 def _factors(px: int, py: int, dx: float, dy: float, inverse: bool, dtype: DTypeLike) -> Reals:
-    """Spectrum as `convolve` wants it; all that the iterations of a contact want is found with its first part."""
+    """Spectrum in the order of `convolve`; all that the iterations of a contact need is found with its first part."""
 
     def key(inverse: bool, dtype: DTypeLike) -> Hashable:
         return px, py, dx, dy, inverse, np.dtype(dtype)

@@ -13,6 +13,7 @@ from skfem.quadrature import get_quadrature
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.pitch_chain import HarmonicMatrices
+from semiwear.compliance.quadratic import quadratic_slopes, quadratic_values
 from semiwear.compliance.section_mesh import ELEMENT, SectionMesh, jacobians
 
 __all__ = [
@@ -166,7 +167,7 @@ def mid_surface(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray]:
     element = np.clip(np.searchsorted(-height[::2], -cut) - 1, 0, len(height) // 2 - 1)
     local = 2 * element[:, None] + np.arange(3)
     position = (cut - height[local[:, 0]]) / (height[local[:, 2]] - height[local[:, 0]])
-    weights = np.stack(_edge_values(2 * position - 1), axis=1)
+    weights = quadratic_values(2 * position - 1).T
     return mesh.centre_line[local], weights, np.stack([np.zeros(len(cut)), cut], axis=1)
 
 
@@ -174,8 +175,8 @@ def fillet_edges(mesh: SectionMesh) -> tuple[IntArray, FloatArray, FloatArray, F
     """Two Gauss points a fillet edge: nodes, d/ds and value weights (F, 3), tangents and points (F, 2)."""
     edges = mesh.fillet[2 * np.arange(len(mesh.fillet) // 2)[:, None] + np.arange(3)]
     gauss = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-    values = np.tile(np.stack(_edge_values(gauss), axis=1), (len(edges), 1))
-    slopes = np.tile(np.stack([gauss - 0.5, -2 * gauss, gauss + 0.5], axis=1), (len(edges), 1))
+    values = np.tile(quadratic_values(gauss).T, (len(edges), 1))
+    slopes = np.tile(quadratic_slopes(gauss).T, (len(edges), 1))
     nodes = np.repeat(edges, 2, axis=0)
     points = np.einsum("fa,fai->fi", values, mesh.nodes[nodes])
     tangent = np.einsum("fa,fai->fi", slopes, mesh.nodes[nodes])
@@ -188,9 +189,4 @@ def fillet_shares(mesh: SectionMesh) -> FloatArray:
     steps = np.linalg.norm(np.diff(mesh.nodes[mesh.fillet], axis=0), axis=1)
     arc = np.concatenate([[0.0], np.cumsum(steps)])
     edges = arc[2 * np.arange(len(arc) // 2)[:, None] + np.arange(3)]
-    return np.asarray((edges @ np.array(_edge_values(np.array([-1.0, 1.0]) / np.sqrt(3.0)))).ravel() / arc[-1])
-
-
-def _edge_values(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Quadratic shape functions of an edge, -1 <= x <= 1, of its first, middle and last node."""
-    return x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2
+    return np.asarray((edges @ quadratic_values(np.array([-1.0, 1.0]) / np.sqrt(3.0))).ravel() / arc[-1])

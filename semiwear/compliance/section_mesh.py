@@ -115,7 +115,7 @@ def section_mesh(
         Elements below the tooth down to the held face.
     land_elements : int, optional
         Elements along the root from the fillet to the middle of the tooth space, for sections that are to be alike
-        node by node; as many as its length wants by default.
+        node by node; by default as its length requires.
     name : str
         What error messages call this section.
 

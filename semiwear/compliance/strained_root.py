@@ -23,9 +23,7 @@ __all__ = ["strained_root"]
 
 
 @kept_on_disk
-def strained_root(
-    section: ToothSection, *, poissons_ratio: float, name: str = "tooth section"
-) -> tuple[FloatArray, FloatArray]:
+def strained_root(section: ToothSection, *, poissons_ratio: float) -> tuple[FloatArray, FloatArray]:
     """Tangential stress of the fillet for a unit stress of the wheel's surface, normal to the teeth.
 
     Parameters
@@ -33,8 +31,6 @@ def strained_root(
     section : ToothSection
         Normal to the tooth [mm].
     poissons_ratio : float
-    name : str
-        What error messages call the section.
 
     Returns
     -------
@@ -42,7 +38,7 @@ def strained_root(
         Places along the fillet as shares of its length from the end of the flank.
     factor : (F,) array
     """
-    mesh = section_mesh(section, heights=5, name=name)
+    mesh = section_mesh(section, heights=5)
     # the modulus cancels
     stiffness = harmonic_integrals(mesh, 1.0, poissons_ratio)[0]
     moved = np.zeros((len(mesh.nodes), 3))

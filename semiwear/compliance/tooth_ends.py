@@ -1,4 +1,4 @@
-"""The free ends of a tooth: what its prism leaves out.
+"""Free ends of a tooth: correction of its prism.
 
 The cosines of a prism mirror it at its ends: no shear stress there, but no displacement along the tooth either. A
 free end has no normal stress instead; a load some 20 mm from it then stresses the root by a few per cent more, and
@@ -7,7 +7,7 @@ axis, its prism in planes across itself: where the loaded flank reaches farther 
 and yields half as much again; at the other end the tooth backs it up.
 
 A stretch of one tooth with the ground around it is computed in three dimensions (`tooth_stretch`), with its own
-ends and with mirrored square ones; the difference is what the prism lacks. Its section is coarse, which lowers every
+ends and with mirrored square ones; the difference corrects the prism. Its section is coarse, which lowers every
 stress of the fillet alike, by a tenth: the difference is taken relative to the stress far from any end and put on the
 prism's, which is converged. What square ends add to the deflection is that of bending: how they change the dents of
 loads is told by `free_edges`.

@@ -60,20 +60,9 @@ def solve_in_windows(
     tolerance: float,
     max_iterations: int,
 ) -> Complementarity:
-    """Forces on cells that balance a torque.
+    """Forces on cells that balance a torque; arguments as of `patch_sharing.share_torque`.
 
-    Parameters
-    ----------
-    system : PatchSystem
-    gap : (rows, columns) array [mm]
-        Infinite where nothing can touch.
-    lever : (rows,) array [mm]
-    torque : float [N mm]
-    start : (rows, columns) array [N]
-        Forces to start from: not negative, zero where nothing can touch, and not all zero.
-    tolerance : float
-        Relative L2 error of the forces.
-    max_iterations : int
+    The forces to `start` from are not negative, zero where nothing can touch, and not all zero.
     """
     force, displacement, wanted = start.copy(), np.empty_like(start), start > 0.0
     entire, used = plans_of(system, gap.shape[1]), 0

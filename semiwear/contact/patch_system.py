@@ -4,8 +4,8 @@ Forces f >= 0 on cells and one rotation phi of the driving body with
 
     gap + C f - a phi >= 0,   f (gap + C f - a phi) = 0,   sum of a f = torque
 
-are what `patch_sharing` solves. C is the half-space under each pair, plus what one slice feels of another as a
-whole (teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
+are what `patch_sharing` solves. C is the half-space under each pair, plus the coupling between slices as a whole
+(teeth, rims, wear), plus the tilt of bent teeth: a force nearer to a tip bends its tooth more, and a bent flank
 leans away from its partner, most beside its tip. Of what teeth and half-space both count there is less for a point
 aside: the square of the distance, where that is less than the depth of the tooth. Cells free to change are
 preconditioned with the half-space of every slice by itself, exact, and the coupling between slices as a whole, exact
@@ -43,7 +43,7 @@ class PatchSystem(NamedTuple):
     modulus : float [MPa]
         Effective modulus E*.
     smooth : (rows, rows) array [mm/N]
-        What a row feels of another as a whole: tooth compliance less the half-space at the mid-surface, and wear.
+        Coupling between rows as a whole: tooth compliance less the half-space at the mid-surface, and wear.
     tilt : (rows, rows) array [1/N]
         Change of its row i by the distance that a point of the slice moves across the line.
     aside : (rows, rows) array [1/(N mm)]

@@ -1,10 +1,9 @@
 """Pressure across a slice of a line contact, exact for any gap: the elastic half-plane under a known line load.
 
 A worn flank is no parabola. Where its gap changes within the contact, at the ridge that remains along the pitch line
-above all, Hertz's pressure for some mean curvature misses the peak. Here each loaded slice is solved by itself in
-plane strain: p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Flamant's logarithmic
-influence (Johnson 1985, eq. 2.25) and the line load that the load sharing found. Where an edge presses on the wall of
-the groove that it has worn, the valley beyond may bear as well: every such band has cells of its own.
+above all, Hertz's pressure for some mean curvature misses the peak. Here each loaded slice is solved by itself on
+narrow cells in plane strain (`plane_strain`), with the line load that the load sharing found. Where an edge presses
+on the wall of the groove that it has worn, the valley beyond may bear as well: every such band has cells of its own.
 """
 
 from __future__ import annotations

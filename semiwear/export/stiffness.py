@@ -4,8 +4,8 @@ Two stiffnesses, both along the line of action, of all tooth pairs together:
 
     mean    F / delta: load over the approach that it causes; with the unloaded transmission error e as displacement
             excitation, F = k (x - e) gives back the loaded transmission error at the torque of the scene.
-    local   dF / ddelta at the torque of the scene: what small vibrations about it feel, by a central difference of
-            1 % of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
+    local   dF / ddelta at the torque of the scene: that of small vibrations about it, by a central difference of 1 %
+            of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
             stiffness is the greater of the two.
 
 Sources: ISO 6336-1:2019, 9 (mesh stiffness); Kahraman and Singh, J. Sound Vib. 142 (1990) 49-75 (k and e as

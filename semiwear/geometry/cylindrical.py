@@ -222,19 +222,19 @@ class CylindricalTooth:
             profile_shift=self._shift,
         )
 
-    def _internal_section(self, flank_points: int = 81, fillet_points: int = 41) -> ToothSection:
+    def _internal_section(self) -> ToothSection:
         """Internal spur tooth developed about its root cylinder: arcs across, y from the reference circle to the tip.
 
         The held outer cylinder becomes the held back face of a rack.
         """
-        roll = np.linspace(self.tip_roll_angle, self.form_roll_angle, flank_points)
+        roll = np.linspace(self.tip_roll_angle, self.form_roll_angle, 81)
         radius = self.base_radius * np.sqrt(1.0 + roll**2)
         angle = self.half_thickness_angle - involute_function(self.pressure_angle) + roll - np.arctan(roll)
         rounding = self.rack_tip_radius
         centre_radius, centre_angle = self.root_radius - rounding, pi / self.teeth - self.root_land_half_angle
         # from the point of tangency outwards: the arc's normal turns from the flank's to the radial direction
         first = 0.5 * pi - atan(self.roll_at(centre_radius))
-        turn = np.linspace(first, 0.0, fillet_points)
+        turn = np.linspace(first, 0.0, 41)
         out = centre_radius + rounding * np.cos(turn)
         across = -rounding * np.sin(turn)
         fillet_radius = np.hypot(out, across)

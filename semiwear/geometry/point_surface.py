@@ -31,7 +31,7 @@ __all__ = ["LEAST_POINTS", "NOISY", "PointSurface", "cell_normals", "noise_of", 
 LEAST_POINTS = 9
 """Points each way of a grid: every second of them still makes a cubic."""
 NOISY = 5e-5
-"""Noise [mm] from which a surface 10 mm high is smoothed, unless a scene says otherwise: contact feels no less."""
+"""Noise [mm] from which a surface 10 mm high is smoothed, unless a scene says otherwise: less hardly shows."""
 
 _ORDERS = (4, 5, 6, 7, 8)
 _ORDER = 4  # of a cubic spline
@@ -166,7 +166,7 @@ class PointSurface:
 
 
 def _noisy(height: float) -> float:
-    """Noise that contact feels on a flank of some height [mm]."""
+    """Noise from which a flank of some height is smoothed [mm]."""
     return NOISY * height / _USUAL_HEIGHT
 
 

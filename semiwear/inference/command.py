@@ -35,6 +35,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -55,11 +56,11 @@ from semiwear.inference.run import infer
 from semiwear.plot.style import styled
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.closest import closest
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import Study, flat_fields, read_study
-from semiwear.targets import PAGES, file_target, require_apart
+from semiwear.targets import PAGES, file_target, require_apart, target_problems
 from semiwear.untyped import Table, Value
 
 __all__ = ["run_inference"]
@@ -88,16 +89,8 @@ def run_inference(
     MissingExtraError
         emcee or scikit-learn is missing, or matplotlib where a report is asked for.
     """
-    problems: list[Problem] = []
-    try:
-        sweep_target("-o", output)
-        if report is not None:
-            file_target("--report", report, PAGES)
-    except SceneError as error:
-        problems += error.problems
-    for name, path in (("-o", output), ("--report", report)):
-        if path is not None and not Path(path).resolve().parent.is_dir():
-            problems.append(Problem(name, path, "a file in a folder that exists", f"make {Path(path).parent}"))
+    problems = target_problems("-o", output, sweep_target)
+    problems += target_problems("--report", report, partial(file_target, endings=PAGES))
     read, observed = None, []
     try:
         read = read_study(study, _NAMES)
@@ -148,9 +141,7 @@ def _listed(given: Value) -> list[Value]:
 
 def _lives(read: Study, problems: list[Problem]) -> Table:
     """Options of `Posterior.life`; problems with what the file says of lives."""
-    wrong = [
-        one for one in _depths(read) if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0
-    ]
+    wrong = [one for one in _depths(read) if not is_number(one) or not one > 0.0]
     problems += [Problem("life_um", shown(one), "above 0 um", "give e.g. [60]") for one in wrong]
     found = {
         name: read.tables[key]
@@ -161,7 +152,7 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
     worn = () if read.scene.wear is None else read.scene.wear.worn_bodies
     if body not in worn:
         problems.append(Problem("life_body", shown(body), " or ".join(worn), "a body that wears"))
-    if isinstance(scatter, bool) or not isinstance(scatter, int | float) or not scatter >= 0.0:
+    if not is_number(scatter) or not scatter >= 0.0:
         problems.append(Problem("k_scatter", shown(scatter), "a share of 0 or more", "0.5 for 50 %"))
     return found
 

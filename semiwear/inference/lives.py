@@ -16,9 +16,10 @@ from semiwear.inference.unknowns import Unknowns
 from semiwear.measured.life_spread import log_deviation, quantiles_told, require_share
 from semiwear.plain_text import folded
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.sweep.outcome import Status
 from semiwear.sweep.run import crew_of, sweep
+from semiwear.untyped import Value
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -135,11 +136,11 @@ def life_of(
     return PosteriorLife(body, float(depth), meshes, error, float(k_scatter), per_mesh)
 
 
-def _require(k_scatter: object, runs: object) -> None:
+def _require(k_scatter: Value, runs: Value) -> None:
     problems = []
-    if isinstance(k_scatter, bool) or not isinstance(k_scatter, int | float) or not 0.0 <= k_scatter < np.inf:
+    if not is_number(k_scatter) or not 0.0 <= k_scatter < np.inf:
         problems.append(Problem("k_scatter", shown(k_scatter), "a share of 0 or more", "0.5 for 50 %"))
-    if isinstance(runs, bool) or not isinstance(runs, int) or not LEAST_RUNS <= runs <= _MOST_RUNS:
+    if not is_whole(runs) or not LEAST_RUNS <= runs <= _MOST_RUNS:
         problems.append(Problem("runs", shown(runs), f"a whole number, {LEAST_RUNS} to {_MOST_RUNS}", "32 is usual"))
     if problems:
         raise SceneError(problems, "life")

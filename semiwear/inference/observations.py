@@ -19,7 +19,7 @@ from semiwear.measured.rigid import DATUM
 from semiwear.measured.worn import Measured as MeasuredFlank
 from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
-from semiwear.optimise.quantity import Quantity, quantity_of
+from semiwear.optimise.quantity import quantity_of
 from semiwear.scene import Scene
 from semiwear.scene.values import shown
 from semiwear.sweep.measure import Measured
@@ -369,21 +369,15 @@ def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
     if problems or quantity is None:
         raise SceneError(problems, "infer")
     meshes = _meshes(scene, one.meshes, field)
+    path, body = quantity.path, quantity.body
+
+    def read(scene: Scene, measured: Measured) -> FloatArray:
+        values = np.asarray(measured.variables[path], float)
+        if values.ndim == 2:  # of both bodies the greater
+            bodies = [str(one) for one in measured.coords["body"]]
+            values = values[:, bodies.index(body)] if body in bodies else np.nanmax(values, axis=1)
+        return values[:, None]
+
     given = _columns(field, value=one.value, uncertainty=one.error)
     told = given["value"], given["uncertainty"], quantity.units
-    return _known_channel(one.quantity, meshes, quantity.path, _HistoryReader(quantity), told)
-
-
-class _HistoryReader:
-    """A quantity of `/history` in every wear state of a run; of both bodies the greater."""
-
-    def __init__(self, quantity: Quantity) -> None:
-        self._quantity = quantity
-
-    def __call__(self, scene: Scene, measured: Measured) -> FloatArray:
-        values = np.asarray(measured.variables[self._quantity.path], float)
-        if values.ndim == 2:
-            bodies = [str(one) for one in measured.coords["body"]]
-            named = self._quantity.body
-            values = values[:, bodies.index(named)] if named in bodies else np.nanmax(values, axis=1)
-        return values[:, None]
+    return _known_channel(one.quantity, meshes, path, read, told)

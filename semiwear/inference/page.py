@@ -19,7 +19,7 @@ from semiwear.measured.comparison import compare_wear
 from semiwear.measured.life_spread import QUANTILES
 from semiwear.plot.measured import measured_wear
 from semiwear.plot.posterior import corner_size, posterior_corner, with_spaces
-from semiwear.plot.style import SIZE, styled
+from semiwear.plot.style import SIZE
 from semiwear.report.markup import element, figure_text, folded_toml, picture, table, tiles, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
@@ -62,16 +62,15 @@ def write_posterior_report(
         The file cannot be written.
     """
     target = page_target(path)
-    with styled():
-        sections = [
-            ("What is told", _summary(found)),
-            ("What is not told apart", _apart(found)),
-            ("Posterior", _corner(found)),
-            ("Fit at the posterior's medians", _fit(found, observed, simulate)),
-            ("Life", _lives(lives)),
-            ("Runs and draws", element("p", escape(found.sampled + "."))),
-            ("The scene at the posterior's medians", folded_toml(found.inferred_scene.to_toml())),
-        ]
+    sections = [
+        ("What is told", _summary(found)),
+        ("What is not told apart", _apart(found)),
+        ("Posterior", _corner(found)),
+        ("Fit at the posterior's medians", _fit(found, observed, simulate)),
+        ("Life", _lives(lives)),
+        ("Runs and draws", element("p", escape(found.sampled + "."))),
+        ("The scene at the posterior's medians", folded_toml(found.inferred_scene.to_toml())),
+    ]
     attrs = {str(name): value for name, value in found.to_dataset().attrs.items()}
     told = f"From: {attrs['observed']}."
     write_page(target, page_of(str(attrs["title"]), told, sections, attrs))

@@ -20,7 +20,7 @@ from semiwear.inference.unknowns import COEFFICIENT, Unknowns, unknowns_of
 from semiwear.scatter.distributions import Distribution, read_distribution
 from semiwear.scatter.run import Sampling, draw
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import MESHES
@@ -162,9 +162,9 @@ def plan_inference(
         With everything that is wrong.
     """
     problems: list[Problem] = []
-    if runs is not None and (isinstance(runs, bool) or not isinstance(runs, int) or not _LEAST_RUNS <= runs <= 4096):
+    if runs is not None and (not is_whole(runs) or not _LEAST_RUNS <= runs <= 4096):
         problems.append(Problem("runs", shown(runs), f"a whole number, {_LEAST_RUNS} to 4096", "leave it out"))
-    if isinstance(emulator_share, bool) or not isinstance(emulator_share, int | float) or not emulator_share > 0.0:
+    if not is_number(emulator_share) or not emulator_share > 0.0:
         problems.append(Problem("emulator_share", shown(emulator_share), "greater than 0", "0.3 is usual"))
     wear = scene.wear
     if wear is None:

@@ -111,7 +111,6 @@ class Draws:
         Longest autocorrelation time [steps].
     effective : float
         Independent draws that would tell as much.
-    acceptance : float
     settled : bool
         Whether the chains lasted long enough for that to be told.
     """
@@ -119,7 +118,6 @@ class Draws:
     normal: FloatArray
     autocorrelation: float
     effective: float
-    acceptance: float
     settled: bool
 
 
@@ -160,9 +158,7 @@ def draw_posterior(
     burn = length // 4
     whole = walkers * (length - burn)
     chain = sampler.get_chain(discard=burn, thin=max(whole // _KEPT, 1), flat=True)
-    return Draws(
-        np.asarray(chain), time, whole / time, float(np.mean(sampler.acceptance_fraction)), length > _SETTLED * time
-    )
+    return Draws(np.asarray(chain), time, whole / time, length > _SETTLED * time)
 
 
 def _starts(target: Target, best: FloatArray, walkers: int, random: np.random.Generator) -> FloatArray:

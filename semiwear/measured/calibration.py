@@ -111,7 +111,7 @@ class Calibration:
         assert wear is not None
         given = wear.coefficient_mm2_per_N
         if isinstance(given, BodyCoefficients):
-            scaled = {name: self.factor * k for name in BODIES if (k := getattr(given, name)) is not None}
+            scaled = {name: self.factor * k for name, k in given.given.items()}
             return self.scene.replace({"wear.coefficient_mm2_per_N": scaled})
         return self.scene.replace({"wear.coefficient_mm2_per_N": self.factor * given})
 

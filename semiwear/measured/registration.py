@@ -167,7 +167,7 @@ def register(
         Points that have not worn.
     motions : sequence of str
         What a best fit moves: of ``"rotation"``, ``"axial"`` (both by default), ``"radial"``, ``"tangential"``,
-        ``"tilt_radial"``, ``"tilt_tangential"``. A motion that the flank does not feel (a spur flank: along its axis)
+        ``"tilt_radial"``, ``"tilt_tangential"``. A motion that this flank cannot tell (a spur flank: along its axis)
         or not by itself (a helical one: along its axis beside about it) is held, and listed in the attribute `held`.
 
     Returns

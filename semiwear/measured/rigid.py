@@ -133,8 +133,8 @@ def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:
 def determined(modes: FloatArray) -> BoolArray:
     """Which motions a flank can tell: (motions,) bool from modes (points, motions).
 
-    A spur flank does not feel a shift along its axis, and a helical one feels it as it feels a rotation: a motion
-    that moves no point along its normal, or only as a mixture of those before it does, is left out.
+    A shift along the axis moves no point of a spur flank along its normal, and those of a helical one as a
+    rotation does: a motion that moves none, or all as a mixture of the motions before it does, is left out.
     """
     size = np.linalg.norm(modes, axis=0)
     nothing = _NOTHING * np.sqrt(modes.shape[0])

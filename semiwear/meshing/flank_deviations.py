@@ -29,7 +29,7 @@ class FlankDeviation(Protocol):
 
     @property
     def tallest(self) -> float:
-        """The most that one place of the flank can lack against another [mm]."""
+        """Bound on the difference in depth between two places of the flank [mm]."""
 
     def depth(
         self, profile: ArrayLike, face: ArrayLike, root: ArrayLike, tip: ArrayLike, ends: tuple[float, float]

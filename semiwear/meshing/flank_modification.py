@@ -123,7 +123,7 @@ class FlankModification:
 
     @property
     def tallest(self) -> float:
-        """The most that one place of the flank can lack against another [mm]."""
+        """Bound on the difference in depth between two places of the flank [mm]."""
         parts = (self.tip_relief.amount, self.root_relief.amount, self.crowning, self.lead_slope, self.bias)
         return sum(map(abs, parts)) + (0.0 if self.deviations is None else self.deviations.span)
 

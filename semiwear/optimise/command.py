@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from semiwear.accuracy import simulate
@@ -30,7 +31,7 @@ from semiwear.simulate import Progress
 from semiwear.sources import no_pipe
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import flat_fields, read_study
-from semiwear.targets import PAGES, file_target, naming, require_apart
+from semiwear.targets import PAGES, file_target, naming, require_apart, target_problems
 from semiwear.untyped import Table
 
 __all__ = ["run_optimise"]
@@ -52,13 +53,12 @@ def run_optimise(
         A report is asked for without matplotlib.
     """
     problems: list[Problem] = []
-    for field, path, endings in (("-o", output, _SCENES), ("--report", report, PAGES)):
-        problems += _problems_of(field, path, endings)
-    if designs is not None:
-        try:
-            sweep_target("--designs", designs)
-        except SceneError as error:
-            problems += error.problems
+    for field, path, target in (
+        ("-o", output, partial(file_target, endings=_SCENES)),
+        ("--designs", designs, sweep_target),
+        ("--report", report, partial(file_target, endings=PAGES)),
+    ):
+        problems += target_problems(field, path, target)
     read = None
     try:
         read = read_study(study, _NAMES)
@@ -81,9 +81,9 @@ def run_optimise(
     best = optimise(
         read.scene, vary, subject_to=read.tables.get("subject_to"), workers=workers, progress=progress, **options
     )
-    target = Path(output)
-    with naming(target):
-        target.write_text(best.scene.to_toml(), encoding="utf-8")
+    scene = Path(output)
+    with naming(scene):
+        scene.write_text(best.scene.to_toml(), encoding="utf-8")
     lines = [str(best), "", f"scene of the best design: {output}"]
     if designs is not None:
         write_sweep(best.designs, designs)
@@ -91,18 +91,6 @@ def run_optimise(
     if report is not None:
         lines.append(f"report: {write_optimum_report(best, read.scene, report, simulate)}")
     return "\n".join(lines)
-
-
-def _problems_of(field: str, path: str | None, endings: tuple[str, ...]) -> list[Problem]:
-    if path is None:
-        return []
-    try:
-        target = file_target(field, path, endings)
-    except SceneError as error:
-        return list(error.problems)
-    if target.parent.is_dir():
-        return []
-    return [Problem(field, path, "a file in a folder that exists", f"make {target.parent}")]
 
 
 def _design_of(study: str) -> object:

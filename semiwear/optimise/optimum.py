@@ -12,6 +12,7 @@ from semiwear.optimise.quantity import Limit, Quantity
 from semiwear.optimise.search import Found
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
+from semiwear.scene.values import is_number
 from semiwear.untyped import Table, Value
 
 __all__ = ["Optimum", "Told", "optimum_of"]
@@ -184,7 +185,7 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
 
 def _labels(values: list[Value]) -> np.ndarray:
     """Numbers, or text."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+    if all(is_number(value) for value in values):
         return np.array(values)
     return np.array(["none" if value is None else str(value) for value in values], dtype=np.str_)
 

@@ -13,7 +13,7 @@ from semiwear.optimise.quantity import limits_of, quantity_of
 from semiwear.optimise.search import Found, Goal, scan, search, settle
 from semiwear.optimise.space import space_of
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
 from semiwear.threads import available_threads
@@ -96,9 +96,9 @@ def optimise(
     limits = limits_of(subject_to, problems)
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
-    if most is not None and (isinstance(most, bool) or not isinstance(most, int) or most < 1):
+    if most is not None and (not is_whole(most) or most < 1):
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 0):
+    if workers is not None and (not is_whole(workers) or workers < 0):
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
     if problems or space is None:
         raise SceneError(problems, "optimise")

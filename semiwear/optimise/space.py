@@ -10,7 +10,7 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import Problem, SceneError
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 from semiwear.sweep.variation import read_variation
 from semiwear.untyped import Table, Value
 
@@ -56,7 +56,7 @@ class DesignField:
         if not self.continuous:
             return (self.values.index(value) + 0.5) / len(self.values) if value in self.values else None
         low, high = float(self.values[0]), float(self.values[1])
-        if isinstance(value, bool) or not isinstance(value, int | float) or high <= low:
+        if not is_number(value) or high <= low:
             return None
         share = (float(value) - low) / (high - low)
         return min(max(share, 0.0), 1.0) if -_SAME <= share <= 1.0 + _SAME else None
@@ -147,8 +147,3 @@ def space_of(scene: Scene, vary: object) -> Space:
             values = tuple(range(int(values[0]), int(values[1]) + 1))
         fields.append(DesignField(axis.key, axis.name, values, ranged and not whole))
     return Space(tuple(fields))
-
-
-def is_number(value: object) -> bool:
-    """Whether a value is a number; true and false are none."""
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -16,7 +16,8 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial.distance import cdist
 
 from semiwear.arrays import BoolArray, FloatArray
-from semiwear.optimise.space import Space, is_number
+from semiwear.optimise.space import Space
+from semiwear.scene.values import is_number
 from semiwear.untyped import Value
 
 __all__ = ["Surrogate"]

@@ -349,7 +349,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Fresh contact lines, on the fine roll grid and at the solved positions, nodes, and what unworn flanks lack."""
+    """Fresh contact lines, on the fine roll grid and at the solved positions, nodes, and depths of modification."""
 
     fine: ContactLines
     lines: ContactLines

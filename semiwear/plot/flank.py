@@ -82,7 +82,7 @@ def wear_map(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None, *, 
 
 @styled()
 def contact_pattern(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None) -> Axes:
-    """Contact pattern: greatest pressure that each point of the gear's flank feels in a mesh; fidelity ``patch``.
+    """Contact pattern: greatest pressure on each point of the gear's flank in a mesh; fidelity ``patch``.
 
     Colours end at the greatest pressure away from borders over all wear steps, so that pictures of one result can
     be compared; rounded edges lie beyond. Parameters and return value as in `wear_map`.

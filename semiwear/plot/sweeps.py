@@ -67,7 +67,8 @@ class _View:
     held: str
 
 
-def _view(found: xr.Dataset, name: str, body: str, fields: tuple[str, ...], wanted: int) -> _View:
+def _view(found: xr.Dataset, name: str, body: str, wanted: tuple[str | None, str | None]) -> _View:
+    fields = [field for field in wanted if field is not None]
     values = scene_values(found, name, body)
     dims = [str(dim) for dim in values.dims]
     if dims == [_SAMPLE]:
@@ -76,7 +77,7 @@ def _view(found: xr.Dataset, name: str, body: str, fields: tuple[str, ...], want
         if field not in dims:
             raise SemiwearError(f"{field} is not varied along a dimension of its own; these are: {', '.join(dims)}")
     order = sorted(dims, key=lambda dim: (values[dim].dtype.kind == "U", -values.sizes[dim]))
-    chosen = [*fields, *(dim for dim in order if dim not in fields and values.sizes[dim] > 1)][:wanted]
+    chosen = [*fields, *(dim for dim in order if dim not in fields and values.sizes[dim] > 1)][:2]
     chosen = chosen or order[:1]
     rest = _held(values, [dim for dim in dims if dim not in chosen])
     held = ", ".join(f"{dim} {_text(values[dim].values[k], values[dim])}" for dim, k in rest.items())
@@ -145,8 +146,7 @@ def sweep_curves(
     -------
     Axes
     """
-    fields = tuple(field for field in (over, by) if field is not None)
-    view = _view(found, name, body, fields, 2)
+    view = _view(found, name, body, (over, by))
     (ax,) = axes_for(ax, 1, SIZE)
     values = view.values if view.values.ndim == 2 else view.values.expand_dims("one", 1)
     x = values[str(values.dims[0])]
@@ -195,8 +195,7 @@ def sweep_map(
     SemiwearError
         Fewer than two fields are varied on a grid.
     """
-    fields = tuple(field for field in (over, by) if field is not None)
-    view = _view(found, name, body, fields, 2)
+    view = _view(found, name, body, (over, by))
     if view.values.ndim != 2:
         raise SemiwearError("a map needs two varied fields")
     (ax,) = axes_for(ax, 1, SIZE)

@@ -26,22 +26,8 @@ def wear_surface(tree: xr.DataTree, wear_step: int = -1, ax: Axes | None = None,
     """The worn flank as a surface below the unworn one by the wear depth, which is its colour too.
 
     The unworn flank is drawn as a plane, whose outline stays. Depths are micrometres where lengths are millimetres:
-    what is gone is drawn some hundred to thousand times as deep as it is, and the title says how many.
-
-    Parameters
-    ----------
-    tree : DataTree
-        A result with `/flank`.
-    wear_step : int
-        Index of the wear step; the last unless given.
-    ax : Axes3D, optional
-        Where to draw; a new figure unless given.
-    body : str, optional
-        ``"pinion"`` or ``"gear"``. Default: the gear, unless the pinion alone wears.
-
-    Returns
-    -------
-    Axes
+    what is gone is drawn some hundred to thousand times as deep as it is, and the title says how many. Parameters and
+    return value as in `wear_map`; the axes have three dimensions.
     """
     body = chosen_body(tree, body)
     along, height, wear = (_finer(values) for values in on_flank(tree, body, wear_step))

@@ -18,7 +18,7 @@ __all__ = ["rated_by_cycles"]
 def rated_by_cycles(
     steps: Sequence[WornStep], stress: FloatArray, curves: Sequence[LifeCurve], required_safety: float
 ) -> Rated:
-    """Safeties by Miner's sum of stresses that every point feels once a mesh.
+    """Safeties by Miner's sum of stresses that act on every point once a mesh.
 
     Parameters
     ----------

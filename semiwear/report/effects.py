@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import xarray as xr
 
 from semiwear.plot.history import history_of
-from semiwear.plot.style import label, styled
+from semiwear.plot.style import label
 from semiwear.report.markup import element, figure_text, picture, tiles, with_unit
 from semiwear.report.numbers import life_numbers
 from semiwear.report.pictures import figure_uri
@@ -61,10 +61,9 @@ def _value(series: xr.DataArray, step: int) -> str:
 
 
 def _chart(tree: xr.DataTree, title: str, series: xr.DataArray) -> str:
-    with styled():
-        uri = figure_uri(
-            _SIZE, 1, lambda axes: history_of(tree, str(series.name), axes[0]).set_ylabel(label(series, title))
-        )
+    uri = figure_uri(
+        _SIZE, 1, lambda axes: history_of(tree, str(series.name), axes[0]).set_ylabel(label(series, title))
+    )
     alt = f"{title} over the wear steps: {_value(series, 0)} at first, {_value(series, -1)} at last."
     long_name = str(series.attrs["long_name"])
     caption = f"{long_name[:1].upper()}{long_name[1:]}."

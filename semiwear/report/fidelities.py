@@ -10,7 +10,7 @@ import xarray as xr
 
 from semiwear.errors import SemiwearError
 from semiwear.plot.against import pressure_of_both, wear_difference
-from semiwear.plot.style import SIZE, styled
+from semiwear.plot.style import SIZE
 from semiwear.plot.two_results import TwoResults, fidelity
 from semiwear.report.differences import LOAD_SHARE, RELATIVE, Difference, Kind, Mark, differences
 from semiwear.report.markup import (
@@ -184,8 +184,7 @@ def _pictures(results: TwoResults) -> str:
 
 def _card(title: str, caption: str, draw: Callable[..., object], results: TwoResults) -> str:
     try:
-        with styled():
-            uri = figure_uri(SIZE, 1, lambda axes: draw(results.this, results.other, ax=axes[0]))
+        uri = figure_uri(SIZE, 1, lambda axes: draw(results.this, results.other, ax=axes[0]))
     except SemiwearError as reason_:
         if isinstance(reason_, ImportError):
             raise

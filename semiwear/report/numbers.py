@@ -12,6 +12,7 @@ from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.results.wearing import control_place, life_bodies, pitch_surface, scene_tables, shown_bodies
+from semiwear.scene.values import is_number
 
 __all__ = ["advice", "life_numbers", "main_numbers", "other_numbers"]
 
@@ -55,7 +56,7 @@ def _of_module(tree: xr.DataTree, depth: float) -> str:
     """The share of the module that a depth [mm] is, where the scene tells it."""
     pair = scene_tables(tree).get("gear_pair", {})
     module = pair.get("module_mm", pair.get("normal_module_mm"))
-    if not isinstance(module, int | float) or isinstance(module, bool) or module <= 0:
+    if not is_number(module) or module <= 0:
         return ""
     return f"; {figure_text(100.0 * depth / module, 2)} % of the module"
 

@@ -105,8 +105,7 @@ def draw(picture: Picture, tree: xr.DataTree) -> Drawn:
     if picture.needs_wear and steps < 2:
         return Drawn(picture, "", "", "the result has one wear step, so there is no wear to show")
     try:
-        with styled():
-            uri = _png(picture, tree)
+        uri = _png(picture, tree)
         return Drawn(picture, uri, f"{picture.title}. {picture.describe(tree)}")
     except SemiwearError as reason:
         if isinstance(reason, ImportError):
@@ -134,6 +133,7 @@ def _png(picture: Picture, tree: xr.DataTree) -> str:
     return figure_uri(picture.size, picture.panels, alone, subplot=solid)
 
 
+@styled()
 def figure_uri(
     size: tuple[float, float],
     panels: int,
@@ -143,7 +143,10 @@ def figure_uri(
     columns: int = 1,
     subplot: dict[str, str] | None = None,
 ) -> str:
-    """A figure [inch] as a data URI; `draw_on` gets its axes, in so many columns or all `side_by_side`."""
+    """A figure [inch] in the style of all pictures, as a data URI.
+
+    `draw_on` gets its axes, in so many columns or all `side_by_side`.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
@@ -251,7 +254,7 @@ PICTURES: tuple[Picture, ...] = (
     Picture(
         "contact_pattern",
         "Contact pattern",
-        "Greatest pressure that each point of the gear's flank feels in a mesh, at the first and the last wear step; "
+        "Greatest pressure on each point of the gear's flank in a mesh, at the first and the last wear step; "
         "colours end at the greatest pressure away from borders.",
         _pattern_text,
         "flank",

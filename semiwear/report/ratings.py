@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.plot.ratings import mode_words, safety_history, safety_map
-from semiwear.plot.style import SIZE_WIDE, styled
+from semiwear.plot.style import SIZE_WIDE
 from semiwear.report.markup import NONE, element, figure_text, picture, table
 from semiwear.report.pictures import figure_uri
 from semiwear.results.missing import group_of
@@ -26,10 +26,9 @@ def ratings_section(tree: xr.DataTree) -> str:
     ratings = group_of(tree, "ratings")
     if not ratings:
         return ""
-    with styled():
-        uri = figure_uri(_SIZE, 1, lambda axes: safety_history(tree, axes[0]))
-        modes = ratings["mode"].values if "wear_depth" in group_of(tree, "flank") else ()
-        maps = "".join(_map(tree, str(mode)) for mode in modes)
+    uri = figure_uri(_SIZE, 1, lambda axes: safety_history(tree, axes[0]))
+    modes = ratings["mode"].values if "wear_depth" in group_of(tree, "flank") else ()
+    maps = "".join(_map(tree, str(mode)) for mode in modes)
     caption = (
         "Safety of each failure mode over what it requires, pinion and gear; the stretch in which a mode has the "
         "least is shaded in its colour. Safeties that add up damage begin at static strength."

@@ -38,7 +38,7 @@ _DRAWN_DEPTH = 0.15  # of the tooth's height: about how deep the greatest wear i
 _ABOVE = 1.03  # of the run's pressure: by so much Hertz's law may be off away from edges
 _LOADED = 1e-6  # of the load: rounding below
 
-_BY_PATTERN = "greatest pressure that each point feels in a mesh"
+_BY_PATTERN = "greatest pressure on each point in a mesh"
 _BY_LINES = (
     "the greatest pressure of each roll position away from edges, spread along its contact line as Hertz's law does "
     "with the load there and the curvature of the unworn flanks"
@@ -176,7 +176,7 @@ def _factors(height: float, deepest: float) -> list[int]:
 
 
 def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArray | None, str]:
-    """Pressure that the points of a flank feel in a mesh, (wear_step, profile, face) [MPa], and what it is."""
+    """Greatest pressure on the points of a flank in a mesh, (wear_step, profile, face) [MPa], and what it is."""
     flank, engagement = group_of(tree, "flank"), group_of(tree, "engagement")
     if body == "gear" and "contact_pattern" in flank:
         return np.asarray(flank["contact_pattern"].values, float), _BY_PATTERN

@@ -24,9 +24,7 @@ def provenance(
     physics: str,
     fidelity: str,
     references: str,
-    accuracy: str = "not asked for",
     action: str = "simulate",
-    source: str | None = None,
     input_files: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """Attributes of the root of a result.
@@ -43,12 +41,8 @@ def provenance(
         ``"line"``, ``"patch"`` or ``"finite elements"``.
     references : str
         Published sources of the physics that ran, one a line.
-    accuracy : str
-        The accuracy that was asked for.
     action : str
         The function that made the result, for `history`.
-    source : str, optional
-        The software; semiwear and its version unless given.
     input_files : mapping, optional
         SHA-256 of the files that the scene names, by path, from when they were read; from now unless given.
 
@@ -57,7 +51,7 @@ def provenance(
     dict of str to str
     """
     files = _files(scene_toml) if input_files is None else input_files
-    software = source or f"semiwear {version()}"
+    software = f"semiwear {version()}"
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     return {
         "title": title,
@@ -70,7 +64,7 @@ def provenance(
         "platform": f"Python {platform.python_version()}, {platform.platform()}",
         "physics": physics,
         "fidelity": fidelity,
-        "accuracy": accuracy,
+        "accuracy": "not asked for",
         "references": references,
     }
 

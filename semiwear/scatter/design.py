@@ -19,7 +19,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import Problem
 from semiwear.scatter.distributions import Distribution
 from semiwear.scene.closest import closest
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 
 __all__ = ["Design", "correlation_matrix", "design", "read_correlation"]
 
@@ -97,7 +97,7 @@ def read_correlation(
                 problems.append(Problem("correlation", shown(name), f"one of {', '.join(fields)}", fix))
         if len(set(named)) != 2:
             problems.append(Problem("correlation", shown(pair), "pairs of two fields", 'e.g. {("a", "b"): 0.5}'))
-        if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
+        if not is_number(rank) or not -1.0 < rank < 1.0:
             problems.append(
                 Problem(f"correlation of {pair}", shown(rank), "above -1 and below 1", "a rank correlation")
             )

@@ -69,7 +69,7 @@ class Normal:
 
     def problems(self, field: str) -> list[Problem]:
         """Wrong parameters."""
-        return [*_needs_above(field, "deviation", self.deviation, 0.0), *_needs_order(field, self.low, self.high)]
+        return [*_needs_positive(field, "deviation", self.deviation), *_needs_order(field, self.low, self.high)]
 
 
 @dataclass(frozen=True)
@@ -98,10 +98,11 @@ class LogNormal:
 
     def problems(self, field: str) -> list[Problem]:
         """Wrong parameters."""
-        found = _needs_above(field, "median", self.median, 0.0) + _needs_above(
-            field, "variation", self.variation, 0.0
-        )
-        return [*found, *_needs_order(field, self.low, self.high)]
+        return [
+            *_needs_positive(field, "median", self.median),
+            *_needs_positive(field, "variation", self.variation),
+            *_needs_order(field, self.low, self.high),
+        ]
 
 
 @dataclass(frozen=True)
@@ -248,10 +249,10 @@ def _not_numbers(field: str, raw: Normal | LogNormal | Uniform | Triangular) -> 
     return found
 
 
-def _needs_above(field: str, name: str, value: float, limit: float) -> list[Problem]:
-    if value > limit:
+def _needs_positive(field: str, name: str, value: float) -> list[Problem]:
+    if value > 0.0:
         return []
-    return [Problem(f"{field}, {name}", value, f"greater than {limit:g}", "for a fixed value, change the scene")]
+    return [Problem(f"{field}, {name}", value, "greater than 0", "for a fixed value, change the scene")]
 
 
 def _needs_order(field: str, low: float, high: float) -> list[Problem]:

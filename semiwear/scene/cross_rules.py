@@ -208,7 +208,7 @@ def _every_worn_body_has_a_coefficient(
 ) -> Iterator[Problem]:
     if not isinstance(coefficient, BodyCoefficients):
         return
-    given = {body: value for body in BODIES if (value := getattr(coefficient, body)) is not None}
+    given = coefficient.given
     missing = [body for body in bodies if body not in given]
     if missing:
         allowed = f"with {' and '.join(missing)}, as needed by wear.worn_bodies"

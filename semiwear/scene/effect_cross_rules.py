@@ -13,6 +13,7 @@ from semiwear.scene.effects import EFFECTS
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.reading import Reading
 from semiwear.scene.rule import Rule
+from semiwear.scene.rules import BODIES
 from semiwear.scene.values import shown
 from semiwear.untyped import Value
 
@@ -114,37 +115,23 @@ def _no_more_deviations_than_teeth(teeth: int, deviations: tuple[float, ...]) ->
         yield Problem("effects.pitch_error.pinion_um", shown(list(deviations)), f"at most {teeth} deviations", fix)
 
 
-def _oil_thins(table: str, cold: float, hot: float) -> Iterator[Problem]:
-    if hot >= cold:
-        fix = "swap them" if hot > cold else "give both of the oil's data sheet"
-        yield Problem(f"{table}.viscosity_100_mm2_per_s", hot, f"below viscosity_40_mm2_per_s ({cold:g})", fix)
+for _table in ("effects.micropitting", "effects.scuffing"):
+
+    @_across(_table, "viscosity_40_mm2_per_s", "viscosity_100_mm2_per_s")
+    def _oil_thins(cold: float, hot: float, table: str = _table) -> Iterator[Problem]:
+        if hot >= cold:
+            fix = "swap them" if hot > cold else "give both of the oil's data sheet"
+            yield Problem(f"{table}.viscosity_100_mm2_per_s", hot, f"below viscosity_40_mm2_per_s ({cold:g})", fix)
 
 
-@_across("effects.micropitting", "viscosity_40_mm2_per_s", "viscosity_100_mm2_per_s")
-def _oil_of_micropitting_thins(cold: float, hot: float) -> Iterator[Problem]:
-    yield from _oil_thins("effects.micropitting", cold, hot)
+for _body in BODIES:
 
-
-@_across("effects.scuffing", "viscosity_40_mm2_per_s", "viscosity_100_mm2_per_s")
-def _oil_of_scuffing_thins(cold: float, hot: float) -> Iterator[Problem]:
-    yield from _oil_thins("effects.scuffing", cold, hot)
-
-
-def _as_many(body: str, depths: Value, hardness: Value) -> Iterator[Problem]:
-    if depths is not None and hardness is not None and len(depths) != len(hardness):
-        allowed = f"as many as {body}_hardness_depths_mm ({len(depths)})"
-        fix = f"there are {len(hardness)}: one for each depth"
-        yield Problem(f"effects.flank_fracture.{body}_hardness_HV", shown(list(hardness)), allowed, fix)
-
-
-@_across("effects.flank_fracture", "pinion_hardness_depths_mm", "pinion_hardness_HV")
-def _pinion_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[Problem]:
-    yield from _as_many("pinion", depths, hardness)
-
-
-@_across("effects.flank_fracture", "gear_hardness_depths_mm", "gear_hardness_HV")
-def _gear_hardness_at_every_depth(depths: Value, hardness: Value) -> Iterator[Problem]:
-    yield from _as_many("gear", depths, hardness)
+    @_across("effects.flank_fracture", f"{_body}_hardness_depths_mm", f"{_body}_hardness_HV")
+    def _hardness_at_every_depth(depths: Value, hardness: Value, body: str = _body) -> Iterator[Problem]:
+        if depths is not None and hardness is not None and len(depths) != len(hardness):
+            allowed = f"as many as {body}_hardness_depths_mm ({len(depths)})"
+            fix = f"there are {len(hardness)}: one for each depth"
+            yield Problem(f"effects.flank_fracture.{body}_hardness_HV", shown(list(hardness)), allowed, fix)
 
 
 @_across("effects.bending", "required_safety", "numerics.tooth_compliance")

@@ -39,13 +39,13 @@ class RatingTable(EffectTable):
 
 
 def usual_range(low: float, high: float, unit: str, usual: str) -> Rule:
-    """A number from one limit to another; a message of its lack tells the usual range."""
+    """A number from one limit to another; where it is missing, the message tells the usual range."""
     allowed = f"{low:g} to {high:g} {unit}".rstrip() + f"; usual: {usual}"
     return Rule(number, allowed, lambda value: low <= value <= high, usual)
 
 
 def usual_above(high: float, unit: str, usual: str) -> Rule:
-    """A number above 0, up to a limit; a message of its lack tells the usual range."""
+    """A number above 0, up to a limit; where it is missing, the message tells the usual range."""
     allowed = f"above 0, up to {high:g} {unit}".rstrip() + f"; usual: {usual}"
     return Rule(number, allowed, lambda value: 0.0 < value <= high, usual)
 

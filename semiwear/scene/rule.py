@@ -83,9 +83,9 @@ def above(limit: float, high: float, fix: str, unit: str = "") -> Rule:
     return Rule(number, allowed, lambda value: limit < value <= high, fix)
 
 
-def any_number(fix: str, unit: str = "mm") -> Rule:
-    """A number of any sign and size."""
-    return Rule(number, f"a number of {unit}", lambda value: True, fix)
+def any_number(fix: str) -> Rule:
+    """A length of any sign and size."""
+    return Rule(number, "a number of mm", lambda value: True, fix)
 
 
 def or_auto(rule: Rule, allowed: str) -> Rule:

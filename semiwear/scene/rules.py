@@ -45,6 +45,11 @@ class BodyCoefficients:
     pinion: float | None = None
     gear: float | None = None
 
+    @property
+    def given(self) -> dict[str, float]:
+        """Coefficients by body."""
+        return {body: value for body in BODIES if (value := getattr(self, body)) is not None}
+
 
 @dataclass(frozen=True, kw_only=True)
 class BodyData:
@@ -128,7 +133,7 @@ def _listed(words: Iterable[str]) -> str:
 
 def _coefficient(raw: object) -> float | BodyCoefficients:
     if isinstance(raw, BodyCoefficients):
-        raw = {body: value for body in BODIES if (value := getattr(raw, body)) is not None}
+        raw = raw.given
     if not isinstance(raw, Mapping):
         return number(raw)
     raw = {body: value for body, value in raw.items() if value is not None}
@@ -143,9 +148,7 @@ def _coefficient(raw: object) -> float | BodyCoefficients:
 
 def _each(value: float | BodyCoefficients) -> tuple[float, ...]:
     """The coefficients that are given."""
-    if not isinstance(value, BodyCoefficients):
-        return (value,)
-    return tuple(one for one in (value.pinion, value.gear) if one is not None)
+    return tuple(value.given.values()) if isinstance(value, BodyCoefficients) else (value,)
 
 
 _WEAR_COEFFICIENTS = (1e-16, 1e-5)

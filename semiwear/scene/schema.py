@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import MISSING, asdict, dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cached_property
 from itertools import islice
 
@@ -258,7 +258,7 @@ def _plain(value: Value) -> Value:
     if isinstance(value, tuple):
         return list(value)
     if isinstance(value, BodyCoefficients | BodyData):
-        return {body: one for body, one in asdict(value).items() if one is not None}
+        return value.given
     return value
 
 

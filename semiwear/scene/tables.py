@@ -176,7 +176,7 @@ class Wear:
         given = self.coefficient_mm2_per_N
         if not isinstance(given, BodyCoefficients):
             return given
-        value: float | None = getattr(given, body)
+        value = given.given.get(body)
         if value is None:
             key, fix = f"wear.coefficient_mm2_per_N.{body}", "give it, or one number for both bodies"
             raise SceneError.of(key, None, "greater than 0 mm2/N", fix)
@@ -200,7 +200,7 @@ def default_worn_bodies(both: bool, coefficient: object, wear_mapping: object) -
     usual = BODIES if both and wear_mapping != "marched" else ("gear",)
     if not isinstance(coefficient, BodyCoefficients):
         return usual
-    given = tuple(body for body in BODIES if getattr(coefficient, body) is not None)
+    given = tuple(coefficient.given)
     return tuple(body for body in usual if body in given) or given
 
 

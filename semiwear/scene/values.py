@@ -9,7 +9,7 @@ from numbers import Real
 
 from semiwear.untyped import Value
 
-__all__ = ["Reader", "Unreadable", "number", "numbers", "shown", "text", "texts", "whole"]
+__all__ = ["Reader", "Unreadable", "is_number", "is_whole", "number", "numbers", "shown", "text", "texts", "whole"]
 
 Reader = Callable[[object], Value]
 """Converts a raw value or raises `Unreadable`."""
@@ -28,6 +28,16 @@ def shown(raw: object) -> object:
     except (ValueError, RecursionError):  # integers of thousands of digits, bottomless nesting
         return f"an unprintable {type(raw).__name__}"
     return raw if len(printed) <= _LONGEST_SHOWN else printed[: _LONGEST_SHOWN - 3] + "..."
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a number; true and false are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def is_whole(value: object) -> bool:
+    """Whether a value is a whole number; true and false are none."""
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def number(raw: object) -> float:

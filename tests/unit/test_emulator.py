@@ -35,7 +35,7 @@ def test_it_is_the_mean_of_the_process_that_was_fitted() -> None:
     random = np.random.default_rng(2)
     inputs, fresh = random.uniform(-1.0, 1.0, (40, 3)), random.uniform(-1.0, 1.0, (20, 3))
     values = bent(inputs)
-    process = _fitted(inputs, (values - values.mean()) / values.std(), 0)
+    process = _fitted(inputs, (values - values.mean()) / values.std())
     expected = values.mean() + values.std() * process.predict(fresh)
     np.testing.assert_allclose(emulator_of(inputs, values).at(fresh), expected, rtol=1e-8)
 
@@ -46,7 +46,7 @@ def test_a_left_out_run_is_predicted_by_the_others() -> None:
     inputs = random.uniform(-1.0, 1.0, (30, 2))
     values = np.sin(2.0 * inputs[:, 0]) + inputs[:, 1] ** 2
     scaled = (values - values.mean()) / values.std()
-    kernel = _fitted(inputs, scaled, 0).kernel_
+    kernel = _fitted(inputs, scaled).kernel_
     covariance = kernel(inputs) + 1e-10 * np.eye(30)
     rest = np.arange(30) != 7
     predicted = covariance[7, rest] @ np.linalg.solve(covariance[np.ix_(rest, rest)], scaled[rest])

@@ -284,9 +284,17 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
     bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "life_um = [0]\nscene =", 1)
     (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
-    assert main(["infer", "study.toml", "-o", "draws.txt"]) == 2
+    assert main(["infer", "study.toml", "-o", "draws.txt", "--report", "away/page.html"]) == 2
     told = capsys.readouterr().err
-    for part in ("draws.txt", "did you mean value?", "reading[0].value: missing", "curve.csv", "life_um", "[vary]"):
+    for part in (
+        "draws.txt",
+        "a folder that exists",
+        "did you mean value?",
+        "reading[0].value: missing",
+        "curve.csv",
+        "life_um",
+        "[vary]",
+    ):
         assert part in told
     assert not solved
 

@@ -291,7 +291,8 @@ def test_a_study_is_searched_written_and_reported(
     study.write_text('scene = "face_gear_25x160"\nminimize = "wear_depth_max"\n[design]\nx = 3\n')
     with pytest.raises(sw.SceneError) as caught:
         command.run_optimise(
-            str(study), str(study), workers=0, designs=None, report="best.pdf", progress=NoProgress()
-        )
-    for part in ("minimise", "both ends", "best.html"):
+            str(study), str(study), workers=0, designs=str(tmp_path / "away" / "designs.nc"), report="best.pdf",
+            progress=NoProgress(),
+        )  # fmt: skip
+    for part in ("minimise", "both ends", "best.html", "--designs: found"):
         assert part in str(caught.value), part
