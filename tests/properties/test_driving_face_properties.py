@@ -73,7 +73,7 @@ def test_wear_that_is_linear_along_the_driving_face_is_read_exactly(case):
 
 @CASES
 def test_the_gap_reads_the_same_wear(case):
-    """What the gap has more than without wear of the driving flank, at the solved positions where slices can touch."""
+    """What the gap has more than without wear of the driving flank, where slices can touch."""
     found = loaded(case)
     teeth, state = found.teeth, found.state
     step, near = teeth.rolls.substeps, teeth.driving.near
