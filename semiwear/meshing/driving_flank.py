@@ -126,6 +126,24 @@ class DrivingFlank:
         in_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
 
+    def beside(self, slices: IntArray) -> IntArray:
+        """Slices whose contacts share stations of the driving flank with some slices, or reach their stations.
+
+        Parameters
+        ----------
+        slices : int array
+            Slices of the driven flank, and stations of the driving one.
+        """
+        face, stations = self.grid.face, self.grid.face.size
+        place = np.clip((self.lines.driving_face - face[0]) / (face[1] - face[0]), 0.0, stations - 1.0)
+        below, above = np.floor(place).astype(np.int64), np.ceil(place).astype(np.int64)
+        reached = np.zeros(stations, dtype=bool)
+        reached[slices] = True
+        touching = self.near[:, slices]
+        reached[below[:, slices][touching]] = reached[above[:, slices][touching]] = True
+        sharing = self.near & (reached[below] | reached[above])
+        return np.union1d(slices, np.flatnonzero(sharing.any(axis=0)))
+
 
 @dataclass(frozen=True, eq=False)
 class PassedStations:
