@@ -11,12 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import semiwear as sw
+from semiwear import collect
 from semiwear.contact.running_in import RunningIn
 from semiwear.contact.worn_depth import worn_depth
 from semiwear.meshing.driving_flank import PassedStations
 from semiwear.meshing.flank_grid import at_points
 from semiwear.plan import plan
 from semiwear.ratings.contact import RatedContact, RatedFlanks
+from semiwear.wear.swept_line import fresh_sweep
 from tests.scenes import SMALL
 
 _BOTH = {"wear.worn_bodies": ["pinion", "gear"], "numerics.tooth_compliance": "rigid"}
@@ -157,6 +159,37 @@ def test_a_shifted_pinion_is_rated_where_it_bears():
     moved = (contact.teeth.lines.driving_face - contact.teeth.lines.face).mean()
     assert abs(moved) == pytest.approx(2.0)
     assert middle[0] - middle[1] == pytest.approx(moved, abs=0.5 * (face[1] - face[0]))
+
+
+@pytest.mark.parametrize("case", ["face gear", "spur, shifted", "helical, shifted"])
+def test_active_nodes_of_the_driving_flank_are_those_that_the_path_of_contact_crosses(case):
+    teeth = loaded(case).teeth
+    told = collect.flank(teeth, fresh_sweep(teeth.pair, teeth.lines))
+    met = teeth.lines.driving_face[teeth.on_path]
+    active, face = (told["active"][0] > 0).any(axis=0), teeth.grid.face
+    width = face[1] - face[0]
+    assert not active[(face < met.min() - 0.51 * width) | (face > met.max() + 0.51 * width)].any()
+    assert active[(face > met.min()) & (face < met.max())].all()
+
+
+@pytest.mark.parametrize("shift", [2.0, -4.0])
+def test_a_control_point_of_a_shifted_pinion_wears_to_its_depths(shift):
+    """Slices that pass the point are found, however far beside its station they lie."""
+    changes = {
+        "gear_pair.pinion_face_width_mm": 24.0,
+        "numerics.face_slices": 31,
+        "numerics.roll_positions": 8,
+        "numerics.tooth_compliance": "rigid",
+        "effects.misalignment": {"axial_pinion_mm": shift},
+        "wear.until.meshes": None,
+        "wear.until.control_depths_um": [1.0, 2.0],
+        "wear.control_point": {"face_mm": 2.0, "height_mm": -1.5, "body": "pinion"},
+    }
+    flank = sw.simulate(sw.load_scene("spur_fzg_c").replace(changes))["flank"].sel(body="pinion")
+    wear, height = flank.wear_depth.values, flank.flank_height.values
+    at_height = [[np.interp(-1.5, height[:, i], w[:, i]) for i in range(height.shape[1])] for w in wear]
+    found = [np.interp(2.0, flank["face"].values, depth) for depth in at_height]
+    np.testing.assert_allclose(found, [0.0, 1.0, 2.0], rtol=1e-3)
 
 
 @st.composite
