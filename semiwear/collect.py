@@ -17,6 +17,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.contact.patch_contact import subsurface_stress
 from semiwear.contact.pressed_tips import relief_to_free, tip_load_share
 from semiwear.effect_clock import EffectClock
+from semiwear.meshing.driving_flank import PassedStations
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
 from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.results import Zone
@@ -102,22 +103,19 @@ class _Zones:
         Where a slice's path of contact does not cross the band, all of it is on one side.
         """
         own, lines = cls.of(teeth), teeth.lines
-        inside = teeth.on_path
-        borders = np.empty((2, lines.profile.shape[1]))
-        for i in range(borders.shape[1]):
+        inside, theirs = teeth.on_path, (lines.driving_face, lines.driving_profile)
+        met = []  # slices out of contact are left out: as their neighbours
+        for i in np.flatnonzero(inside.any(axis=0)):
             on = np.flatnonzero(inside[:, i])
-            if on.size == 0:  # out of contact: as its neighbours
-                borders[:, i] = np.nan
-                continue
             order = on[np.argsort(lines.profile[on, i])]
             # the higher on one flank, the lower on the other
             at = (own.high[i], own.low[i])
-            borders[:, i] = np.interp(at, lines.profile[order, i], lines.driving_profile[order, i])
-        known = np.isfinite(borders[0])
-        if not known.all():
-            slices = np.arange(known.size)
-            borders = np.stack([np.interp(slices, slices[known], border[known]) for border in borders])
-        return cls(*borders)
+            met.append([np.interp(at, lines.profile[order, i], on_driving[order, i]) for on_driving in theirs])
+        found = []
+        for face, border in np.moveaxis(np.array(met), 0, -1).swapaxes(0, 1):
+            order = np.argsort(face)
+            found.append(np.interp(teeth.grid.face, face[order], border[order]))
+        return cls(*found)
 
     def of_profile(self, profile: FloatArray) -> IntArray:
         """Zone of places in slices; `profile` has the slices along its last axis."""
@@ -320,23 +318,23 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
     pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
     zones = {DRIVING: _Zones.of_driving(teeth), DRIVEN: _Zones.of(teeth)}
-    inside = teeth.on_path
-    driving = teeth.driving_profile
+    inside, passed = teeth.on_path, PassedStations.of(lines.driving_face, grid.face)
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
+    driving = passed.read_within(-sign * fresh.driving_specific_sliding, inside)
     parts = {
-        DRIVING: (driving, lines.driving_profile, -sign * fresh.driving_specific_sliding),
-        DRIVEN: (grid.profile, lines.profile, sign * fresh.specific_sliding),
+        DRIVING: (teeth.driving_profile, passed.read(lines.driving_profile), driving, passed.within(inside)),
+        DRIVEN: (grid.profile, lines.profile, sign * fresh.specific_sliding, inside),
     }
     arrays: dict[str, list[np.ndarray]] = {
         name: [] for name in ("flank_height", "flank_radius", "zone", "active", "specific_sliding")
     }
     for body in range(len(BODIES)):
-        nodes, places, sliding = parts[body]
+        nodes, places, sliding, counts = parts[body]
         height, radius = pair.flank_place(body, grid.face[:, None], nodes)
         specific, active = np.zeros(nodes.shape), np.zeros(nodes.shape, dtype=np.int8)
         for i in range(grid.face.size):
-            on = np.flatnonzero(inside[:, i])
+            on = np.flatnonzero(counts[:, i])
             if on.size == 0:
                 continue
             order = on[np.argsort(places[on, i])]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
-from semiwear.contact.loaded_teeth import LoadedState
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.worn_depth import worn_depth
 
 __all__ = ["RunningIn"]
@@ -38,15 +38,14 @@ class RunningIn:
         """Roughness over that when new, of flanks from which wear has taken a depth [mm]."""
         return np.asarray(1.0 + self.share * np.expm1(-np.asarray(worn, float) / self.depth))
 
-    def of_both(self, state: LoadedState, profile: FloatArray, places: FloatArray) -> FloatArray:
+    def of_both(self, teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:
         """Mean of what remains on both flanks, which are equally rough when new, (roll, face).
 
         Parameters
         ----------
+        teeth : LoadedTeeth
         state : LoadedState
-        profile : (body, face, node) array [mm]
-            Of the nodes that carry wear.
-        places : (body, roll, face) array [mm]
-            Where each flank is touched.
+        touched : (roll, face) array [mm]
+            Profile coordinate at which the driven flank is touched in every slice.
         """
-        return np.asarray(self.remaining(worn_depth(state, profile, places)).mean(axis=0))
+        return np.asarray(self.remaining(worn_depth(teeth, state, touched)).mean(axis=0))

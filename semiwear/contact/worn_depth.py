@@ -5,27 +5,31 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from semiwear.contact.loaded_teeth import LoadedState
-from semiwear.meshing.flank_grid import at_places
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.meshing.flank_grid import at_places, at_points
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["worn_depth"]
 
 FloatArray = NDArray[np.float64]
 
 
-def worn_depth(state: LoadedState, profile: FloatArray, places: FloatArray) -> FloatArray:
+def worn_depth(teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:
     """Depth that wear has taken off each body where they touch, (body, roll, face) [mm].
+
+    The driving flank is met beside the station of the driven one: its wear is read where the gap reads it.
 
     Parameters
     ----------
+    teeth : LoadedTeeth
     state : LoadedState
-    profile : (body, face, node) array [mm]
-        Profile coordinate of the nodes that carry wear, on the body's own flank.
-    places : (body, roll, face) array [mm]
-        Where each flank is touched.
+    touched : (roll, face) array [mm]
+        Profile coordinate at which the driven flank is touched in every slice.
     """
-    found = np.zeros(places.shape)
-    for body, wear in enumerate((state.driving_wear, state.wear)):
-        if wear is not None:
-            found[body] = at_places(profile[body], wear, places[body])
+    found, lines = np.zeros((len(BODIES), *touched.shape)), teeth.lines
+    found[DRIVEN] = at_places(teeth.grid.profile, state.wear, touched)
+    if state.driving_wear is not None:
+        found[DRIVING] = at_points(
+            teeth.grid.face, teeth.driving_profile, state.driving_wear, lines.driving_face, lines.on_driving(touched)
+        )
     return found

@@ -10,11 +10,11 @@ from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
-from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, locate, slope_at
+from semiwear.meshing.flank_grid import FlankGrid, between_stations, change_above, cubic, locate, slope_at
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
 from semiwear.threads import in_shares
 
-__all__ = ["DrivingFlank", "driving_flank", "driving_grid", "station_of"]
+__all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
@@ -121,6 +121,91 @@ class DrivingFlank:
 
         in_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
+
+    def beside(self, slices: IntArray) -> IntArray:
+        """Slices whose contacts share stations of the driving flank with some slices, or reach their stations.
+
+        Parameters
+        ----------
+        slices : int array
+            Slices of the driven flank, and stations of the driving one.
+        """
+        face, stations = self.grid.face, self.grid.face.size
+        place = np.clip((self.lines.driving_face - face[0]) / (face[1] - face[0]), 0.0, stations - 1.0)
+        below, above = np.floor(place).astype(np.int64), np.ceil(place).astype(np.int64)
+        reached = np.zeros(stations, dtype=bool)
+        reached[slices] = True
+        touching = self.near[:, slices]
+        reached[below[:, slices][touching]] = reached[above[:, slices][touching]] = True
+        sharing = self.near & (reached[below] | reached[above])
+        return np.union1d(slices, np.flatnonzero(sharing.any(axis=0)))
+
+
+@dataclass(frozen=True, eq=False)
+class PassedStations:
+    """Stations of the driving flank between the slices that meet it beside them; arrays are (roll, station).
+
+    What is known in the slices of contact lines is known at face coordinates of the driving flank that are not its
+    stations: on a face gear, and where the pinion is displaced along its axis.
+
+    Attributes
+    ----------
+    lower, upper : int arrays
+        Slices that meet the driving flank on either side of the station.
+    weight : array
+        Of the upper one; 0 and 1 hold beyond the first and the last slice.
+    passed : bool array
+        Whether the station lies within a slice, which reaches half-way to the next one.
+    """
+
+    lower: IntArray
+    upper: IntArray
+    weight: FloatArray
+    passed: BoolArray
+
+    @classmethod
+    def of(cls, driving_face: FloatArray, stations: FloatArray) -> PassedStations:
+        """Where stations lie among slices.
+
+        Parameters
+        ----------
+        driving_face : (roll, face) array [mm]
+            Face coordinate of the driving flank that every slice meets.
+        stations : (station,) array [mm]
+            Growing.
+        """
+        shape, slices = (driving_face.shape[0], stations.size), driving_face.shape[1]
+        lower, upper = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
+        weight, passed = np.empty(shape), np.empty(shape, dtype=bool)
+        for k, unordered in enumerate(driving_face):
+            order = np.argsort(unordered, kind="stable")
+            met = unordered[order]
+            low, weight[k] = between_stations(met, stations)
+            lower[k], upper[k] = order[low], order[np.minimum(low + 1, slices - 1)]
+            ends = 1.5 * met[0] - 0.5 * met[1], 1.5 * met[-1] - 0.5 * met[-2]
+            passed[k] = (ends[0] <= stations) & (stations <= ends[1])
+        return cls(lower, upper, weight, passed)
+
+    def read(self, values: FloatArray) -> FloatArray:
+        """Values of slices, (roll, face), at the stations; linear between slices."""
+        before, after = (np.take_along_axis(values, at, axis=1) for at in (self.lower, self.upper))
+        return np.asarray((1.0 - self.weight) * before + self.weight * after)
+
+    def within(self, chosen: BoolArray) -> BoolArray:
+        """Stations that lie within chosen slices, (roll, face)."""
+        return np.asarray(self.passed & np.take_along_axis(chosen, self._nearest, axis=1))
+
+    def read_within(self, values: FloatArray, chosen: BoolArray) -> FloatArray:
+        """The same of chosen slices: linear between two of them, otherwise that of the slice around the station."""
+        both = np.take_along_axis(chosen, self.lower, axis=1) & np.take_along_axis(chosen, self.upper, axis=1)
+        with np.errstate(invalid="ignore"):  # of what is infinite, or not known in slices that are not chosen
+            between = self.read(values)
+        own = np.take_along_axis(values, self._nearest, axis=1)
+        return np.where(both & np.isfinite(between), between, own)
+
+    @property
+    def _nearest(self) -> IntArray:
+        return np.where(self.weight > 0.5, self.upper, self.lower)
 
 
 def driving_flank(pair: FlankPair, lines: ContactLines, grid: FlankGrid, near: BoolArray) -> DrivingFlank:

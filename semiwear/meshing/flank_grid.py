@@ -18,6 +18,8 @@ from semiwear.meshing.flank_pair import FlankPair
 __all__ = [
     "FlankGrid",
     "at_places",
+    "at_points",
+    "between_stations",
     "change_above",
     "cubic",
     "flank_grid",
@@ -63,14 +65,58 @@ class FlankGrid:
 
     def bracket(self, face: float) -> tuple[int, float]:
         """Slice below a face coordinate, and the weight of the next one."""
-        place = float(np.interp(face, self.face, np.arange(self.face.size, dtype=float)))
-        low = min(int(place), max(self.face.size - 2, 0))
-        return low, place - low
+        low, weight = between_stations(self.face, np.array(face))
+        return int(low), float(weight)
+
+
+def between_stations(stations: FloatArray, face: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Station below each face coordinate, and the weight of the next one; the end stations hold beyond them.
+
+    Parameters
+    ----------
+    stations : (S,) array [mm]
+        Growing.
+    face : array [mm]
+
+    Returns
+    -------
+    low, weight : arrays like `face`
+    """
+    place = np.interp(face, stations, np.arange(stations.size, dtype=float))
+    low = np.minimum(place.astype(np.int64), max(stations.size - 2, 0))
+    return low, place - low
 
 
 def at_places(nodes: FloatArray, values: FloatArray, places: FloatArray) -> FloatArray:
     """Values on the nodes of every slice, (face, node) both, at places of its lines, (roll, face); linear between."""
     return np.stack([np.interp(places[:, i], nodes[i], values[i]) for i in range(nodes.shape[0])], axis=1)
+
+
+def at_points(
+    stations: FloatArray, nodes: FloatArray, values: FloatArray, face: FloatArray, places: FloatArray
+) -> FloatArray:
+    """Values on a flank's nodes at any of its points; linear between nodes and between stations, held beyond them.
+
+    Parameters
+    ----------
+    stations : (S,) array [mm]
+        Growing; two or more.
+    nodes, values : (S, P) arrays
+        Profile coordinate [mm] of the nodes, and what is known there.
+    face, places : arrays of one shape [mm]
+        Face and profile coordinates of the points.
+
+    Returns
+    -------
+    array like `face`
+    """
+    low, weight = between_stations(stations, face)
+    found = np.empty(face.shape)
+    for i in np.unique(low):
+        on = low == i
+        before, after = (np.interp(places[on], nodes[k], values[k]) for k in (i, i + 1))
+        found[on] = (1.0 - weight[on]) * before + weight[on] * after
+    return found
 
 
 def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:

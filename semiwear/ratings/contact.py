@@ -13,7 +13,9 @@ from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
-from semiwear.meshing.flank_pair import BODIES
+from semiwear.meshing.driving_flank import PassedStations
+from semiwear.meshing.flank_grid import between_stations
+from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["RatedContact", "RatedFlanks", "WornStep"]
@@ -109,13 +111,19 @@ class RatedContact:
         driven = np.where(self.rated, self.pressures.place, self.state.coarse.profile)
         return np.stack([self.teeth.lines.on_driving(driven), driven])
 
+    @cached_property
+    def stations(self) -> PassedStations:
+        """Stations of the driving flank among the slices that meet it."""
+        return PassedStations.of(self.teeth.lines.driving_face, self.flanks.face)
+
     def on_flanks(
         self, values: FloatArray, bearing: BoolArray | None = None, worst: np.ufunc = np.fmax
     ) -> FloatArray:
         """Values in the contact lines as the points of both flanks feel them when the contact passes.
 
         Linear between roll positions, whose own values stand at the nodes next to them, so that no extreme is lost
-        between two; NaN where no contact passes.
+        between two; NaN where no contact passes. Slices meet the driving flank beside its stations: there values
+        are linear between slices, and the worst one of each contact line stands at the station next to it.
 
         Parameters
         ----------
@@ -133,15 +141,33 @@ class RatedContact:
         values = np.broadcast_to(values, (len(BODIES), *rated.shape))
         found = np.full(profile.shape, np.nan)
         for body in range(len(BODIES)):
-            for i in np.flatnonzero(rated.any(axis=0)):
-                on, nodes = rated[:, i], profile[body, i]
-                place, own = self.places[body, on, i], values[body, on, i]
+            counts, places, known = rated, self.places[body], values[body]
+            if body == DRIVING:
+                known, counts = self._at_driving_stations(known, rated, worst)
+                places = self.stations.read(places)
+            for i in np.flatnonzero(counts.any(axis=0)):
+                on, nodes = counts[:, i], profile[body, i]
+                place, own = places[on, i], known[on, i]
                 order = np.argsort(place)
                 passed = (nodes >= place[order[0]]) & (nodes <= place[order[-1]])
                 found[body, i, passed] = np.interp(nodes[passed], place[order], own[order])
                 middles = 0.5 * (nodes[1:] + nodes[:-1])
                 worst.at(found[body, i], np.searchsorted(middles, place), own)
         return found
+
+    def _at_driving_stations(
+        self, values: FloatArray, rated: BoolArray, worst: np.ufunc
+    ) -> tuple[FloatArray, BoolArray]:
+        """Values in slices that count, at the stations of the driving flank, and which of these count."""
+        found, counts = self.stations.read_within(values, rated), self.stations.within(rated)
+        rolls = np.flatnonzero(rated.any(axis=1))
+        extreme = worst.reduce(np.where(rated, values, np.nan)[rolls], axis=1)
+        at = np.argmax(rated[rolls] & (values[rolls] == extreme[:, None]), axis=1)
+        low, weight = between_stations(self.flanks.face, self.teeth.lines.driving_face[rolls, at])
+        beside = rolls, low + (weight > 0.5)
+        found[beside] = worst(np.where(counts[beside], found[beside], np.nan), extreme)
+        counts[beside] = True
+        return found, counts
 
 
 @dataclass(frozen=True, eq=False)

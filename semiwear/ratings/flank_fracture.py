@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.worn_depth import worn_depth
+from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.hardness import HardnessProfile, hardness_of_case, hardness_of_table, residual_stress
 from semiwear.ratings.load_factors import load_factors
@@ -229,7 +230,7 @@ class FlankFracture:
         conditions, rated = raised(contact.conditions, self.load_factor), contact.rated
         pressure, half_width = conditions.pressure[rated], conditions.half_width[rated]
         safety = np.full((len(self.materials), *rated.shape), np.nan)
-        worn_off = worn_depth(contact.state, contact.flanks.profile, contact.places)
+        worn_off = worn_depth(contact.teeth, contact.state, contact.places[DRIVEN])
         for own, material, worn in zip(safety, self.materials, worn_off, strict=True):
             exposure, _ = material_exposure(pressure, half_width, material, worn[rated])
             own[rated] = flank_fracture_safety(exposure)

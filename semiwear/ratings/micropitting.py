@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from semiwear.arrays import FloatArray
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
+from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.ratings.contact import RatedContact, WornStep
 from semiwear.ratings.heated_contact import FrictionalHeat
 from semiwear.ratings.load_factors import load_factors
@@ -110,4 +111,4 @@ class Micropitting:
         film = specific_film(met, self.oil, self.bulk_temperature, self.roughness) / self.permissible
         if self.running_in is None:
             return film
-        return film / self.running_in.of_both(contact.state, contact.flanks.profile, contact.places)
+        return film / self.running_in.of_both(contact.teeth, contact.state, contact.places[DRIVEN])

@@ -11,7 +11,7 @@ import xarray as xr
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.errors import SemiwearError
 from semiwear.meshing.contact_lines import trace_contact_lines
-from semiwear.meshing.driving_flank import driving_grid
+from semiwear.meshing.driving_flank import PassedStations, driving_grid
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, FlankPair, PrismBody
 from semiwear.meshing.own_flanks import own_flank
@@ -44,7 +44,9 @@ class ToothShape:
         Row of the grid, with a fraction, in which the unworn contact line crosses each station.
     hertz : (roll, face) array or None
         Pressure of the unworn line contact over the square root of its line load [MPa/(N/mm)^0.5]:
-        sqrt(E*/(pi R)) (Johnson 1985, eq. 4.45).
+        sqrt(E*/(pi R)) (Johnson 1985, eq. 4.45). In slices of the driven flank, like the loads of a result.
+    passed : PassedStations or None
+        Stations of the driving flank among those slices; None of the driven flank, where they are the same.
     """
 
     flank: FloatArray
@@ -54,6 +56,15 @@ class ToothShape:
     back_fillet: FloatArray
     line: FloatArray | None
     hertz: FloatArray | None = None
+    passed: PassedStations | None = None
+
+    def at_stations(self, values: FloatArray) -> FloatArray:
+        """Values of slices of the driven flank, (..., roll, face), at this flank's stations; 0 beside the contact."""
+        if self.passed is None:
+            return values
+        rows = values.reshape(-1, *values.shape[-2:])
+        read = [np.where(self.passed.within(row > 0.0), self.passed.read_within(row, row > 0.0), 0.0) for row in rows]
+        return np.stack(read).reshape(values.shape)
 
 
 def tooth_shape(tree: xr.DataTree, body: str) -> ToothShape:
@@ -170,15 +181,16 @@ def _frame(points: FloatArray, normals: FloatArray, up: FloatArray) -> FloatArra
 
 def _lines(
     tree: xr.DataTree, scene: Scene, index: int, stations: FloatArray, nodes: FloatArray
-) -> tuple[FloatArray | None, FloatArray | None]:
-    """`ToothShape.line` and `ToothShape.hertz` of the scene's placement."""
+) -> tuple[FloatArray | None, FloatArray | None, PassedStations | None]:
+    """`ToothShape.line`, `ToothShape.hertz` and `ToothShape.passed` of the scene's placement."""
     if "engagement" not in tree.children:
-        return None, None
+        return None, None, None
     roll = np.asarray(tree["engagement"]["roll_position"].values, float)
     physics = plan(scene)
     traced = trace_contact_lines(physics.flank_pair(), roll, stations)
-    places = traced.profile if index == DRIVEN else traced.driving_profile
+    passed = None if index == DRIVEN else PassedStations.of(traced.driving_face, stations)
+    places = traced.profile if passed is None else passed.read(traced.driving_profile)
     rows = np.arange(nodes.shape[1], dtype=float)
     line = np.stack([np.interp(places[:, i], nodes[i], rows) for i in range(stations.size)], axis=1)
     curvature = np.maximum(traced.separation[2], 0.0) / traced.spacing**2
-    return line, np.sqrt(physics.modulus * curvature / pi)
+    return line, np.sqrt(physics.modulus * curvature / pi), passed

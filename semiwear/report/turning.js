@@ -24,7 +24,7 @@
     [body.rows, body.faces] = body.flank.shape;
     body.fillets = body.fillet.shape[0];
     for (const name of ["flank", "normal", "back", "fillet", "backFillet", "wear"]) body[name] = array(body[name]);
-    if (body.line) body.line = array(body.line);
+    if (body.line) [body.line, body.load] = [array(body.line), array(body.load)];
     for (const quantity of body.quantities) {
       quantity.steps = quantity.values.shape[0];
       quantity.values = array(quantity.values);
@@ -32,11 +32,7 @@
   }
   const meshing = told.engagement;
   const rolls = meshing ? meshing.roll.length : 0;
-  if (meshing) {
-    meshing.slices = meshing.load.shape[2];
-    meshing.share = array(meshing.share);
-    meshing.load = array(meshing.load);
-  }
+  if (meshing) meshing.share = array(meshing.share);
 
   const library = document.createElement("script");
   library.textContent = new TextDecoder().decode(await unpacked("turning-library"));
@@ -112,7 +108,7 @@
       line: {width: 9, color: "#00e5ff"}};
     if (!body.line) return line;
     for (let f = 0; f < body.faces; f++) {
-      const load = meshing.load[(step * rolls + roll) * meshing.slices + body.columns[f]];
+      const load = body.load[(step * rolls + roll) * body.faces + f];
       const place = body.line[roll * body.faces + f], low = Math.min(Math.floor(place), body.rows - 2);
       ["x", "y", "z"].forEach((name, c) => {
         const a = 3 * (low * body.faces + f), b = a + 3 * body.faces, share = place - low;

@@ -138,7 +138,7 @@ def _body(tree: xr.DataTree, body: str, steps: IntArray, pack: Packer) -> Table:
         "wear": colours[0]["values"],
         "quantities": colours,
         "line": None if lines is None else pack.add(lines[:, columns]),
-        "columns": columns.tolist(),
+        "load": None if lines is None else pack.add(_loads(tree, shape, steps)[..., columns]),
     }
 
 
@@ -184,6 +184,7 @@ def _pressure(tree: xr.DataTree, body: str, shape: ToothShape) -> tuple[FloatArr
         return None, ""
     load = np.asarray(engagement["line_load"].values, float)
     along_line = _along_lines(np.nan_to_num(away_from_edges(engagement).values), shape.hertz * np.sqrt(load))
+    load, along_line = shape.at_stations(load), shape.at_stations(along_line)
     on_flank = np.zeros((load.shape[0], *shape.flank.shape[:2]))
     rows = np.arange(shape.flank.shape[0], dtype=float)
     for i in range(load.shape[-1]):
@@ -235,15 +236,20 @@ def _loaded_lines(tree: xr.DataTree, line: FloatArray | None, rows: IntArray) ->
     return np.asarray(np.interp(line[_loaded_rolls(tree)], rows, np.arange(rows.size)))
 
 
+def _loads(tree: xr.DataTree, shape: ToothShape, steps: IntArray) -> FloatArray:
+    """Line loads of the roll positions that bear, at a flank's stations, (wear_step, roll, face) [N/mm]."""
+    load = np.asarray(group_of(tree, "engagement")["line_load"].values[steps], float)
+    return shape.at_stations(load)[:, _loaded_rolls(tree)]
+
+
 def _engagement(tree: xr.DataTree, steps: IntArray, pack: Packer) -> Table | None:
-    """Load share and line loads of the roll positions that bear; None where the result has none."""
+    """Load share of the roll positions that bear; None where the result has none."""
     if not _tells_loads(tree):
         return None
     engagement, rolls = group_of(tree, "engagement"), _loaded_rolls(tree)
     return {
         "roll": [f"{roll:+.2f}".replace("-", "−") for roll in engagement["roll_position"].values[rolls]],
         "share": pack.add(engagement["load_share"].values[steps][:, rolls]),
-        "load": pack.add(engagement["line_load"].values[steps][:, rolls]),
     }
 
 

@@ -55,10 +55,7 @@ class ContactFactor:
         conditions = line_conditions(teeth.problem, loads, state.coarse, self.speeds)
         if self.running_in is not None:
             with self.clock.measure("running_in"):
-                profile = np.stack([teeth.driving_profile, teeth.grid.profile])
-                touched = state.coarse.profile
-                places = np.stack([teeth.lines.on_driving(touched), touched])
-                ratio = self.running_in.of_both(state, profile, places)
+                ratio = self.running_in.of_both(teeth, state, state.coarse.profile)
             conditions = replace(conditions, roughness_ratio=ratio)
         product = np.ones(conditions.line_load.shape)
         for name, law in self.laws.items():

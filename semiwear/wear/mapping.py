@@ -44,8 +44,6 @@ IntArray = NDArray[np.int64]
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
 
-_BESIDE = 2  # slices to either side whose contacts reach a station of the driving flank
-
 
 class Worn(NamedTuple):
     """Wear depths of the flanks, each on its own nodes [mm]; None for a driving flank that does not wear."""
@@ -168,8 +166,9 @@ class InterpolatedWear:
         line_load = _line_load(weighted_loads)
         taken, on_edges = np.zeros((len(BODIES), 2)), np.zeros(len(BODIES))
         driven, driving = worn
-        if driving is not None:
-            slices = _with_neighbours(slices, driven.shape[0])
+        if driving is not None and teeth.driving is not None:
+            # twice: over the cycles the wear of slices beside follows that of their own neighbours
+            slices = teeth.driving.beside(teeth.driving.beside(slices))
         for _ in range(cycles):
             what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
             if driving is not None and teeth.driving is not None:
@@ -237,7 +236,7 @@ def driving_wear_at(
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.driving is not None
-    slices = _with_neighbours(slices, worn.driven.shape[0])
+    slices = teeth.driving.beside(slices)
     what = (motion, _line_load(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
     return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, teeth.removed(*worn, slices), *what)[0]
 
@@ -263,9 +262,3 @@ def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:
     chosen = np.zeros(teeth.grid.face.size, dtype=bool)
     chosen[slices] = True
     return chosen
-
-
-def _with_neighbours(slices: IntArray, count: int) -> IntArray:
-    """Slices and those beside them, whose contacts reach the same stations of the driving flank."""
-    beside = slices[:, None] + np.arange(-_BESIDE, _BESIDE + 1)
-    return np.unique(np.clip(beside, 0, count - 1))

@@ -430,16 +430,23 @@ class _Step:
         )
 
     def _positions_at(self, point: ControlPoint, slices: IntArray) -> list[int]:
-        """Mesh positions whose footprints, in these slices, can reach the control point."""
-        teeth = self.teeth
-        place, spacing = self.state.contact.coarse.profile[:, slices], teeth.lines.spacing[:, slices]
+        """Mesh positions whose footprints, in these slices, can reach the control point.
+
+        On the driving flank they are stations, which slices meet from beside.
+        """
+        teeth, lines, touched = self.teeth, self.teeth.lines, self.state.contact.coarse.profile
+        near = np.any([one.loads.force > 0.0 for one in self.state.loaded], axis=0)
         if point.body == DRIVING:
-            lines = teeth.lines
-            place = lines.on_driving(self.state.contact.coarse.profile)[:, slices]
-            spacing = spacing / np.maximum(np.abs(lines.driving_slope[:, slices]), _LEAST_SLOPE)
-        loaded = np.any([one.loads.force[:, slices] > 0.0 for one in self.state.loaded], axis=0)
+            face = teeth.grid.face
+            near &= np.abs(lines.driving_face - point.face) < face[1] - face[0]
+            place = lines.on_driving(touched) - np.interp(lines.driving_face, face, point.profile)
+            spacing = lines.spacing / np.maximum(np.abs(lines.driving_slope), _LEAST_SLOPE)
+            spacing = np.where(near, spacing, np.inf)
+        else:
+            near, place = near[:, slices], (touched - point.profile)[:, slices]
+            spacing = lines.spacing[:, slices]
         reach = 3.0 * teeth.half_width / float(spacing.min())
-        near = loaded & (np.abs(place - point.profile[slices]) <= reach)
+        near &= np.abs(place) <= reach
         rolls = np.flatnonzero(near.any(axis=1))
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))

@@ -120,6 +120,19 @@ def test_contact_of_a_spur_pair_is_on_the_pitch_cylinder_at_roll_position_0(body
     np.testing.assert_allclose(at, 0.0, atol=2e-3)
 
 
+def test_a_shifted_pinions_contact_lies_on_the_stretch_that_the_gear_covers():
+    """One slice of the gear bears: the pinion is drawn loaded where the motions bring that slice."""
+    shifted = SPUR.replace({"effects.misalignment": {"axial_pinion_mm": 3.0}})
+    gear, pinion = (tooth_shape(bare(shifted), body) for body in ("gear", "pinion"))
+    faces = bare(shifted)["flank"]["face"].values
+    load = np.zeros((2, 5, faces.size))
+    load[..., faces.size // 2] = 100.0
+    np.testing.assert_array_equal(gear.at_stations(load), load)
+    found = pinion.at_stations(load)
+    middle = (found * faces).sum(axis=-1) / found.sum(axis=-1)
+    np.testing.assert_allclose(np.abs(middle - faces[faces.size // 2]), 3.0, atol=0.6 * np.diff(faces)[0])
+
+
 def test_without_loads_there_is_a_tooth_and_no_contact_line():
     told = turning._told(bare(SPUR), Packer())
     assert told["engagement"] is None and all(body["line"] is None for body in told["bodies"])
