@@ -153,9 +153,9 @@ def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) ->
     places[1:, free] = np.clip(centre[free] + radius * (2.0 * drawn[1:, free] - 1.0), 0.0, 1.0)
     fixed = np.setdiff1d(np.arange(len(centre)), free)
     if choices and fixed.size:
-        rows = np.arange(1, _CANDIDATES, 2)
-        columns = fixed[np.arange(rows.size) % fixed.size]
-        places[rows, columns] = drawn[rows, columns]
+        # runs of the sequence: every second one of it lies in the same half of a coordinate
+        for column, rows in zip(fixed, np.array_split(np.arange(1, _CANDIDATES // 2), fixed.size), strict=True):
+            places[rows, column] = drawn[rows, column]
     return np.stack([space.snapped(place) for place in places])
 
 
@@ -215,9 +215,5 @@ def settle(designs: Designs, goal: Goal, design: Design, most: int) -> Found:
         if np.array_equal(again.place, design.place):
             break
         design = again
-    kept = [one for one in tried if designs.violation(one, goal.bounds) <= 0.0]
-    if kept:
-        chosen = min(kept, key=lambda one: _signed(designs, goal.aim, one.aims))
-    else:
-        chosen = min(tried, key=lambda one: designs.violation(one, goal.bounds))
-    return Found(designs.solved([chosen.place], OWN)[0], chosen, bool(kept))
+    chosen = min(tried, key=lambda one: designs.violation(one, goal.bounds))
+    return Found(designs.solved([chosen.place], OWN)[0], chosen, designs.violation(chosen, goal.bounds) <= 0.0)

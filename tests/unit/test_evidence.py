@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, multivariate_t
+from scipy.stats import binom, multivariate_normal, multivariate_t
 from scipy.stats import t as student
 
-from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, known_noise, unknown_noise
+from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, _spread, known_noise, unknown_noise
 
 ROWS, COLUMNS = 17, 11
 PROFILE, FACE = np.linspace(0.0, 10.0, ROWS), np.linspace(0.0, 80.0, COLUMNS)
@@ -25,6 +25,7 @@ def test_known_noise_is_weighted_least_squares() -> None:
     expected = -0.5 * np.sum(((values - amounts @ shapes.T) / error) ** 2, axis=1)
     told = found.log_likelihood(amounts)
     np.testing.assert_allclose(told - told[0], expected - expected[0], rtol=1e-8)
+    assert found.deviation == np.median(error)
 
 
 def test_a_movement_that_is_left_open_says_nothing() -> None:
@@ -60,6 +61,52 @@ def test_a_mixture_of_students_t() -> None:
     expected = np.log(np.exp(logs) @ np.array(parts))
     told = found.log_likelihood(points)
     np.testing.assert_allclose(told - told[0], expected - expected[0], rtol=1e-9)
+    # weights count against one another, whatever their sum
+    heavy = Evidence(logs + 3.0, centres, precisions, 7.0, 1.0)
+    np.testing.assert_allclose(heavy.precision, 0.2 * precisions[0] + 0.5 * precisions[1] + 0.3 * precisions[2])
+
+
+class NormalNoise(FlankNoise):
+    """A flank whose noise parameters, in logits, are normal: they are the amounts, the deviation the first's exp."""
+
+    MEAN = np.array([0.3, -0.5, 0.2])
+    COVARIANCE = np.array([[0.5, 0.3, 0.0], [0.3, 0.8, -0.2], [0.0, -0.2, 0.4]])
+
+    def told(self, logits):
+        density = multivariate_normal(self.MEAN, self.COVARIANCE).logpdf(logits)
+        return float(density), logits, np.diag([1.0, 2.0, 3.0]), float(np.exp(logits[0]))
+
+
+def test_draws_stand_for_the_density_that_they_are_not_drawn_from() -> None:
+    """Moments of a normal density from draws of Student's t: within what 200 draws leave open."""
+    values = np.zeros((5, 4))
+    flank = NormalNoise(PROFILE[:5], FACE[:4], values, np.zeros((5, 4, 3)), np.zeros((5, 4, 2)))
+    found = unknown_noise(flank)
+    weights = np.exp(found.log_weights) / np.exp(found.log_weights).sum()
+    mean = weights @ found.centres
+    away = found.centres - mean
+    deviations = np.sqrt(np.diagonal(flank.COVARIANCE))
+    np.testing.assert_allclose((mean - flank.MEAN) / deviations, 0.0, atol=0.25)
+    ratios = ((weights[:, None] * away).T @ away - flank.COVARIANCE) / np.outer(deviations, deviations)
+    np.testing.assert_allclose(ratios, 0.0, atol=0.3)
+    # of a lognormal deviation, the mean
+    assert found.deviation == pytest.approx(np.exp(0.3 + 0.25), rel=0.2)
+    squares = np.exp(2.0 * found.centres[:, 0])
+    np.testing.assert_allclose(found.precisions, np.diag([1.0, 2.0, 3.0]) / squares[:, None, None])
+    assert found.freedom == 20 - 3 - 2
+
+
+def test_draws_spread_as_the_curvature_says_and_no_wider_than_logits_matter() -> None:
+    covariance = NormalNoise.COVARIANCE
+    curvature = np.linalg.inv(covariance)
+
+    def hill(at: np.ndarray) -> float:
+        away = at - 1.0
+        return float(0.5 * away @ curvature @ away)
+
+    np.testing.assert_allclose(_spread(hill, np.ones(3)), covariance, rtol=1e-8, atol=1e-9)
+    flat = _spread(lambda at: float(at[0] ** 2 + 1e-4 * at[1] ** 2 - at[2] ** 2), np.zeros(3))
+    np.testing.assert_allclose(flat, np.diag([0.5, 25.0, 25.0]), rtol=1e-8, atol=1e-9)
 
 
 def noise(random: np.random.Generator) -> np.ndarray:

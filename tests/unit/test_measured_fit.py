@@ -8,11 +8,11 @@ from scipy.stats import t as student
 import semiwear as sw
 from semiwear.errors import SceneError
 from semiwear.measured.correlated import correlation_of, estimate
-from semiwear.measured.fit import datum_modes, fit_part
+from semiwear.measured.fit import best_meshes, datum_modes, fit_part
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading, WearCurve
 from semiwear.measured.rigid import DATUM
-from semiwear.measured.robust import one_sided_fit
+from semiwear.measured.robust import huber_weights, one_sided_fit
 from semiwear.measured.worn import MeasuredWear
 from semiwear.meshing.flank_grid import flank_grid
 from tests.strategies.measured import grid_on
@@ -41,8 +41,8 @@ class Model:
         meshes = np.linspace(0.0, 2.0, 9)
         self.curve = WearCurve(meshes, meshes[:, None] * self.shape.ravel())
 
-    def measured(self, error, meshes=1.0, rotation=3e-5):
-        inside = np.ones(self.p.shape, dtype=bool)
+    def measured(self, error, meshes=1.0, rotation=3e-5, inside=None):
+        inside = np.ones(self.p.shape, dtype=bool) if inside is None else inside
         bare = MeasuredWear(self.flank, self.face, self.profile, inside, np.zeros(self.p.shape))
         _, modes = datum_modes(bare, DATUM)
         depth = meshes * self.shape + rotation * modes[..., 0] + error
@@ -141,13 +141,107 @@ def test_the_datum_does_not_matter(model):
     assert apart == pytest.approx(2e-4, rel=1e-6)
 
 
-def test_outliers_weigh_little_in_a_robust_fit(model):
+def dusty(model):
     rng = np.random.default_rng(4)
     error = noise_of(model, "white", rng)
-    error[rng.random(error.shape) < 0.05] -= 0.03  # dust
+    error[rng.random(error.shape) < 0.05] -= 0.03
+    return error
+
+
+def test_outliers_weigh_little_in_a_robust_fit(model):
+    error = dusty(model)
     plain, robust = (fit_part(model.curve, model.measured(error), DATUM, robust=flag) for flag in (False, True))
     assert abs(np.log(robust.meshes)) < 2.0 * robust.log_error
     assert robust.log_error < 0.4 * plain.log_error
+
+
+def test_a_robust_fit_is_the_least_of_its_own_weighted_squares(model):
+    """No motion and no meshes are left to gain, under the weights of its residuals; the share explained likewise."""
+    measured = model.measured(dusty(model))
+    fit = fit_part(model.curve, measured, DATUM, robust=True)
+    rest = fit.residual.ravel()
+    weights = huber_weights(rest, np.ones(rest.size, dtype=bool))
+    rotation = datum_modes(measured, DATUM)[1].ravel()
+    for direction in (model.shape.ravel(), rotation):
+        size = np.sqrt((weights * direction) @ direction * (weights * rest) @ rest)
+        assert abs((weights * direction) @ rest) < 1e-5 * size
+    root, wear = np.sqrt(weights), measured.depth.ravel()
+    amount = np.linalg.lstsq((root * rotation)[:, None], root * wear, rcond=None)[0]
+    bare = weights @ (wear - rotation * amount) ** 2
+    assert fit.explained == pytest.approx(1.0 - weights @ rest**2 / bare, rel=1e-6)
+    np.testing.assert_allclose(fit.aligned - fit.predicted, fit.residual, atol=1e-15)
+    dust = estimate(
+        fit.residual,
+        np.stack([fit.meshes * model.shape, rotation.reshape(model.p.shape)], axis=-1),
+        weights.reshape(model.p.shape), *measured.places,
+    )  # fmt: skip
+    assert fit.log_error == pytest.approx(dust.errors[0], rel=1e-4)
+    assert fit.effective_points == pytest.approx(dust.effective_points[0], rel=1e-4)
+
+
+def test_meshes_of_a_linear_curve_are_weighted_least_squares(model):
+    rng = np.random.default_rng(6)
+    wear, modes = (model.shape + noise_of(model, "white", rng)).ravel(), rng.standard_normal((model.p.size, 2))
+    root = rng.uniform(0.1, 3.0, model.p.size)
+    every = root[:, None] * np.column_stack([model.shape.ravel(), modes])
+    expected = np.linalg.lstsq(every, root * wear, rcond=None)[0][0]
+    found, within = best_meshes(model.curve, wear, modes, root**2)
+    assert within and found == pytest.approx(expected, rel=1e-6)
+
+
+def test_meshes_beyond_the_curve_and_before_its_beginning_are_told(model):
+    none, weights = np.zeros((model.p.size, 0)), np.ones(model.p.size)
+    for meshes, end in ((-1.0, 2e-4), (3.0, 2.0)):
+        assert best_meshes(model.curve, meshes * model.shape.ravel(), none, weights) == (pytest.approx(end), False)
+    # steep at its end, where the best fit is within the last hundredth
+    steep = WearCurve(np.array([0.0, 1.0, 1.99, 2.0]), np.outer([0.0, 1.0, 1.1, 10.0], model.shape.ravel()))
+    found, within = best_meshes(steep, 1.5 * model.shape.ravel(), none, weights)
+    assert 1.99 < found < 2.0 and not within
+
+
+def test_a_rotation_that_takes_material_is_positive(model):
+    """Points turned about the axis, z, against their normals: the surface lies deeper, as if it had worn."""
+    measured = model.measured(0.0)
+    points, normals = measured.flank.points(measured.face, measured.profile)
+    names, modes = datum_modes(measured, DATUM)
+    into = -np.einsum("pfi,pfi->pf", np.cross([0.0, 0.0, 1.0], points), normals)
+    assert names == ("rotation",)  # a spur flank does not feel the other
+    np.testing.assert_allclose(modes[..., 0], into, rtol=1e-12)
+
+
+def test_places_that_were_not_measured_do_not_count(model):
+    """The residual's root mean square is that of the points that are left, and 0 stands elsewhere."""
+    error, inside = noise_of(model, "white", np.random.default_rng(7)), model.p < 0.5
+    spoiled = np.where(inside, error, 1.0)
+    curve = WearCurve(model.curve.meshes, model.curve.meshes[:, None] * model.shape[inside])
+    fit = fit_part(curve, model.measured(spoiled, inside=inside), DATUM)
+    assert fit.points == inside.sum() and not fit.residual[~inside].any()
+    assert fit.residual_rms == pytest.approx(np.sqrt(np.mean(fit.residual[inside] ** 2)))
+
+
+@pytest.mark.parametrize("half", [0.8, 1.4])
+def test_a_coefficient_that_is_uncertain_by_a_factor_of_e_is_none(model, half):
+    """Noise beside wear and datum, which does not move the fit: the error of ln N is inverse to the wear alone."""
+    error = noise_of(model, "white", np.random.default_rng(8)).ravel()
+    rotation = datum_modes(model.measured(0.0), DATUM)[1].ravel()
+    both = np.column_stack([model.shape.ravel(), rotation])
+    error = (error - both @ np.linalg.lstsq(both, error, rcond=None)[0]).reshape(model.p.shape)
+    fit = fit_part(model.curve, model.measured(error), DATUM)
+    meshes = fit.log_error * student.ppf(0.975, fit.freedom) / half
+    if half < 1.0:
+        found = fit_part(model.curve, model.measured(error, meshes), DATUM)
+        assert found.meshes == pytest.approx(meshes, rel=1e-4)
+        assert found.log_error == pytest.approx(fit.log_error / meshes, rel=1e-3)
+    else:
+        scatter = f"scatters by {1e3 * error.std():.2g} um"
+        uncertain = f"uncertain by {100.0 * fit.log_error / meshes:.0f} %"
+        with pytest.raises(SceneError, match=f"{scatter}.*{uncertain}"):
+            fit_part(model.curve, model.measured(error, meshes), DATUM)
+
+
+def test_wear_at_the_very_beginning_of_the_curve_says_nothing(model):
+    with pytest.raises(SceneError, match="says nothing of k"):
+        fit_part(model.curve, model.measured(0.0, 3e-4), DATUM)
 
 
 def test_robust_without_outliers_is_nearly_least_squares(model):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
-from math import exp, log, sqrt
+from math import comb, exp, log, sqrt
 
 import numpy as np
 import pytest
@@ -123,6 +123,28 @@ def test_order_statistics_cover_a_quantile_as_often_as_they_say():
     assert covered + 2 * sqrt(0.9 * 0.1 / 1000) >= 0.9 and covered < 0.96
 
 
+@pytest.mark.parametrize("n, ends", [(5, (-np.inf, np.inf)), (6, (1, 6)), (8, (1, 8)), (10, (2, 9)), (20, (6, 15))])
+def test_the_median_lies_between_the_order_statistics_of_tables(n, ends):
+    """95 %: those of the sign test, e.g. Conover 1999, Practical Nonparametric Statistics, 3.2."""
+    found = quantile(np.random.default_rng(n).permutation(np.arange(1.0, n + 1)), 0.5, 0.95)
+    assert (found.low, found.high) == ends and found.value == pytest.approx(0.5 * (n + 1))
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.9])
+def test_order_statistics_are_the_nearest_that_miss_a_quantile_seldom_enough(share):
+    """The k-th least of n lies above it where fewer than k samples lie below: a sum of binomial terms."""
+    n, miss = 60, 0.05
+
+    def fewer(k):
+        return sum(comb(n, i) * share**i * (1.0 - share) ** (n - i) for i in range(k))
+
+    found = quantile(np.arange(1.0, n + 1), share, 1.0 - 2.0 * miss)
+    low = max((k for k in range(1, n + 1) if fewer(k) <= miss), default=-np.inf)
+    high = min((k for k in range(1, n + 1) if 1.0 - fewer(k) <= miss), default=np.inf)
+    assert (found.low, found.high) == (low, high)
+    assert found.value == pytest.approx((n + 1 / 3) * share + 1 / 3)  # unbiased in its median: Reiss 1989
+
+
 def test_few_samples_do_not_tell_a_tail():
     found = quantile(np.arange(5.0), 0.1, 0.95)
     assert found.low == -np.inf and found.high < np.inf
@@ -156,12 +178,30 @@ def test_indices_of_a_function_with_known_ones():
     np.testing.assert_allclose(found.total, total, atol=2.0 / sqrt(4096))
     for interval, true in ((found.first_order_interval, first), (found.total_interval, total)):
         assert np.all((interval[:, 0] <= true) & (true <= interval[:, 1]))
-    spoiled = values.copy()
-    spoiled[3, ::7] = np.nan
-    np.testing.assert_allclose(indices(spoiled[0], spoiled[1], spoiled[2:], 0.95).total, total, atol=0.05)
+    for row in (0, 1, 3):
+        spoiled = values.copy()
+        spoiled[row, ::7] = np.nan
+        np.testing.assert_allclose(indices(spoiled[0], spoiled[1], spoiled[2:], 0.95).total, total, atol=0.05)
+    moved = indices(*(1e6 + 2.0 * one for one in (values[0], values[1], values[2:])), 0.95)
+    np.testing.assert_allclose(moved.first_order, found.first_order, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(moved.total_interval, found.total_interval, rtol=1e-6, atol=1e-9)
 
 
-def test_what_does_not_vary_has_no_indices():
+def test_intervals_of_indices_are_as_wide_as_samples_leave_open():
+    """One field of two values: its total index is a share of samples, 2 (1/2 +- 1/2 z/sqrt(n))."""
+    n = 1024
+    a, b = np.random.default_rng(2).choice([-1.0, 1.0], (2, n))
+    for confidence in (0.95, 0.6):
+        found = indices(a, b, b[None, :], confidence)
+        half = stats.norm.ppf(0.5 + 0.5 * confidence) / sqrt(n)
+        assert np.ptp(found.total_interval) == pytest.approx(2.0 * half, rel=0.15)
+        assert found.total_interval.mean() == pytest.approx(found.total[0], abs=0.5 * half)
+
+
+def test_what_does_not_vary_has_no_indices_nor_have_three_samples():
+    few = np.arange(4.0)
+    assert np.isfinite(indices(few, few[::-1], few[None, ::-1], 0.95).total).all()
+    assert np.isnan(indices(few[:3], few[2::-1], few[None, 2::-1], 0.95).total).all()
     found = indices(np.ones(8), np.ones(8), np.ones((2, 8)), 0.95)
     assert np.isnan(found.total).all() and np.isnan(found.first_order_interval).all()
 

@@ -20,7 +20,7 @@ from semiwear.results import VARIABLES
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.units import UNITS, unit_of
 from semiwear.sweep.files import open_sweep, write_sweep
-from semiwear.sweep.measure import measure_of
+from semiwear.sweep.measure import MESHES, Measure, measure_of, read_off
 from semiwear.sweep.names import short_names
 from semiwear.sweep.scenes import Task, geometry_of, scenes_of
 from semiwear.sweep.shares import Shares
@@ -411,6 +411,59 @@ def test_a_dataset_can_be_written_and_read(solved, tmp_path, kind):
     assert back.attrs == found.attrs and [path.name] == [entry.name for entry in tmp_path.iterdir()]
 
 
+# ---------------------------------------------------------------------- what is measured
+
+
 def test_every_quantity_of_history_and_life_is_measured_by_default():
     paths = measure_of(None, "all").variables
     assert set(paths) == {f"/{group}/{name}" for group, name in VARIABLES if group in ("history", "life")}
+
+
+def test_names_are_those_of_groups_and_variables_in_the_order_of_the_schema():
+    found = measure_of(("meshes_to_limit", "/history/wear_volume", "mesh_cycle", "wear_depth"), "last")
+    wanted = ("wear_depth", "wear_volume", "meshes_to_limit")
+    assert found.variables == tuple(
+        f"/{group}/{name}" for group, name in VARIABLES if group == "mesh_cycle" or name in wanted
+    )
+    assert found.last and not measure_of("wear_depth", "all").last
+    assert measure_of("wear_depth", "all").variables == ("/flank/wear_depth",)
+
+
+def test_a_life_alone_is_all_or_nothing():
+    assert measure_of("life", "all").life_alone
+    assert not measure_of(["life", "wear_volume"], "all").life_alone
+
+
+@pytest.mark.parametrize("name", ["tooth_contact", "pointing_radius"])
+def test_another_analysis_is_not_measured(name):
+    with pytest.raises(SceneError, match="measure"):
+        measure_of(name, "all")
+
+
+def test_all_that_is_wrong_with_a_measure_is_told():
+    with pytest.raises(SceneError) as error:
+        measure_of(["mesh_cycel", "wear_dept", 3], "first")
+    for part in ("did you mean mesh_cycle?", "did you mean wear_depth?", "VARIABLES", "wear_states", '"last" for'):
+        assert part in str(error.value)
+    with pytest.raises(SceneError, match="one or more names"):
+        measure_of([], "all")
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_numbers_and_coordinates_are_read_off_and_text_is_not(last):
+    history = xr.Dataset(
+        {"load_share_max": ("wear_step", [0.5, 0.6]), "root_stress_max": (("wear_step", "body"), [[1, 2], [3, 4]])},
+        {"meshes": ("wear_step", [0.0, 7.0]), "body": ["pinion", "gear"], "wear_step": [0, 1]},
+    )
+    tree = xr.DataTree.from_dict(
+        {"history": history, "life": xr.Dataset({"ended_by": "wear", "meshes_to_end": 7.0, "whole": True})}
+    )
+    paths = ("/history/load_share_max", "/history/root_stress_max", "/history/wear_volume", "/flank/wear_depth")
+    found = read_off(tree, Measure((*paths, "/life/ended_by", "/life/meshes_to_end", "/life/whole"), last))
+    pick = -1 if last else slice(None)
+    expected = {
+        paths[0]: [0.5, 0.6][pick], paths[1]: [[1, 2], [3, 4]][pick], "/life/meshes_to_end": 7.0, "/life/whole": True,
+        MESHES: [0.0, 7.0][pick],
+    }  # fmt: skip
+    assert {path: values.tolist() for path, values in found.variables.items()} == expected
+    assert {name: values.tolist() for name, values in found.coords.items()} == {"body": ["pinion", "gear"]}

@@ -1,0 +1,259 @@
+"""Parts of the search for designs: the region, what a surrogate's best is, limits as seen, and finer grids."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Design, Designs
+from semiwear.optimise.quantity import Limit, quantity_of
+from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, _values, best, search, settle
+from semiwear.optimise.space import space_of
+from tests.scenes import SHIPPED
+
+module = import_module("semiwear.optimise.search")
+RELIEF = "effects.modification.gear.tip_relief_um"
+SHAPE, OTHER = (f"effects.modification.{body}.relief_shape" for body in ("pinion", "gear"))
+PLANE = space_of(SHIPPED, {"effects.modification.pinion.tip_relief_um": (0, 60), RELIEF: (0, 60)})
+WEAR, SHARE, EFFICIENCY = (
+    quantity_of("minimise", name, []) for name in ("wear_depth_max", "load_share_max", "mesh_efficiency")
+)
+FREE = Goal(0, np.zeros(0))
+
+
+class Tried(Designs):
+    """Designs whose aims and limited quantities are functions of place and resolution."""
+
+    def __init__(
+        self, function: Callable[[np.ndarray, str], tuple[Sequence[float], Sequence[float]]],
+        aims: tuple[Aim, ...] = (Aim(WEAR),), limits: tuple[Limit, ...] = (), space=PLANE,
+    ) -> None:  # fmt: skip
+        super().__init__(SHIPPED, space, aims, limits, 0, lambda design: None)
+        self.function = function
+
+    def solved(self, places, resolution):
+        found = []
+        for place in places:
+            aims, limited = self.function(place, resolution)
+            found.append(Design(np.asarray(place), resolution, np.asarray(aims, float), np.asarray(limited, float)))
+        self.tried += found
+        return found
+
+
+# ---------------------------------------------------------------------- the region
+
+
+@pytest.mark.parametrize(
+    "before, event, after",
+    [
+        ((0.1, 0.01), {"better": True}, (0.15, 0.005)),
+        ((0.2, 0.01), {"better": True}, (0.25, 0.005)),
+        ((0.1, 0.01), {}, (0.05, 0.005)),
+        ((0.1, 0.0), {"broken": True}, (0.05, 0.002)),
+        ((0.1, 0.004), {"broken": True, "better": True}, (0.15, 0.008)),
+        ((0.1, 0.02), {"broken": True}, (0.05, 0.03)),
+        ((0.1, 0.01), {"far": True}, (0.1, 0.01)),
+        ((0.1, 0.01), {"far": True, "better": True, "broken": True}, (0.25, 0.01)),
+    ],
+)
+def test_a_region_grows_with_success_and_its_margin_with_failure(before, event, after):
+    found = _Region(*before).after(**({"better": False, "far": False, "broken": False} | event))
+    assert (found.radius, found.margin) == pytest.approx(after)
+
+
+@pytest.mark.parametrize(
+    "near, radii, far",
+    [
+        # halved at every design but at those far away, until it is less than 0.002
+        (False, 0.25 / 2.0 ** np.array([0, 1, 2, 3, 3, 4, 5, 6, 6, 7]), [3, 7]),
+        (True, 0.05 / 2.0 ** np.arange(6), []),
+    ],
+)
+def test_a_search_without_success_ends_with_its_region(monkeypatch, near, radii, far):
+    designs, heard = Tried(lambda place, _: ([place[0]], [])), []
+    designs.solved([np.array([0.5, 0.5])], COARSE)
+
+    def worse(_, goal, centre, region, step):
+        heard.append((region.radius, step))
+        return np.array([0.9, 0.5])
+
+    monkeypatch.setattr(module, "_next", worse)
+    found = search(designs, FREE, 100, near=near)
+    assert found.place.tolist() == [0.5, 0.5] and len(designs.tried) == len(radii)
+    assert [radius for radius, _ in heard] == pytest.approx(radii)
+    assert [step for _, step in heard if step is not None] == far
+
+
+def test_a_limit_that_is_just_kept_asks_for_no_margin(monkeypatch):
+    """Better designs, first on the limit, then twice beyond it and within it again; each search of one design."""
+    designs = Tried(lambda place, _: ([1.0], [place[0]]), limits=(Limit(SHARE, 0.5, True),))
+    designs.solved([np.array([0.9, 0.5])], COARSE)
+    places, margins = iter([0.5, 0.6, 0.7, 0.4, 0.4]), []
+
+    def scripted(_, goal, centre, region, step):
+        margins.append(region.margin)
+        return np.array([next(places), 0.5])
+
+    monkeypatch.setattr(module, "_next", scripted)
+    search(designs, Goal(0, np.array([0.5])), 5, near=True)
+    assert margins == pytest.approx([0.0, 0.0, 0.002, 0.004, 0.002])
+
+
+# ---------------------------------------------------------------------- the next design
+
+
+def known(function: Callable[[np.ndarray], float], places: np.ndarray) -> Tried:
+    designs = Tried(lambda place, _: ([function(place)], []))
+    designs.solved(list(places), COARSE)
+    return designs
+
+
+def test_the_next_design_is_the_best_of_its_region_and_of_smaller_ones_about_it():
+    """Downhill on a plane: by the radius, and by 0.3 of each step before, three times."""
+    centre, radius = np.array([0.6, 0.6]), 0.1
+    places = np.vstack([centre, np.random.default_rng(0).uniform(size=(8, 2))])
+    found = _next(known(lambda place: place.sum(), places), FREE, centre, _Region(radius), None)
+    assert found is not None
+    reach = radius * (1.0 + 0.3 + 0.09 + 0.027)
+    assert np.all(centre - found <= reach + 1e-12) and (centre - found).sum() > 1.8 * reach
+
+
+def test_a_design_too_near_to_what_is_known_is_not_tried():
+    """The bottom of a bowl that is known: the next design keeps a tenth of the radius away from it."""
+    bottom = np.array([0.5, 0.5])
+    places = np.vstack([bottom, np.random.default_rng(1).uniform(size=(30, 2))])
+    found = _next(known(lambda place: ((place - bottom) ** 2).sum(), places), FREE, bottom, _Region(0.2), None)
+    assert found is not None
+    assert 0.02 <= np.abs(found - bottom).max() < 0.05
+
+
+def test_every_fourth_design_is_far_from_what_is_known():
+    """Although the aim is least in the corner where all are known; of far ones it is the best."""
+    places = 0.2 * np.random.default_rng(2).uniform(size=(12, 2))
+    found = _next(known(lambda place: place.sum(), places), FREE, places[0], _Region(0.1), 3)
+    assert found is not None
+    distance = np.abs(found - places).max(axis=1).min()
+    assert 0.4 <= distance < 0.55 and found.min() < 0.1
+
+
+class Seen:
+    """A surrogate that sees what it is given: aim and excess over a limit; places above 0.95 fail."""
+
+    def __init__(self, values):
+        self.values = np.asarray(values, float)
+
+    def may_fail(self, places):
+        return places[:, 0] > 0.95
+
+    def at(self, places):
+        return self.values[: len(places)]
+
+
+@pytest.mark.parametrize(
+    "values, margin, chosen",
+    [
+        ([[1.0, -0.5], [0.5, -0.5], [0.1, 0.2]], 0.0, 1),  # the least aim of those that keep the limit
+        ([[1.0, -0.5], [0.5, -0.01], [0.1, 0.2]], 0.02, 0),  # with a margin
+        ([[1.0, 0.5], [0.5, 0.3], [0.1, 0.4]], 0.0, 1),  # the least beyond where none does
+        ([[1.0, -0.1], [0.5, -0.2], [0.1, -9.0]], 0.0, 2),
+    ],
+)
+def test_the_best_keeps_limits_with_a_margin(values, margin, chosen):
+    places = np.array([[0.1], [0.2], [0.3], [0.99]])
+    assert _best_of(Seen(values), places, margin) == places[chosen]
+    assert _best_of(Seen(values), places[3:], margin) is None
+
+
+def test_every_choice_of_every_field_is_made_about_a_centre():
+    space = space_of(
+        SHIPPED, {SHAPE: ["linear", "parabolic"], RELIEF: [0, 8, 16, 24, 32], OTHER: ["linear", "parabolic"]}
+    )
+    centre = space.snapped(np.zeros(3))
+    places = _about(space, centre, 0.1, choices=True)
+    for column, made in enumerate((2, 5, 2)):
+        _, times = np.unique(places[:, column], return_counts=True)
+        assert len(times) == made and times.min() > 0.6 * len(places) / 6 / made
+
+
+@pytest.mark.parametrize("choices", [False, True])
+def test_designs_about_a_centre_lie_to_all_sides_and_half_of_them_choose_anew(choices):
+    space = space_of(SHIPPED, {RELIEF: (0, 60), SHAPE: ["linear", "parabolic"]})
+    centre = np.array([0.5, 0.25])
+    places = _about(space, centre, 0.1, choices=choices)
+    np.testing.assert_allclose(places[0], centre)
+    assert places[:, 0].min() == pytest.approx(0.4, abs=2e-3)
+    assert places[:, 0].max() == pytest.approx(0.6, abs=2e-3)
+    # either choice is made anew as often, wherever the number is
+    other = places[:, 1] == 0.75
+    assert other.sum() == pytest.approx(len(places) / 4 if choices else 0, abs=8)
+    assert (places[other, 0] > 0.5).sum() == pytest.approx(other.sum() / 2, abs=8)
+
+
+# ---------------------------------------------------------------------- limits and aims
+
+
+def test_values_are_the_aim_and_excesses_over_the_sizes_of_limits():
+    limits = (Limit(SHARE, 0.5, True), Limit(EFFICIENCY, 0.8, False), Limit(WEAR, 0.0, True))
+    designs = Tried(lambda place, _: ([3.0, 7.0], [0.6, 0.9, 2.0]), (Aim(WEAR), Aim(EFFICIENCY, False)), limits)
+    (design,) = designs.solved([np.zeros(2)], COARSE)
+    bounds = designs.bounds
+    np.testing.assert_allclose(_values(designs, Goal(0, bounds), design), [3.0, 0.2, -0.125, 2.0])
+    shift = np.array([0.5, -1.0, 0.1, -0.3, 0.0])
+    shifted = _values(designs, Goal(0, bounds, shift=shift), design)
+    np.testing.assert_allclose(shifted, [3.5, 0.4, 0.25, 2.0])
+    # the other aim under a bound; greatest is least of the negative
+    np.testing.assert_allclose(_values(designs, Goal(0, bounds, other=-8.0), design), [3.0, 0.2, -0.125, 2.0, 0.125])
+    np.testing.assert_allclose(_values(designs, Goal(1, bounds, other=2.0), design), [-7.0, 0.2, -0.125, 2.0, 0.5])
+    np.testing.assert_allclose(_values(designs, Goal(1, bounds, other=0.0), design)[-1], 3.0)
+
+
+def test_the_best_design_keeps_its_limits_before_its_aim_counts():
+    designs = Tried(lambda place, _: ([place[0]], [place[1]]), limits=(Limit(SHARE, 0.5, True),))
+    designs.solved([np.array(place) for place in ([0.1, 0.9], [0.4, 0.4], [0.3, 0.5], [0.2, 0.6])], COARSE)
+    designs.solved([np.array([0.0, 0.0])], DOUBLED)  # of another grid
+    assert best(designs, Goal(0, designs.bounds)).place.tolist() == [0.3, 0.5]
+
+
+# ---------------------------------------------------------------------- finer grids
+
+
+@pytest.mark.parametrize("within", [False, True])
+def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkeypatch, within):
+    """Each search anew has the coarse grid's error as its shift, and bounds drawn in by 0.2 %, 0.4 %, ..."""
+
+    def values(place, resolution):
+        wrong = 0.0 if resolution == COARSE else 0.1
+        return [place[0] + wrong], [place[0] + wrong, 1.0 - place[0] - 2.0 * wrong]
+
+    limits = (Limit(SHARE, 0.5, True), Limit(EFFICIENCY, 0.4, False))
+    designs, goals = Tried(values, limits=limits), []
+    places = iter([0.7, 0.6, 0.35 if within else 0.55, 0.65, 0.1])
+
+    def scripted(_, goal, most, *, near):
+        assert near and most == 7
+        goals.append(goal)
+        return designs.solved([np.array([next(places), 0.0])], COARSE)[0]
+
+    monkeypatch.setattr(module, "search", scripted)
+    first = designs.solved([np.array([0.9, 0.0])], COARSE)[0]
+    found = settle(designs, Goal(0, designs.bounds), first, 7)
+    for turn, goal in enumerate(goals):
+        inwards = 2.0**turn * 0.002
+        np.testing.assert_allclose(goal.bounds, [0.5 - 0.5 * inwards, 0.4 + 0.4 * inwards])
+        np.testing.assert_allclose(goal.shift, [0.1, 0.1, -0.2])
+    assert len(goals) == (3 if within else 4)
+    assert found.kept == within
+    assert found.doubled.place[0] == (0.35 if within else 0.55) and found.doubled.resolution == DOUBLED
+    assert found.own.resolution == OWN and found.own.place[0] == found.doubled.place[0]
+
+
+def test_a_search_anew_that_finds_the_same_ends_it(monkeypatch):
+    designs = Tried(lambda place, _: ([1.0], [0.9]), limits=(Limit(SHARE, 0.5, True),))
+    first = designs.solved([np.array([0.9, 0.0])], COARSE)[0]
+    monkeypatch.setattr(module, "search", lambda *_, near: replace(first))
+    assert not settle(designs, Goal(0, designs.bounds), first, 7).kept
+    assert len(designs.tried) == 3
