@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import ceil, sqrt
 
 import numpy as np
@@ -22,7 +23,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError
 from semiwear.untyped import Value
 
-__all__ = ["LEAST_RUNS", "Emulator", "emulator_of", "kept_by"]
+__all__ = ["CONFIDENCE", "LEAST_RUNS", "Emulator", "emulator_of", "kept_by", "require_emulator"]
 
 CONFIDENCE = 0.95
 """Share of fresh runs that keep the stated error."""
@@ -114,6 +115,12 @@ def kept_by(errors: FloatArray) -> float:
     """The error that a share of fresh runs keep, from those of runs that were left out; infinite from too few."""
     rank = ceil((errors.size + 1) * CONFIDENCE)
     return float(np.sort(np.abs(errors))[rank - 1]) if rank <= errors.size else float("inf")
+
+
+def require_emulator() -> None:
+    """Raise `MissingExtraError` where there is nothing to fit an emulator with."""
+    if find_spec("sklearn") is None:
+        raise MissingExtraError("scikit-learn", "infer", "an emulator")
 
 
 def _fitted(inputs: FloatArray, values: FloatArray) -> Value:

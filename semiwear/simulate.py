@@ -64,10 +64,12 @@ def simulate(
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
     compared: Compared | None = None,
+    last: bool = False,
 ) -> xr.DataTree:
     """Wear the flank of a scene with the numbers that it has, whatever accuracy it asks for.
 
-    Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`.
+    Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`. With `last` the
+    result holds the last wear state alone, unless failure modes are rated, which needs them all.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
@@ -76,7 +78,7 @@ def simulate(
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
     with kept, using_threads(scene.numerics.threads):
-        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress())
+        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last)
 
 
 def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
@@ -85,7 +87,7 @@ def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) 
         raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FOLDER as well")
 
 
-def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
+def _simulated(physics: Plan, kept: Keeper, progress: Progress, last: bool) -> xr.DataTree:
     clock = _Clock()
     teeth = physics.loaded_teeth()
     clock.lap("geometry and compliance")
@@ -107,7 +109,8 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress) -> xr.DataTree:
             raise
         stopped = error
     clock.lap(_WEARING)
-    tree = _result(physics, teeth, stepper, states, clock, life)
+    first = len(states) - 1 if last and not physics.rates else 0
+    tree = _result(physics, teeth, stepper, states, clock, life, first)
     if stopped is not None:
         raise ConvergenceError(f"{stopped} ({_kept_of(len(states) - 1)})", tree) from stopped
     return tree
@@ -198,11 +201,14 @@ def _result(
     states: list[WearState],
     clock: _Clock,
     life: collect.Arrays,
+    first: int,
 ) -> xr.DataTree:
-    contacts = [state.contact for state in states]
+    """Everything that is told of the wear states from `first` on."""
+    told_states = states[first:]
+    contacts = [state.contact for state in told_states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     pressures = in_threads(teeth.pressures, contacts)
-    parts = _parts(physics, stepper, states, pressures, fresh)
+    parts = _parts(physics, stepper, told_states, pressures, fresh)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
     groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
     groups["flank"] |= collect.contact_patterns(teeth, contacts)
@@ -216,14 +222,15 @@ def _result(
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
     told = groups["history"] if rated is None else groups["history"] | rated.quantities
-    estimates = _step_errors(physics, states, told)
+    estimates = _step_errors(physics, told_states, told)
     if estimates:
         groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
     spent = physics.clock.seconds
     if spent:
         groups["diagnostics"] |= {"effect_seconds": np.array(list(spent.values()))}
     coords = collect.coordinates(teeth) | {
-        "meshes": np.array([state.meshes for state in states]),
+        "wear_step": np.arange(first, len(states)),
+        "meshes": np.array([state.meshes for state in told_states]),
         "stage": np.array(list(clock.seconds)),
     }
     if spent:

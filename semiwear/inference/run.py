@@ -177,7 +177,7 @@ def plan_inference(
     channels: list[Channel] = []
     priors: dict[str, Distribution] = {}
     try:
-        draw(scene, unknown, Sampling(64, seed, {}, False))
+        draw(scene, unknown, Sampling(64, seed))
         read = {key: read_distribution(key, raw, scene, []) for key, raw in unknown.items()}
         priors = {key: prior for key, prior in read.items() if prior is not None}
     except SceneError as error:

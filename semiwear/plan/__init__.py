@@ -38,7 +38,7 @@ from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines, middle_contact
 from semiwear.plan.named_data import data_choices
-from semiwear.plan.ratings import Known, Ratings, rated_contact, rated_states
+from semiwear.plan.ratings import Known, Ratings, named_modes, rated_contact, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
@@ -114,6 +114,11 @@ class Plan:
         """Effective modulus E* of the two materials [MPa]."""
         material = self.scene.material
         return effective_modulus(*elastic(material.pinion), *elastic(material.gear))
+
+    @property
+    def rates(self) -> bool:
+        """Whether failure modes are rated."""
+        return bool(named_modes(self.scene))
 
     @cached_property
     def input_files(self) -> dict[str, str]:

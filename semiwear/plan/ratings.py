@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from semiwear.contact.friction import Friction
     from semiwear.ratings.mode import FailureMode
 
-__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "rated_contact", "rated_states"]
+__all__ = ["MODES", "RatedScene", "Ratings", "failure_modes", "named_modes", "rated_contact", "rated_states"]
 
 
 Known = tuple[SlicePressures | None, np.ndarray | None]
@@ -148,10 +148,10 @@ class Ratings:
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
     """The failure modes of a scene; none where it has no table of one."""
     rated = RatedScene(scene, teeth)
-    return {name: MODES[name](rated) for name in _named(scene)}
+    return {name: MODES[name](rated) for name in named_modes(scene)}
 
 
-def _named(scene: Scene) -> list[str]:
+def named_modes(scene: Scene) -> list[str]:
     """Names of the failure modes whose tables a scene has."""
     return [name for name, table in scene.effects.present() if isinstance(table, RatingTable)]
 
@@ -235,7 +235,7 @@ def rated_contact(
     known : (SlicePressures, root stress or None), optional
         Of this contact.
     """
-    if not _named(scene):
+    if not named_modes(scene):
         return None
     teeth, state = contact
     stepper = stepper_of(teeth)

@@ -2,6 +2,7 @@
 
 samples = 256
 sensitivity = true
+emulate = 0.1                           # solve few samples and emulate the others, as `scatter` does
 before_meshes = [1e8, 1e9]              # how likely is the end of the life, or of the run, before these?
 
 [scatter]
@@ -15,7 +16,8 @@ rank = 0.5
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import fields
 from html import escape
 
 import numpy as np
@@ -25,22 +27,20 @@ from semiwear.errors import Problem, SceneError
 from semiwear.plot.style import SIZE, step_colours, styled
 from semiwear.report.markup import figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
-from semiwear.scatter.run import Sampling, draw
+from semiwear.scatter.run import Sampling, read_scatter
 from semiwear.scatter.statistics import SHARES, Scatter
 from semiwear.scene.values import shown
-from semiwear.sweep.command import Prepared, prepare_sweep
-from semiwear.sweep.measure import measure_of
+from semiwear.sweep.command import Ended, Prepared, prepare_sweep
 from semiwear.sweep.page import QUANTITIES
-from semiwear.sweep.run import read_job
+from semiwear.sweep.run import Job
 from semiwear.sweep.study_file import Study, flat_fields
 from semiwear.untyped import Table, Value
 
 __all__ = ["SCATTER", "prepare_study"]
 
-SCATTER = ("scatter", "samples", "seed", "sensitivity", "confidence", "correlation", "before_meshes")
+SCATTER = ("scatter", *(one.name for one in fields(Sampling)), "before_meshes")
 """Names that stand in a study file whose fields scatter."""
 
-_SAMPLES, _CONFIDENCE = 256, 0.95
 _MOST_PICTURES = 6
 _MOST_SETTLING = 3
 
@@ -62,37 +62,26 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     problems: list[Problem] = []
     if study.vary:
         problems.append(Problem("vary", "beside [scatter]", "one of the two", "make two studies of it"))
-    fields = _fields(given["scatter"], problems)
-    sampling = Sampling(
-        given.get("samples", _SAMPLES), given.get("seed", 0), _correlation(given, problems),
-        _flag(given, problems),
-    )  # fmt: skip
-    confidence = given.get("confidence", _CONFIDENCE)
-    if isinstance(confidence, bool) or not isinstance(confidence, float) or not 0.0 < confidence < 1.0:
-        problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
+    distributions = _fields(given["scatter"], problems)
+    numbers = {one.name: given[one.name] for one in fields(Sampling) if one.name in given}
+    sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
     before = _before(given, problems)
-    drawn = None
+    ready = None
     try:
-        drawn = draw(study.scene, fields, sampling)
+        measure = study.options.get("measure")
+        ready = read_scatter(study.scene, distributions, sampling, measure=measure, crew=(workers, None))
     except SceneError as error:
         problems += error.problems
-    try:
-        measure_of(study.options.get("measure"), "last")
-    except SceneError as error:
-        problems += error.problems
-    if problems or drawn is None:
+    if problems or ready is None:
         raise SceneError(problems, str(study.path))
-    values = {key: drawn.values[:, k].tolist() for k, key in enumerate(fields)}
-    options: Table = {**study.options, "combine": "zip", "wear_states": "last"}
-    job = read_job(study.scene, values, **options, crew=(workers, None))
 
-    def finish(found: xr.Dataset) -> tuple[xr.Dataset, str, list[tuple[str, str]]]:
-        told = Scatter(found, tuple(fields), drawn.count, drawn.paired, float(confidence))
+    def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:
+        told = ready.told(solve)
         reached = told.reached_before(before)
         lines = [_in_words(reached, k) for k in range(len(before))]
-        return _whole(told, reached), "\n".join([str(told), *lines]), _sections(told, lines)
+        return Ended(told.samples, _whole(told, reached), "\n".join([str(told), *lines]), _sections(told, lines))
 
-    return Prepared(study, job, finish)
+    return Prepared(study, ready.job, ended)
 
 
 def _fields(raw: Value, problems: list[Problem]) -> Table:
@@ -117,13 +106,6 @@ def _in_words(reached: xr.Dataset, k: int) -> str:
     return f"{ends} before {meshes:.4g} meshes: {share:.3g} % ({low:.3g} to {high:.3g} %)"
 
 
-def _flag(given: Table, problems: list[Problem]) -> bool:
-    value = given.get("sensitivity", False)
-    if not isinstance(value, bool):
-        problems.append(Problem("sensitivity", shown(value), "true or false", "leave it out for false"))
-    return bool(value)
-
-
 def _correlation(given: Table, problems: list[Problem]) -> dict[tuple[str, str], float]:
     found: dict[tuple[str, str], float] = {}
     entries = given.get("correlation", [])
@@ -141,6 +123,8 @@ def _whole(told: Scatter, reached: xr.Dataset) -> xr.Dataset:
     """The samples with their statistics."""
     quantiles = told.quantiles().rename({name: f"quantile_{name}" for name in ("value", "low", "high", "units")})
     drawn = told.convergence().rename({name: f"convergence_{name}" for name in ("value", "low", "high")})
+    if told.errors:
+        quantiles["stated_error"] = ("quantity", [told.errors[name] for name in told.quantities])
     parts = [told.samples, quantiles, drawn, *([told.indices()] if told.paired else []), reached]
     whole = xr.merge(parts, compat="override", combine_attrs="drop")
     whole.attrs = {**told.samples.attrs, "confidence": told.confidence, "independent_samples": told.independent}
@@ -173,10 +157,13 @@ def _quantiles(told: Scatter) -> str:
         found = [told.quantile(name, share) for share in SHARES]
         units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
         cells = [f"{figure_text(one.value)} ({_end(one.low)} to {_end(one.high)})" for one in found]
-        rows.append([name, units or "–", *cells])
+        errors = [figure_text(told.errors[name])] if told.errors else []
+        rows.append([name, units or "–", *cells, *errors])
     heads = ["quantity", "unit", *(f"{100 * share:.0f} % fall short of" for share in SHARES)]
+    heads += ["stated error of the emulator"] if told.errors else []
     caption = f"Quantiles of {told.independent} samples, in brackets with {100 * told.confidence:g} % confidence"
-    return table(caption, heads, rows)
+    solved = f"<p>{escape(said)}.</p>" if (said := told.emulation) else ""
+    return solved + table(caption, heads, rows)
 
 
 def _end(value: float) -> str:

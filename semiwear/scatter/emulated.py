@@ -14,12 +14,17 @@ from semiwear.scatter.distributions import Distribution, LogNormal
 from semiwear.scatter.statistics import quantities_of
 from semiwear.sweep.outcome import Status
 
-__all__ = ["emulated_samples"]
+__all__ = ["emulated_samples", "first_solved"]
 
 _RUNS_A_FIELD = 8
 _WIDE = 3.0  # greatest over least value of a quantity whose logarithm is emulated
 _MOST_TOLD = 8
 _SAME = 1e-9  # relative: a quantity that varies by less is one number
+
+
+def first_solved(fields: int, most: int) -> int:
+    """Number of samples that are solved before the first emulator, a power of two; at most `most`."""
+    return min(1 << (max(LEAST_RUNS, _RUNS_A_FIELD * (fields + 1)) - 1).bit_length(), most)
 
 
 def emulated_samples(
@@ -60,7 +65,7 @@ def emulated_samples(
         for k, one in enumerate(distributions.values())
     ]
     inputs = np.stack([(one - one.mean()) / max(float(one.std()), 1e-300) for one in columns], axis=1) / 2.0
-    count = min(1 << int(np.ceil(np.log2(max(LEAST_RUNS, _RUNS_A_FIELD * (inputs.shape[1] + 1))))), most)
+    count = first_solved(inputs.shape[1], most)
     while True:
         found = solve(count)
         good = found["status"].values == Status.DONE

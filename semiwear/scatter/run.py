@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
+from semiwear.emulator import LEAST_RUNS, require_emulator
 from semiwear.errors import Problem, SceneError
 from semiwear.scatter.design import Design, design, read_correlation
 from semiwear.scatter.distributions import Distribution, read_distribution
-from semiwear.scatter.emulated import emulated_samples
+from semiwear.scatter.emulated import emulated_samples, first_solved
 from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
 from semiwear.scene.edit import edited
@@ -21,15 +22,19 @@ from semiwear.scene.schema import schema_of_scene
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
-from semiwear.sweep.run import crew_of, read_job, run_job
+from semiwear.sweep.measure import measure_of
+from semiwear.sweep.run import Job, crew_of, read_job, run_job
+from semiwear.sweep.scenes import gather
 from semiwear.sweep.store import open_store
+from semiwear.sweep.variation import read_variation
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Sampling", "draw", "scatter"]
+__all__ = ["Sampling", "ScatterJob", "draw", "read_scatter", "scatter"]
 
 _MOST_SAMPLES = 1 << 20
+_LEAST_EMULATED = 1 << (LEAST_RUNS - 1).bit_length()
 
 
 def scatter(
@@ -86,6 +91,8 @@ def scatter(
         With everything that is wrong, before anything runs.
     SemiwearError
         The emulator's error stays above what was asked.
+    MissingExtraError
+        Samples are to be emulated without scikit-learn.
 
     Examples
     --------
@@ -96,48 +103,154 @@ def scatter(
     >>> len(found.values("load_share_max"))
     4
     """
-    problems: list[Problem] = []
-    if emulate is not None and (isinstance(emulate, bool) or not isinstance(emulate, int | float) or not emulate > 0):
-        problems.append(Problem("emulate", shown(emulate), "greater than 0", "0.1 of a standard deviation, say"))
-    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0.0 < confidence < 1.0:
-        problems.append(Problem("confidence", shown(confidence), "above 0 and below 1", "0.95 is usual"))
-    try:
-        drawn = draw(scene, distributions, Sampling(samples, seed, dict(correlation or {}), sensitivity))
-    except SceneError as error:
-        raise SceneError([*problems, *error.problems], "scatter") from None
-    if problems:
-        raise SceneError(problems, "scatter")
-    fields = tuple(distributions)
+    sampling = Sampling(samples, seed, dict(correlation or {}), sensitivity, confidence, emulate)
+    job = read_scatter(scene, distributions, sampling, measure=measure, crew=crew_of(crew))
     kept = open_store(store)
 
-    def solve(count: int) -> xr.Dataset:
-        table = {field: drawn.values[:count, k].tolist() for k, field in enumerate(fields)}
-        job = read_job(scene, table, measure=measure, wear_states="last", combine="zip", crew=crew_of(crew))
+    def solve(sweep: Job) -> xr.Dataset:
         with hearing(progress) as hears:
-            return run_job(job, kept, hears)
+            return run_job(sweep, kept, hears)
 
-    if emulate is None:
-        return Scatter(solve(len(drawn.values)), fields, drawn.count, drawn.paired, confidence)
-    priors = {key: one for key, raw in distributions.items() if (one := read_distribution(key, raw, scene, []))}
-    found, errors = emulated_samples(solve, drawn.values, priors, emulate, drawn.count)
-    return Scatter(found, fields, drawn.count, drawn.paired, confidence, errors)
+    return job.told(solve)
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How samples are drawn; arguments of `scatter`.
+    """How samples are drawn, how many of them are solved, and how sure their intervals are; arguments of `scatter`.
 
     Attributes
     ----------
     samples, seed : int
     correlation : mapping
     sensitivity : bool
+    confidence : float
+    emulate : float or None
     """
 
-    samples: int
-    seed: int
-    correlation: Mapping[tuple[str, str], float]
-    sensitivity: bool
+    samples: int = 256
+    seed: int = 0
+    correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    sensitivity: bool = False
+    confidence: float = 0.95
+    emulate: float | None = None
+
+    def problems(self) -> list[Problem]:
+        """Numbers that are out of their ranges."""
+        found: list[Problem] = []
+        count, seed = self.samples, self.seed
+        paired: object = self.sensitivity
+        whole = isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST_SAMPLES
+        if not whole or count & (count - 1):
+            near = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
+            found.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {near}"))
+        elif self.emulate is not None and count < _LEAST_EMULATED:
+            allowed = f"{_LEAST_EMULATED} or more beside emulate"
+            found.append(Problem("samples", shown(count), allowed, "fewer do not tell an emulator's error"))
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            found.append(Problem("seed", shown(seed), "a whole number, 0 or more", "give 0"))
+        if not isinstance(paired, bool):
+            found.append(Problem("sensitivity", shown(paired), "true or false", "leave it out for false"))
+        elif self.correlation and paired:
+            fix = "leave one of them out: shares of the variance are defined for independent fields"
+            found.append(Problem("sensitivity", True, "left out where fields are correlated", fix))
+        if not _positive(self.confidence) or self.confidence >= 1.0:
+            found.append(Problem("confidence", shown(self.confidence), "above 0 and below 1", "0.95 is usual"))
+        if self.emulate is not None and not _positive(self.emulate):
+            fix = "0.1 of a standard deviation, say"
+            found.append(Problem("emulate", shown(self.emulate), "greater than 0", fix))
+        return found
+
+
+def _positive(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < np.inf
+
+
+@dataclass(frozen=True)
+class ScatterJob:
+    """Samples of a scene that can be solved; made by `read_scatter`.
+
+    Attributes
+    ----------
+    scene : Scene
+    distributions : dict of str to Distribution
+        By dotted key.
+    sampling : Sampling
+    drawn : Design
+    job : Job
+        The sweep of the samples that are solved in any case: of all, or of the first ones where others are emulated.
+    """
+
+    scene: Scene
+    distributions: dict[str, Distribution]
+    sampling: Sampling
+    drawn: Design
+    job: Job
+
+    def told(self, solve: Callable[[Job], xr.Dataset]) -> Scatter:
+        """The samples, solved and emulated, as statistics.
+
+        Raises
+        ------
+        SemiwearError
+            The emulator's error stays above what was asked.
+        """
+        fields, drawn, asked = tuple(self.distributions), self.drawn, self.sampling.emulate
+        if asked is None:
+            return Scatter(solve(self.job), fields, drawn.count, drawn.paired, self.sampling.confidence)
+
+        def first(count: int) -> xr.Dataset:
+            if count == self.job.variation.count:
+                return solve(self.job)
+            variation = read_variation(self.scene, _table(drawn, fields, count), "zip")
+            members, tasks = gather(self.scene, variation, self.job.measure)
+            return solve(replace(self.job, variation=variation, members=members, tasks=tasks))
+
+        found, errors = emulated_samples(first, drawn.values, self.distributions, asked, drawn.count)
+        return Scatter(found, fields, drawn.count, drawn.paired, self.sampling.confidence, errors)
+
+
+def read_scatter(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    sampling: Sampling,
+    *,
+    measure: str | Sequence[str] | None = None,
+    crew: tuple[int | str | None, Client | None] = (None, None),
+) -> ScatterJob:
+    """The samples that arguments of `scatter` ask for; `crew` holds `workers` and `client` of `sweep`.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong.
+    MissingExtraError
+        Samples are to be emulated without scikit-learn.
+    """
+    problems: list[Problem] = []
+    drawn = None
+    try:
+        drawn = draw(scene, distributions, sampling)
+    except SceneError as error:
+        problems += error.problems
+    try:
+        measure_of(measure, "last")
+    except SceneError as error:
+        problems += error.problems
+    if problems or drawn is None:
+        raise SceneError(problems, "scatter")
+    fields, count = tuple(distributions), len(drawn.values)
+    if sampling.emulate is not None:
+        require_emulator()
+        count = first_solved(len(fields), drawn.count)
+    table = _table(drawn, fields, count)
+    job = read_job(scene, table, measure=measure, wear_states="last", combine="zip", crew=crew)
+    read = {key: one for key, raw in distributions.items() if (one := read_distribution(key, raw, scene, []))}
+    return ScatterJob(scene, read, sampling, drawn, job)
+
+
+def _table(drawn: Design, fields: Sequence[str], count: int) -> dict[str, list[float]]:
+    """Values of fields in the first samples."""
+    return {field: drawn.values[:count, k].tolist() for k, field in enumerate(fields)}
 
 
 def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Sampling) -> Design:
@@ -148,31 +261,21 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     SceneError
         With everything that is wrong with distributions and sampling, values out of a field's range included.
     """
-    problems: list[Problem] = []
     if not isinstance(distributions, Mapping) or not distributions:
         allowed = "a mapping from dotted keys to distributions"
         fix = 'give e.g. {"operation.pinion_torque_Nm": Normal(1600, 80)}'
         raise SceneError.of("distributions", shown(distributions), allowed, fix)
-    count, seed = sampling.samples, sampling.seed
-    whole = isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST_SAMPLES
-    if not whole or count & (count - 1):
-        near = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
-        problems.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {near}"))
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        problems.append(Problem("seed", shown(seed), "a whole number, 0 or more", "give 0"))
+    problems = sampling.problems()
     schema = schema_of_scene(scene)
     for key in distributions:
         if key not in schema.rules:
             problems += edited(scene, {key: 0.0})[1]
     read = {key: read_distribution(key, raw, scene, problems) for key, raw in distributions.items()}
     matrix = read_correlation(list(read), sampling.correlation, problems)
-    if sampling.correlation and sampling.sensitivity:
-        fix = "leave one of them out: shares of the variance are defined for independent fields"
-        problems.append(Problem("sensitivity", True, "left out where fields are correlated", fix))
     known = {key: one for key, one in read.items() if one is not None}
     if problems:
         raise SceneError(problems, "scatter")
-    found = design(list(known.values()), count, seed, matrix=matrix, paired=sampling.sensitivity)
+    found = design(list(known.values()), sampling.samples, sampling.seed, matrix=matrix, paired=sampling.sensitivity)
     problems += _out_of_range(scene, known, found)
     if problems:
         raise SceneError(problems, "scatter")

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
+from semiwear.emulator import CONFIDENCE
 from semiwear.errors import SceneError, SemiwearError
 from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
@@ -185,6 +186,18 @@ class Scatter:
     def _units(self, names: Sequence[str]) -> list[str]:
         return [str(self.samples[name.partition(" ")[0]].attrs.get("units", "1")) for name in names]
 
+    @property
+    def emulation(self) -> str:
+        """How many samples were solved and emulated, and what the stated errors mean; empty where all were solved."""
+        if not self.errors:
+            return ""
+        count, share = int(self.samples["emulated"].sum()), f"{100 * CONFIDENCE:.0f} %"
+        solved = self.samples.sizes["sample"] - count
+        return (
+            f"{solved} scenes were solved and {count} emulated; {share} of fresh ones keep the stated errors, and "
+            "intervals are wider by these"
+        )
+
     def __str__(self) -> str:
         failed = int((self.samples["status"].values[: self.independent] != 0).sum())
         lines = [
@@ -202,11 +215,11 @@ class Scatter:
                 label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
                 told.append(f"{label} {found.value:.4g} ({_end(found.low)} to {_end(found.high)})")
             unit = "" if units == "1" else f" [{units}]"
+            if self.errors:
+                told.append(f"emulated within {self.errors[name]:.2g}")
             lines.append(f"{name}{unit}: {', '.join(told)}")
         lines.append(f"in brackets: {share} intervals")
-        if self.errors:
-            count = int(self.samples["emulated"].values[: self.independent].sum())
-            lines.append(f"{count} of the samples are emulated; intervals are wider by the emulator's stated errors")
+        lines += filter(None, [self.emulation])
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
 
 

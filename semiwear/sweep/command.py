@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,7 @@ from semiwear.targets import PAGES, file_target, require_apart
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Prepared", "prepare_sweep", "run_study", "store_of"]
+__all__ = ["Ended", "Prepared", "prepare_sweep", "run_study", "store_of"]
 
 _MOST_TOLD = 10
 _ANSWER = 10.0  # s, of a scheduler
@@ -38,6 +38,28 @@ def store_of(output: str) -> Path:
 
 
 @dataclass(frozen=True)
+class Ended:
+    """A study that was solved.
+
+    Attributes
+    ----------
+    scenes : Dataset
+        Every scene.
+    dataset : Dataset
+        What is written.
+    said : str
+        Said besides the numbers of scenes.
+    sections : list of (str, str)
+        Headings and HTML of what the page shows before all else.
+    """
+
+    scenes: xr.Dataset
+    dataset: xr.Dataset
+    said: str = ""
+    sections: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
 class Prepared:
     """A study that can run.
 
@@ -45,13 +67,14 @@ class Prepared:
     ----------
     study : Study
     job : Job
-    finish : callable
-        From the sweep's dataset to what is written, said, and shown on the page before all else.
+        Scenes that are solved in any case.
+    ended : callable
+        From a function that solves a sweep to the solved study.
     """
 
     study: Study
     job: Job
-    finish: Callable[[xr.Dataset], tuple[xr.Dataset, str, list[tuple[str, str]]]]
+    ended: Callable[[Callable[[Job], xr.Dataset]], Ended]
 
 
 def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
@@ -63,7 +86,12 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
         With all that is wrong with the fields.
     """
     job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
-    return Prepared(study, job, lambda found: (found, "", []))
+
+    def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:
+        found = solve(job)
+        return Ended(found, found)
+
+    return Prepared(study, job, ended)
 
 
 def run_study(
@@ -81,7 +109,7 @@ def run_study(
     ResultFileError
         The store beside the output is of another version.
     SemiwearError
-        The scheduler cannot be reached, or no process started.
+        The scheduler cannot be reached, no process started, or an emulator is worse than asked for.
     """
     problems = _problems_of_targets(output, report)
     ready = None
@@ -99,12 +127,12 @@ def run_study(
         fix = f"--resume goes on from them; or delete {store} to compute everything anew"
         raise SceneError.of("--resume", f"left out, and {store} holds {kept} solved scenes", "given", fix)
     with _client(scheduler) as client:
-        found = run_job(replace(ready.job, client=client), open_store(store), progress)
-    whole, said, sections = ready.finish(found)
-    write_sweep(whole, output)
-    lines = [_told(found), *filter(None, [said]), f"sweep: {output}; its scenes: {store}"]
+        opened = open_store(store)
+        ended = ready.ended(lambda job: run_job(replace(job, client=client), opened, progress))
+    write_sweep(ended.dataset, output)
+    lines = [_told(ended.scenes), *filter(None, [ended.said]), f"sweep: {output}; its scenes: {store}"]
     if report:
-        lines.append(f"report: {write_sweep_report(found, report, sections)}")
+        lines.append(f"report: {write_sweep_report(ended.scenes, report, ended.sections)}")
     return "\n".join(lines)
 
 
@@ -170,6 +198,9 @@ def _told(found: xr.Dataset) -> str:
     names = [kind.name.lower() for kind in Status]
     counts = [(name, int((status.values == value).sum())) for value, name in enumerate(names)]
     lines = [f"{status.size} scenes: " + ", ".join(f"{count} {name}" for name, count in counts if count)]
+    if "emulated" in found:
+        count = int(found["emulated"].sum())
+        lines[0] += f"; of these {status.size - count} were solved and {count} emulated"
     failed = np.argwhere(status.values != Status.DONE)
     for index in failed[:_MOST_TOLD]:
         one = found.isel(dict(zip(status.dims, map(int, index), strict=True)))

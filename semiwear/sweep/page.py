@@ -109,6 +109,10 @@ def _tiles(found: xr.Dataset) -> str:
         if value == 0 or (status == value).any()
     ]
     seconds = found["seconds"].values[status == 0]
+    if "emulated" in found:
+        count = int(found["emulated"].sum())
+        numbers.append(("Solved", str(status.size - count), f"{count} are emulated"))
+        seconds = seconds[np.isfinite(seconds)]
     if seconds.size:
         told = f"longest {seconds.max():.3g} s"
         numbers.append(("Median time of a scene", f"{np.median(seconds):.3g} s", told))

@@ -18,6 +18,7 @@ there is as sharp as the contact is narrow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -107,8 +108,9 @@ def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
     )
 
 
+@lru_cache(maxsize=4)
 def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
-    """Motion of fresh contact lines at any roll positions."""
+    """Motion of fresh contact lines at any roll positions; kept for runs on the same lines, and not to be changed."""
     speed, direction = line_speed(pair, lines)
     return Sweep(
         place=lines.profile,

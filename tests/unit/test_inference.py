@@ -70,6 +70,7 @@ def solved(monkeypatch):
         )
 
     monkeypatch.setattr(outcome, "simulate", simulate)
+    monkeypatch.setattr(outcome, "simulate_as_given", lambda scene, **_: outcome.simulate(scene))
     return scenes
 
 

@@ -43,6 +43,7 @@ def solved(monkeypatch):
         return tree
 
     monkeypatch.setattr(outcome, "simulate", simulate)
+    monkeypatch.setattr(outcome, "simulate_as_given", lambda scene, **_: outcome.simulate(scene))
     return scenes
 
 
@@ -212,7 +213,7 @@ def test_what_does_not_vary_has_no_indices_nor_have_three_samples():
 def test_b10_of_a_lognormal_coefficient_alone_is_known(solved):
     """Life is inverse to k: L_q = L(k_median) / k_(1-q). One solution tells all samples of all seeds."""
     known = None
-    for seed in range(8):
+    for seed in range(20):
         found = sw.scatter(SCENE, {K: sw.LogNormal(2e-13, 0.4)}, samples=64, seed=seed, crew=0)
         median = 6e8 * 2 * (1 + 0.035 * 2) / 2.0
         known = median * exp(stats.norm.ppf(0.1) * sqrt(log(1 + 0.4**2)))
@@ -221,7 +222,7 @@ def test_b10_of_a_lognormal_coefficient_alone_is_known(solved):
         assert found.quantile("meshes", 0.5).value == pytest.approx(median, rel=0.03)
         reached = found.probability("meshes", below=known)
         assert reached.low <= 0.1 <= reached.high
-    assert len(solved) == 8  # one a call
+    assert len(solved) == 20  # one a call
 
 
 def test_indices_tell_what_matters(solved):
@@ -287,7 +288,7 @@ def test_few_solved_samples_tell_all_where_an_emulator_is_good_enough(solved):
         assert found.errors[name] <= 0.05 * true.std() * 1.2
         one = found.quantile(name, 0.5)
         assert one.low <= every.quantile(name, 0.5).value <= one.high
-    assert "96 of the samples are emulated" in str(found)
+    assert "32 scenes were solved and 96 emulated" in str(found) and "emulated within" in str(found)
     half = sw.scatter(SCENE, fields, samples=64, sensitivity=True, emulate=0.05, crew=0)
     assert float(half.indices()["total"].sel(quantity="load_share_max", field=OFFSET)) == pytest.approx(1.0, abs=0.2)
 
@@ -349,3 +350,98 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     for part in ('did you mean "normal"', "give 32", "spread", "make two studies", "measure"):
         assert part in told
     assert not solved
+
+
+EMULATED = f"""
+scene = "face_gear_25x160"
+measure = ["root_stress_max", "load_share_max"]
+samples = 128
+emulate = 0.05
+[set]
+wear.until.control_depths_um = [2, 4]
+[scatter]
+{TORQUE} = {{distribution = "normal", mean = 1600, deviation = 80}}
+{OFFSET} = {{distribution = "uniform", low = -0.1, high = 0.1}}
+"""
+
+
+def test_a_study_file_may_ask_for_few_solved_samples(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(import_module("semiwear.sweep.page"), "QUANTITIES", ("load_share_max",))
+    monkeypatch.setattr(command, "_MOST_PICTURES", 1)
+    (tmp_path / "study.toml").write_text(EMULATED)
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
+    told = capsys.readouterr().out
+    assert len(solved) == 32 and "128 scenes: 128 done; of these 32 were solved and 96 emulated" in told
+    assert "emulated within" in told
+    found = open_sweep("study.nc")
+    assert int(found["emulated"].sum()) == 96
+    same = sw.scatter(
+        sw.load_scene("face_gear_25x160").replace({"wear.until.control_depths_um": [2, 4]}),
+        {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.1, 0.1)},
+        samples=128, emulate=0.05, measure=["root_stress_max", "load_share_max"], crew=0,
+    )  # fmt: skip
+    np.testing.assert_array_equal(found["load_share_max"], same.samples["load_share_max"])
+    stated = found["stated_error"].sel(quantity="load_share_max")
+    assert float(stated) == same.errors["load_share_max"] > 0.0
+    page = (tmp_path / "study.html").read_text()
+    assert "32 scenes were solved and 96 emulated" in page and "stated error of the emulator" in page
+    # more samples: only what the emulator needs beyond the kept ones is solved
+    solved.clear()
+    (tmp_path / "study.toml").write_text(EMULATED.replace("128", "256"))
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--resume"]) == 0
+    assert not solved
+
+
+@pytest.mark.parametrize(
+    ("given", "parts"),
+    [
+        ("emulate = -1\nsamples = 100", ["emulate: found -1", "greater than 0", "give 128"]),
+        ("emulate = true\nsamples = 64", ["emulate: found True", "greater than 0"]),
+        ("emulate = nan\nconfidence = 1.0\nsamples = 64", ["emulate: found nan", "confidence: found 1.0"]),
+        ("emulate = 0.1\nsamples = 16", ["samples: found 16", "32 or more beside emulate"]),
+        ('emulate = "0.1"\nsamples = 64\nsensitivity = 1', ["emulate: found '0.1'", "sensitivity: found 1"]),
+        ("emulat = 0.1\nsamples = 64", ["did you mean emulate?"]),
+    ],
+)
+def test_what_is_wrong_with_emulation_is_told_before_anything_runs(
+    solved, tmp_path, monkeypatch, capsys, given, parts
+):
+    monkeypatch.chdir(tmp_path)
+    bad = EMULATED.replace("samples = 128\nemulate = 0.05", given)
+    (tmp_path / "study.toml").write_text(bad)
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    told = capsys.readouterr().err
+    for part in parts:
+        assert part in told, told
+    assert not solved
+
+
+def test_emulation_without_scatter_or_its_extra_is_refused(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    varied = f'scene = "face_gear_25x160"\nemulate = 0.1\n[vary]\n{TORQUE} = [800, 1600]\n'
+    (tmp_path / "study.toml").write_text(varied)
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    assert "beside a table [scatter]" in capsys.readouterr().err
+    monkeypatch.setattr(import_module("semiwear.emulator"), "find_spec", lambda name: None)
+    (tmp_path / "study.toml").write_text(EMULATED)
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) != 0
+    assert "semiwear[infer]" in capsys.readouterr().err
+    assert not solved
+
+
+def test_a_study_whose_emulator_is_too_rough_says_so(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    rough, simulate = np.random.default_rng(0), outcome.simulate
+
+    def noisy(scene):
+        tree = simulate(scene)
+        history = tree["history"].to_dataset()
+        tree["history"] = xr.DataTree(history.assign(load_share_max=history["load_share_max"] * rough.uniform()))
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", noisy)
+    (tmp_path / "study.toml").write_text(EMULATED.replace("128", "64"))
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) != 0
+    assert "after 64 solved samples errors are above 0.05 of a standard deviation" in capsys.readouterr().err
+    assert len(list((tmp_path / "study.nc.scenes").glob("*.npz"))) == 64 and not (tmp_path / "study.nc").exists()

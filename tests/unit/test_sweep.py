@@ -57,6 +57,7 @@ def solved(monkeypatch):
         return tree
 
     monkeypatch.setattr(outcome, "simulate", simulate)
+    monkeypatch.setattr(outcome, "simulate_as_given", lambda scene, **_: outcome.simulate(scene))
     return scenes
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.simulate import simulate as simulate_as_given
 from tests.scenes import RIGID, SHIPPED, TINY
 
 SCENE = SHIPPED.replace({**TINY, "wear.until.control_depths_um": [2, 4]})
@@ -31,6 +32,25 @@ def test_a_sweep_holds_the_numbers_of_single_runs():
         for name, values in tree["history"].to_dataset().variables.items():
             np.testing.assert_array_equal(one[name].values, values.values, err_msg=name)
         np.testing.assert_array_equal(one["wear_depth"].values, tree["flank"]["wear_depth"].values)
+
+
+def test_ends_alone_are_those_of_whole_runs():
+    """Only the last wear state is told of, unless failure modes are rated, whose lives need them all."""
+    bending = {"root_roughness_Rz_um": 10.0}
+    for body in ("pinion", "gear"):
+        bending |= {f"{body}_limit_MPa": 400.0, f"{body}_life_curve": "case_hardened"}
+    rated = SCENE.replace({"effects.bending": bending})
+    for scene, measure in ((SCENE, ["history", "flank", "engagement"]), (rated, ["history", "ratings"])):
+        found = sw.sweep(scene, {TORQUE: [900.0]}, measure=measure, wear_states="last", workers=0)
+        tree = sw.simulate(scene.replace({TORQUE: 900.0}))
+        for name in map(str, found.data_vars):
+            group = next((group for group in measure if name in tree[group].variables), None)
+            if group is not None:
+                whole = tree[group].to_dataset()[name]
+                end = whole.isel(wear_step=-1) if "wear_step" in whole.dims else whole
+                np.testing.assert_array_equal(found[name].values[0], end.values, err_msg=name)
+    alone = simulate_as_given(SCENE, last=True)["history"]
+    assert alone.sizes["wear_step"] == 1 and int(alone["wear_step"][0]) == 2
 
 
 def test_a_life_alone_is_that_of_a_whole_run():

@@ -1,0 +1,102 @@
+"""Kill a driver and a worker of a sweep on a Dask cluster, resume it, and compare with a sweep that nobody disturbed.
+
+    python -m validation.sweep_kills [--scenes 1000]
+
+Two workers on this machine; one scene in fifty is made to fail. A first driver is killed by SIGKILL at half of the
+scenes, a second one goes on from its store, and at three quarters one of the workers is killed. The dataset must be
+that of a sweep in one process, bit for bit, but for `seconds`; the greatest memory of the second driver so far is
+printed at every tenth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from distributed import Client, LocalCluster
+
+import semiwear as sw
+from tests.scenes import RIGID, SHIPPED, TINY
+
+__all__ = ["main"]
+
+_EVERY = 50  # scenes, one of which fails for want of iterations
+
+
+class _Watch:
+    """Progress that calls something, once, when so many scenes are done, and notes the memory of the driver."""
+
+    def __init__(self, at: int, act: Callable[[], None]) -> None:
+        self.at, self.act, self.acted = at, act, False
+        self.memory: list[int] = []
+
+    def step(self, done: int, total: int, text: str) -> None:
+        """Hear of a scene."""
+        if done % max(total // 10, 1) == 0:
+            self.memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+        if done >= self.at and not self.acted:
+            self.acted = True
+            self.act()
+
+
+def _sweep(scenes: int, **where: object) -> xr.Dataset:
+    scene = SHIPPED.replace({**RIGID, **TINY, "wear.until.control_depths_um": [2.0]})
+    fails = np.arange(scenes) % _EVERY == _EVERY // 2
+    vary = {
+        "operation.pinion_torque_Nm": np.linspace(400.0, 2000.0, scenes),
+        "numerics.max_iterations": np.where(fails, 1, 100),
+    }
+    return sw.sweep(scene, pd.DataFrame(vary), **where).drop_vars("seconds")  # type: ignore[arg-type]
+
+
+def _until_killed(address: str, store: str, scenes: int) -> None:
+    """Be a driver that is killed at half its scenes."""
+    watch = _Watch(scenes // 2, lambda: os.kill(os.getpid(), signal.SIGKILL))
+    with Client(address) as client:
+        _sweep(scenes, client=client, store=store, progress=watch)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print what came of it; 1 where anything differs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", type=int, default=1000)
+    parser.add_argument("--driver", nargs=2, metavar=("ADDRESS", "STORE"), help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    scenes = options.scenes
+    if options.driver:
+        address, kept_in = options.driver
+        _until_killed(address, kept_in, scenes)
+        return 1  # it was not killed
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+    ):
+        store = Path(folder, "store")
+        place = ["--driver", cluster.scheduler_address, str(store), "--scenes", str(scenes)]
+        first = subprocess.run([sys.executable, "-m", "validation.sweep_kills", *place], check=False)
+        kept = len(list(store.glob("*.npz")))
+        print(f"first driver ended with status {first.returncode}, {kept} scenes kept", flush=True)
+        with Client(cluster) as client:
+            worker = next(iter(client.run(os.getpid).values()))
+            watch = _Watch(3 * scenes // 4, lambda: os.kill(worker, signal.SIGKILL))
+            found = _sweep(scenes, client=client, store=store, progress=watch)
+    undisturbed = _sweep(scenes, workers=0)
+    same = found.identical(undisturbed) and first.returncode == -signal.SIGKILL and watch.acted
+    done = int((found["status"] == 0).sum())
+    print(f"{scenes} scenes, {done} done, {scenes - done} failed; memory of the driver [MB]: {watch.memory}")
+    print("identical to an undisturbed sweep" if same else "DIFFERENT from an undisturbed sweep")
+    return int(not same)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
