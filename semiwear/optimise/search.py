@@ -3,13 +3,14 @@
 The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the best that the surrogate
 sees in a region about the best known one, which grows and shrinks with success (a trust region); every fourth is the
 best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J. Comput.
-19, 497-509). Limits have a margin that grows as long as designs which should keep them do not (Regis 2014, Eng.
+19, 497-509). Where the region has closed, the search begins anew about the best design elsewhere. Limits have a margin that grows as long as designs which should keep them do not (Regis 2014, Eng.
 Optim. 46, 218-243). What a coarse grid gets wrong is made good by the difference to a fine one at the design that was
 found, and the search goes on from there (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,8 @@ __all__ = ["Found", "Goal", "scan", "search", "settle"]
 FloatArray = NDArray[np.float64]
 
 _SEED = 20011
-_FIRST_RADIUS, _NEXT_RADIUS, _LAST_RADIUS = 0.25, 0.05, 0.002  # of the ranges
+_FIRST_RADIUS, _LAST_RADIUS = 0.25, 0.002  # of the ranges
+_ELSEWHERE = 0.15  # of a range: another valley than the one about a design in which a search has ended
 _EVERY = 4  # designs of which one is far from those that are known
 _CANDIDATES = 512
 _ZOOMS, _ZOOM = 4, 0.3  # times that candidates are drawn anew about the best of them, and how much closer
@@ -104,19 +106,30 @@ class _Region:
         return _Region(min(1.5 * self.radius, _FIRST_RADIUS) if better else 0.5 * self.radius, margin)
 
 
-def search(designs: Designs, goal: Goal, most: int, *, near: bool = False) -> Design:
-    """The best design on a coarse grid after `most` further ones, all `near` the best known one or not."""
-    region = _Region(_NEXT_RADIUS if near else _FIRST_RADIUS)
+def search(designs: Designs, goal: Goal, most: int) -> Design:
+    """The best design on a coarse grid after `most` further ones.
+
+    Where the region has closed about a design, the search begins anew about the best one that lies elsewhere.
+    """
+    region = _Region(_FIRST_RADIUS)
+    ends: list[FloatArray] = []
     for step in range(most):
-        known = best(designs, goal)
-        far = not near and step % _EVERY == _EVERY - 1
+        known = best(designs, goal, ends)
+        if known is None:
+            break
+        far = step % _EVERY == _EVERY - 1
         place = _next(designs, goal, known.place, region, step if far else None)
         if place is None or region.radius < _LAST_RADIUS:
-            break
+            ends.append(known.place)
+            region = _Region(_FIRST_RADIUS, region.margin)
+            continue
         (tried,) = designs.solved([place], COARSE)
         rank = _rank(designs, goal, tried)
-        region = region.after(better=rank < _rank(designs, goal, known), far=far, broken=rank[0] > 0.0)
-    return best(designs, goal)
+        better = rank < _rank(designs, goal, known) and _elsewhere(tried, ends)
+        region = region.after(better=better, far=far, broken=rank[0] > 0.0)
+    found = best(designs, goal)
+    assert found is not None  # the scan has tried some
+    return found
 
 
 def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, far: int | None) -> FloatArray | None:
@@ -169,10 +182,17 @@ def _best_of(surrogate: Surrogate, places: FloatArray, margin: float) -> FloatAr
     return np.asarray(places[np.lexsort((values[:, 0], beyond))[0]])
 
 
-def best(designs: Designs, goal: Goal) -> Design:
-    """The best design that is known on the coarse grid: the least violation where no one keeps the limits."""
-    tried = [design for design in designs.tried if design.resolution == COARSE]
-    return min(tried, key=lambda design: _rank(designs, goal, design))
+def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Design | None:
+    """The best design that is known on the coarse grid: the least violation where no one keeps the limits.
+
+    Of those that lie elsewhere than about some places; None where there is none.
+    """
+    tried = [design for design in designs.tried if design.resolution == COARSE and _elsewhere(design, ends)]
+    return min(tried, key=lambda design: _rank(designs, goal, design), default=None)
+
+
+def _elsewhere(design: Design, ends: Sequence[FloatArray]) -> bool:
+    return all(np.abs(design.place - end).max() >= _ELSEWHERE for end in ends)
 
 
 def _rank(designs: Designs, goal: Goal, design: Design) -> tuple[float, float]:
@@ -211,7 +231,7 @@ def settle(designs: Designs, goal: Goal, design: Design, most: int) -> Found:
         shift = np.concatenate([doubled.aims - design.aims, doubled.limited - design.limited])
         inwards = [-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits]
         corrected = Goal(goal.aim, goal.bounds + 2.0**turn * _MARGIN * np.array(inwards), goal.other, shift)
-        again = search(designs, corrected, most, near=True)
+        again = search(designs, corrected, most)
         if np.array_equal(again.place, design.place):
             break
         design = again

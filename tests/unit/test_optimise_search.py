@@ -65,42 +65,38 @@ def test_a_region_grows_with_success_and_its_margin_with_failure(before, event, 
     assert (found.radius, found.margin) == pytest.approx(after)
 
 
-@pytest.mark.parametrize(
-    "near, radii, far",
-    [
-        # halved at every design but at those far away, until it is less than 0.002
-        (False, 0.25 / 2.0 ** np.array([0, 1, 2, 3, 3, 4, 5, 6, 6, 7]), [3, 7]),
-        (True, 0.05 / 2.0 ** np.arange(6), []),
-    ],
-)
-def test_a_search_without_success_ends_with_its_region(monkeypatch, near, radii, far):
+def test_a_search_without_success_begins_anew_elsewhere_until_nothing_lies_there(monkeypatch):
     designs, heard = Tried(lambda place, _: ([place[0]], [])), []
     designs.solved([np.array([0.5, 0.5])], COARSE)
 
     def worse(_, goal, centre, region, step):
-        heard.append((region.radius, step))
+        heard.append((centre[0], region.radius, step))
         return np.array([0.9, 0.5])
 
     monkeypatch.setattr(module, "_next", worse)
-    found = search(designs, FREE, 100, near=near)
-    assert found.place.tolist() == [0.5, 0.5] and len(designs.tried) == len(radii)
-    assert [radius for radius, _ in heard] == pytest.approx(radii)
-    assert [step for _, step in heard if step is not None] == far
+    found = search(designs, FREE, 100)
+    assert found.place.tolist() == [0.5, 0.5]
+    # the region is halved at every design but at those far away, until it is less than 0.002
+    first, second = [0, 1, 2, 3, 3, 4, 5, 6, 6, 7], [0, 1, 1, 2, 3, 4, 4, 5, 6, 7]
+    assert [radius for _, radius, _ in heard] == pytest.approx(0.25 / 2.0 ** np.array(first + second))
+    assert [centre for centre, _, _ in heard] == 10 * [0.5] + 10 * [0.9]
+    assert [step for _, _, step in heard if step is not None] == [3, 7, 11, 15, 19]
+    assert len(designs.tried) == 1 + 9 + 9  # at the end of a region nothing is tried
 
 
 def test_a_limit_that_is_just_kept_asks_for_no_margin(monkeypatch):
-    """Better designs, first on the limit, then twice beyond it and within it again; each search of one design."""
+    """Designs on the limit, twice beyond it, far away (which says nothing of the margin), and within it again."""
     designs = Tried(lambda place, _: ([1.0], [place[0]]), limits=(Limit(SHARE, 0.5, True),))
     designs.solved([np.array([0.9, 0.5])], COARSE)
-    places, margins = iter([0.5, 0.6, 0.7, 0.4, 0.4]), []
+    places, margins = iter([0.5, 0.6, 0.7, 0.4, 0.4, 0.4]), []
 
     def scripted(_, goal, centre, region, step):
         margins.append(region.margin)
         return np.array([next(places), 0.5])
 
     monkeypatch.setattr(module, "_next", scripted)
-    search(designs, Goal(0, np.array([0.5])), 5, near=True)
-    assert margins == pytest.approx([0.0, 0.0, 0.002, 0.004, 0.002])
+    search(designs, Goal(0, np.array([0.5])), 6)
+    assert margins == pytest.approx([0.0, 0.0, 0.002, 0.004, 0.004, 0.002])
 
 
 # ---------------------------------------------------------------------- the next design
@@ -233,8 +229,8 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
     designs, goals = Tried(values, limits=limits), []
     places = iter([0.7, 0.6, 0.35 if within else 0.55, 0.65, 0.1])
 
-    def scripted(_, goal, most, *, near):
-        assert near and most == 7
+    def scripted(_, goal, most):
+        assert most == 7
         goals.append(goal)
         return designs.solved([np.array([next(places), 0.0])], COARSE)[0]
 
@@ -254,6 +250,6 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
 def test_a_search_anew_that_finds_the_same_ends_it(monkeypatch):
     designs = Tried(lambda place, _: ([1.0], [0.9]), limits=(Limit(SHARE, 0.5, True),))
     first = designs.solved([np.array([0.9, 0.0])], COARSE)[0]
-    monkeypatch.setattr(module, "search", lambda *_, near: replace(first))
+    monkeypatch.setattr(module, "search", lambda *_: replace(first))
     assert not settle(designs, Goal(0, designs.bounds), first, 7).kept
     assert len(designs.tried) == 3
