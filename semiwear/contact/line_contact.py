@@ -28,6 +28,7 @@ from semiwear.threads import in_shares
 __all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
+_SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
 
@@ -38,14 +39,16 @@ def solve_lines(
     start: TeethLoads | None = None,
     wear_compliance: FloatArray | None = None,
     positions: Sequence[int] | None = None,
+    *,
+    tolerance: float = _WIDTH_TOLERANCE,
 ) -> TeethLoads:
-    """Loads of the slices; as in `SolveLoads`."""
+    """Loads of the slices; as in `SolveLoads`, with half-widths to a relative tolerance."""
     loads = problem.no_loads() if start is None else start.copy()
     wear = np.zeros(0) if wear_compliance is None else wear_compliance.ravel()
     slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), wear)
     usual = problem.usual_half_width
     near = NearField(problem.near_field, problem.modulus, 2.0 * usual, *stripe_table())
-    rules = SharingRules(near, usual, problem.least_curvature, _WIDTH_TOLERANCE, problem.max_iterations)
+    rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
 
     def solve(share: IntArray) -> None:
         for position in share:
@@ -94,8 +97,10 @@ def with_pressed_edges(
 
 LINE = Fidelity(solve_lines, with_pressed_edges, line_pressures)
 """Line loads, with Hertz's pressure across them."""
-SMOOTH_LINE = Fidelity(solve_lines, partial(with_pressed_edges, smooth=True), line_pressures)
-"""The same; pressed edges yield smoothly, for differences of runs."""
+SMOOTH_LINE = Fidelity(
+    partial(solve_lines, tolerance=_SMOOTH_WIDTH_TOLERANCE), partial(with_pressed_edges, smooth=True), line_pressures
+)
+"""The same for differences of runs: half-widths are iterated further, and pressed edges yield smoothly."""
 
 
 def _solve_position(

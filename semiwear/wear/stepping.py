@@ -55,6 +55,7 @@ _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 60
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
+_FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
 _CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
 _LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
 _FELT = 1e-3  # of the greatest force on a slice: less tells nothing of the wear that it causes
@@ -202,6 +203,7 @@ class _CaseStep:
         teeth = case.teeth
         rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
         self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+        self.elastic = float(np.abs(teeth.problem.approach(state.loads)).mean())
         self.rate = np.zeros(0)
         self.factor: FloatArray | None = self._factor(state.loads) if stepper.factor is not None else None
         self.law_residual = 0.0
@@ -214,8 +216,7 @@ class _CaseStep:
             now = now * self.factor
         # wear that the present loads would leave, where they are; elasticity spreads it when it is large
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
-        elastic = 2.0 * float(np.abs(self.case.teeth.problem.approach(self.state.loads)).mean())
-        growth = depth / (1.0 + depth / elastic)
+        growth = depth / (1.0 + 0.5 * depth / self.elastic)
         self.rate = self._own(growth)
         return growth
 
@@ -223,13 +224,14 @@ class _CaseStep:
         """Wear of both bodies in one mesh, as the line itself will feel it, per force on a slice [mm/N]."""
         stepper, teeth, coarse = self.stepper, self.case.teeth, self.state.coarse
         arguments = (teeth.lines, self.motion, coarse, self.distance, growth)
+        fades = _FADES * self.elastic if teeth.smooth else 0.0
         total = np.zeros(0)
         if stepper.coefficients.driven:
-            total = stepper.coefficients.driven * own_wear(*arguments, DRIVEN)
+            total = stepper.coefficients.driven * own_wear(*arguments, DRIVEN, fades)
             if stepper.depth_factor is not None:
                 total = total * at_places(teeth.grid.profile, stepper.depth_factor(self.state.wear), coarse.profile)
         if stepper.coefficients.driving:
-            driving = stepper.coefficients.driving * own_wear(*arguments, DRIVING)
+            driving = stepper.coefficients.driving * own_wear(*arguments, DRIVING, fades)
             total = total + driving if total.size else driving
         return self.case.others * total
 
@@ -244,7 +246,11 @@ class _CaseStep:
         ratio = np.ones_like(said)
         felt &= said > 0.0
         ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
-        self.rate = self.rate * np.clip(ratio, *_CORRECTION)
+        ratio = np.clip(ratio, *_CORRECTION)
+        if teeth.smooth:
+            # a slice that comes to be felt is so by and by
+            ratio = 1.0 + (ratio - 1.0) * np.clip(force / (_FELT * force.max()) - 1.0, 0.0, 1.0)
+        self.rate = self.rate * ratio
 
     def _factor(self, loads: TeethLoads) -> FloatArray:
         assert self.stepper.factor is not None
@@ -257,14 +263,18 @@ class _CaseStep:
         loads = self._solve(meshes, positions, start or self.state.loads)
         if self.factor is None:
             return loads
-        tolerance = _SMOOTH_FACTOR_TOLERANCE if self.case.teeth.smooth else _FACTOR_TOLERANCE
+        smooth = self.case.teeth.smooth
+        tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
+        before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
-            # more load makes more wear and so less load: half of each change overshoots least
             change = np.where(loads.force > 0.0, self._factor(loads) - self.factor, 0.0)
             self.law_residual = float(np.abs(change).max() / self.factor.max())
             if self.law_residual <= tolerance:
                 return loads
-            self.factor = self.factor + 0.5 * change
+            now = self.factor, change
+            # more load makes more wear and so less load: half of each change overshoots least
+            self.factor = _mixed(now, before) if smooth and before is not None else self.factor + 0.5 * change
+            before = now
             loads = self._solve(meshes, positions, loads)
         if self.law_residual > _FACTOR_MISSED:
             raise ConvergenceError(
@@ -451,6 +461,15 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
+
+
+def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one)."""
+    (value, change), (last, last_change) = now, before
+    bend = change - last_change
+    square = float(np.vdot(bend, bend))
+    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0) if square > 0.0 else 0.0
+    return value + 0.5 * change - share * (value - last + 0.5 * bend)
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:

@@ -190,7 +190,7 @@ def wear_of_both_flanks(
 
 
 @njit(cache=True, error_model="numpy")
-def _own_wear(place, distance, growth, farthest, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
+def _own_wear(place, distance, growth, fades, farthest, weight, sliding, time, width, out):  # type: ignore[no-untyped-def]
     rolls, faces = place.shape
     for i in range(faces):
         for k in range(rolls):
@@ -201,12 +201,16 @@ def _own_wear(place, distance, growth, farthest, weight, sliding, time, width, o
             own = max(width[k, i], 0.5 * step)
             total = 0.0
             for j in range(rolls):
-                if distance[j, i] > max(distance[k, i], growth):
+                late = distance[j, i] - max(distance[k, i], growth)
+                if late > fades:
                     continue
                 d = (place[k, i] - place[j, i]) / (2.0 * own)
                 if abs(d) < 1.0:
                     # pressure felt by pressure: close to the semi-ellipse correlated with itself, of area one
-                    total += 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j] * sliding[j, i]
+                    felt = 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j] * sliding[j, i]
+                    if late > 0.0:
+                        felt *= (1.0 + 2.0 * late / fades) * (1.0 - late / fades) ** 2
+                    total += felt
             out[k, i] = total * weight[k, i]
 
 
@@ -217,6 +221,7 @@ def own_wear(
     distance: FloatArray,
     growth: float,
     body: int = DRIVEN,
+    fades: float = 0.0,
 ) -> FloatArray:
     """Wear of one mesh, as the line itself will feel it, per force on a slice and wear coefficient [1/mm].
 
@@ -236,6 +241,8 @@ def own_wear(
         By how much the approach will have grown at the end of the step, roughly.
     body : int
         On whose flank.
+    fades : float [mm]
+        Later by up to this distance, roll positions count in part: what is found is then smooth in the distances.
     """
     out = np.zeros(distance.shape)
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])
@@ -244,7 +251,7 @@ def own_wear(
         place = lines.on_driving(place)
         spacing = spacing / np.abs(lines.driving_slope)
     _own_wear(
-        place, distance, growth, _FARTHEST * _flank_height(lines), 1.0 / (spacing * lines.length), sliding,
+        place, distance, growth, fades, _FARTHEST * _flank_height(lines), 1.0 / (spacing * lines.length), sliding,
         motion.time, worn.half_width / spacing, out,
     )  # fmt: skip
     return out
