@@ -59,7 +59,7 @@ for body in ("pinion", "gear"):
 
 
 # %%
-# The processor time that ratings add to a run at the usual resolution, six wear steps: the least of three runs with
+# The processor time that ratings add to a run at the usual resolution with three wear steps: the least of three runs with
 # and three without them, in turns. It scatters by some per cent on a busy machine.
 def seconds(scene):
     """Processor time of a run."""
@@ -69,7 +69,7 @@ def seconds(scene):
 
 
 usual = {"numerics.face_slices": None, "numerics.roll_positions": None}
-usual |= {"numerics.profile_points": None, "numerics.harmonics": None, "numerics.wear_steps": 6}
+usual |= {"numerics.profile_points": None, "numerics.harmonics": None, "numerics.wear_steps": 3}
 usual = SCENE.replace(usual)
 few = usual.replace({f"effects.{mode}": None for mode in MODES[2:]})
 none = few.replace({f"effects.{mode}": None for mode in MODES[:2]})
