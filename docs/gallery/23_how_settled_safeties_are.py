@@ -59,8 +59,8 @@ for body in ("pinion", "gear"):
 
 
 # %%
-# The processor time that ratings add to a run at the usual resolution with three wear steps: the least of three runs with
-# and three without them, in turns. It scatters by some per cent on a busy machine.
+# The processor time that ratings add to a run at the usual resolution with three wear steps: the least of three runs
+# with and three without them, in turns. It scatters by some per cent on a busy machine.
 def seconds(scene):
     """Processor time of a run."""
     start = time.process_time()
