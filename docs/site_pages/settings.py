@@ -32,6 +32,7 @@ def gallery(here: Path) -> dict[str, Any]:
         "ignore_pattern": r"__init__\.py",
         "within_subsection_order": "FileNameSortKey",
         "abort_on_example_error": True,
+        "parallel": 2,
         "default_thumb_file": str(here / "worn_face_gear.png"),
         "download_all_examples": False,
         "show_signature": False,

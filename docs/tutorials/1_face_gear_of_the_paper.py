@@ -58,7 +58,7 @@ sw.plot.contact_stress_history(tree)
 # %%
 history = tree["history"].to_dataset()
 names = ["wear_depth_max_root", "contact_pressure_pitch", "load_share_max", "transmission_error_amplitude"]
-print(history[names].to_pandas().round(3))
+print(history[names].to_pandas().round(3).to_string())
 
 # %%
 # Keep it, and write the page
