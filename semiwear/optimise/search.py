@@ -3,10 +3,10 @@
 The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the best that the surrogate
 sees in a region about the best known one, which grows and shrinks with success (a trust region); every fourth is the
 best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J. Comput.
-19, 497-509). Where the region has closed, the search begins anew about the best design elsewhere. Limits have a margin
-that grows as long as designs which should keep them do not (Regis 2014, Eng. Optim. 46, 218-243). What a coarse grid
-gets wrong is made good by the difference to a fine one at the design that was found, and the search goes on with it
-(Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
+19, 497-509). Where the region has closed, the search begins anew about the best design elsewhere. Limits have a
+margin that grows as long as designs which should keep them do not (Regis 2014, Eng. Optim. 46, 218-243). What a
+coarse grid gets wrong is made good by the difference to a fine one at the design that was found, and the search goes
+on with it (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
 """
 
 from __future__ import annotations
