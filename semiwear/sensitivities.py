@@ -27,7 +27,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
@@ -50,8 +49,6 @@ from semiwear.sweep.variation import read_variation
 from semiwear.threads import available_threads
 
 __all__ = ["sensitivities"]
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 0.01  # of a field's value
 _NEAR, _FAR = (-1, 1), (-2, 2)  # steps

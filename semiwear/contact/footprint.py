@@ -19,8 +19,8 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.fine_row import FineRow, fill_row, fine_row, forget_row, parts_of_cells
 from semiwear.contact.gap import (
     ON_EDGES,
@@ -53,9 +53,6 @@ __all__ = [
     "segment",
 ]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
 _BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
@@ -104,7 +101,7 @@ class Footprints:
         }
         return Footprints(removed=self.removed.every(step), **by_roll)
 
-    def require_followed(self, force: FloatArray, rolls: NDArray[np.int64], where: str) -> None:
+    def require_followed(self, force: FloatArray, rolls: IntArray, where: str) -> None:
         """Raise where slices bear a force, (roll, face), that were too far apart to look for their footprints.
 
         Raises

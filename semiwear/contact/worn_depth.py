@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.meshing.flank_grid import at_places, at_points
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["worn_depth"]
-
-FloatArray = NDArray[np.float64]
 
 
 def worn_depth(teeth: LoadedTeeth, state: LoadedState, touched: FloatArray) -> FloatArray:

@@ -24,14 +24,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import expit, logsumexp
 from scipy.stats import multivariate_t
 
+from semiwear.arrays import FloatArray
+
 __all__ = ["Evidence", "FlankNoise", "known_noise", "unknown_noise"]
 
-FloatArray = NDArray[np.float64]
 
 _DRAWS = 200
 _TAIL = 5.0  # degrees of freedom of the draws

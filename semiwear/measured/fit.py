@@ -13,10 +13,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
+from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.correlated import Estimate, estimate
 from semiwear.measured.predicted import WearCurve
@@ -26,7 +26,6 @@ from semiwear.measured.worn import MeasuredWear
 
 __all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval"]
 
-FloatArray = NDArray[np.float64]
 
 _SHORTEST = 1e-4  # of the meshes of the curve, where the search begins
 _TRIALS = 80

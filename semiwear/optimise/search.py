@@ -15,16 +15,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from semiwear.arrays import FloatArray
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import Surrogate
 
 __all__ = ["Found", "Goal", "scan", "search", "settle"]
 
-FloatArray = NDArray[np.float64]
 
 _SEED = 20011
 _FIRST_RADIUS, _LAST_RADIUS = 0.25, 0.002  # of the ranges

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
@@ -19,9 +19,6 @@ from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
 __all__ = ["RatedContact", "RatedFlanks", "WornStep"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import beta, binom
 
-__all__ = ["Estimate", "Indices", "indices", "probability", "quantile"]
+from semiwear.arrays import BoolArray, FloatArray
 
-FloatArray = NDArray[np.float64]
+__all__ = ["Estimate", "Indices", "indices", "probability", "quantile"]
 
 _RESAMPLES = 500
 
@@ -67,7 +66,7 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
     )
 
 
-def probability(hits: NDArray[np.bool_], confidence: float) -> Estimate:
+def probability(hits: BoolArray, confidence: float) -> Estimate:
     """The share of all for which something holds, from samples for which it does."""
     n, count, miss = hits.size, int(hits.sum()), 0.5 * (1.0 - confidence)
     low = float(beta.ppf(miss, count, n - count + 1)) if count else 0.0

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from semiwear.arrays import FloatArray
 
 __all__ = ["wear_depth", "wear_per_mesh"]
-
-FloatArray = NDArray[np.float64]
 
 
 def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:

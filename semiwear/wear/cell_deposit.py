@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.patch_gap import PatchCells, between_cells, pressed_span
 from semiwear.kernel_cache import njit
 from semiwear.meshing.flank_grid import locate
@@ -14,9 +14,6 @@ from semiwear.wear.between_rolls import node_width
 
 __all__ = ["deposit_cells"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _ROUNDING = 1e-12
 

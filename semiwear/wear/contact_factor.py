@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from semiwear.contact.running_in import RunningIn
 
 __all__ = ["ContactFactor"]
-
-FloatArray = NDArray[np.float64]
 
 
 class Clock(Protocol):

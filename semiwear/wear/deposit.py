@@ -10,8 +10,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of
@@ -34,8 +34,6 @@ __all__ = [
     "pieces_of",
     "spread_over_flank",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 class Spread(NamedTuple):
@@ -66,7 +64,7 @@ class Nodes(NamedTuple):
     """Nodes of a flank that take a deposit, (face, points) [mm], and where their spacing changes, (face,)."""
 
     nodes: FloatArray
-    split: NDArray[np.int64]
+    split: IntArray
 
 
 class Pieces(NamedTuple):
@@ -75,7 +73,7 @@ class Pieces(NamedTuple):
     reach: Reach
     mass: FloatArray
     middle: FloatArray
-    at_edge: NDArray[np.int64]
+    at_edge: IntArray
     shift: FloatArray
 
 
@@ -213,7 +211,7 @@ def spread_over_flank(
     removed: Removed,
     half_width: float,
     what: Spread,
-    slices: NDArray[np.int64],
+    slices: IntArray,
     taken: FloatArray | None = None,
 ) -> FloatArray:
     """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.

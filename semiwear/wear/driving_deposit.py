@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import njit
@@ -28,8 +28,6 @@ from semiwear.wear.deposit import (
 )
 
 __all__ = ["spread_over_both_flanks"]
-
-FloatArray = NDArray[np.float64]
 
 
 class _Driving(NamedTuple):
@@ -132,7 +130,7 @@ def spread_over_both_flanks(
     removed: Removed,
     half_width: float,
     what: Spread,
-    slices: NDArray[np.int64],
+    slices: IntArray,
     taken: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Densities on the nodes of both flanks of what each line spreads over its footprint, summed over rolls.
@@ -152,7 +150,7 @@ def spread_over_both_flanks(
     )  # fmt: skip
     flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
 
-    def spread(share: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    def spread(share: IntArray) -> tuple[FloatArray, FloatArray]:
         out, part = np.zeros(driving.grid.profile.shape), np.zeros((2, 2))
         _spread(flank, what, half_width, share, met, nodes, lines.length, out, own, part)
         return out, part

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import FilmThickness
 from semiwear.contact.flash_temperature import FlashTemperature
@@ -27,7 +27,6 @@ __all__ = [
     "WearLaws",
 ]
 
-FloatArray = NDArray[np.float64]
 
 _GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K), CODATA 2018
 _ZERO_CELSIUS = 273.15  # K

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -38,8 +38,6 @@ __all__ = [
     "driving_wear_at",
 ]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
@@ -247,18 +245,18 @@ def _cells(passage: WeightedLoads) -> PatchCells:
     return cells
 
 
-def _marched(weighted_loads: Sequence[WeightedLoads], chosen: NDArray[np.bool_]) -> tuple[FloatArray, float]:
+def _marched(weighted_loads: Sequence[WeightedLoads], chosen: BoolArray) -> tuple[FloatArray, float]:
     """Sum of p |v_s| dt at the nodes [N/mm], and that of F |v_s| dt beyond them [N mm]."""
     found = [marched_wear(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
     return np.sum([mesh for mesh, _ in found], axis=0), sum(beyond for _, beyond in found)
 
 
-def _slid(weighted_loads: Sequence[WeightedLoads], chosen: NDArray[np.bool_]) -> FloatArray:
+def _slid(weighted_loads: Sequence[WeightedLoads], chosen: BoolArray) -> FloatArray:
     slid = [sliding_distance_under_contact(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
     return np.asarray(np.sum(slid, axis=0))
 
 
-def _chosen(teeth: LoadedTeeth, slices: IntArray) -> NDArray[np.bool_]:
+def _chosen(teeth: LoadedTeeth, slices: IntArray) -> BoolArray:
     chosen = np.zeros(teeth.grid.face.size, dtype=bool)
     chosen[slices] = True
     return chosen

@@ -25,9 +25,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import dct
 
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
@@ -35,9 +35,6 @@ from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.wear.cell_deposit import deposit_cells
 
 __all__ = ["marched_wear", "sliding_distance_under_contact", "spread_by_contact"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 def _sum_over_rolls(

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
@@ -15,8 +13,6 @@ from semiwear.wear.mapping import Worn
 from semiwear.wear.volume import WearVolume
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

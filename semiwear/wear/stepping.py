@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.footprint import depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
@@ -35,8 +35,6 @@ from semiwear.wear.volume import WearVolume, sliding_work
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, LoadedState], FloatArray]
 """Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""

@@ -22,8 +22,8 @@ from functools import lru_cache
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.footprint import Footprints
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -37,9 +37,6 @@ from semiwear.wear.driving_deposit import spread_over_both_flanks
 
 __all__ = ["Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
 _STANDSTILL = 7.5e-8  # of the flank's height, in a roll: far from any contact a line may stand still at a border

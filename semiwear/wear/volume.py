@@ -25,8 +25,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from semiwear.arrays import FloatArray
 from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = ["WearVolume", "map_volume", "sliding_work"]
 
-FloatArray = NDArray[np.float64]
 
 _POINTS = 8  # across a contact
 
