@@ -98,7 +98,8 @@ class LoadedTeeth:
         """Where the lines of the solved positions lie on the flank, near contact and in motion, (roll, face)."""
         lines = self.lines
         inside = (lines.profile > lines.low) & (lines.profile < lines.high) & np.isfinite(lines.separation[0])
-        inside &= lines.separation[0] < self.problem.reach
+        # a shifted pinion turns until the flanks touch, which `zero` says
+        inside &= lines.separation[0] - self.zero < self.problem.reach
         # where a line stops or turns at a border its speed is none of the flank's
         inside[1:-1] &= inside[2:] & inside[:-2]
         return np.asarray(inside)

@@ -205,6 +205,18 @@ def test_flanks_that_transmit_unevenly_are_followed_everywhere(fidelity):
     assert np.ptp(tree["mesh_cycle"].transmission_error_unloaded.values) > 0.15 * 448.0
 
 
+@pytest.mark.parametrize("shift", [-4.0, 4.0])
+def test_a_helical_pinion_shifted_along_its_axis_is_followed_where_it_turns_to(shift):
+    """Found: its flanks open or close by a millimetre before it turns; open ones counted as off the path."""
+    helical = sw.load_scene("spur_fzg_c").replace(
+        TINY | {"numerics.wear_steps": 1, "wear.until.meshes": 1e5, "gear_pair.helix_angle_deg": 15.0}
+        | {"gear_pair.centre_distance_mm": None, "effects.misalignment": {"axial_pinion_mm": shift}}
+    )  # fmt: skip
+    assert plan(helical).loaded_teeth().on_path.any(axis=0).sum() > 0.5 * helical.numerics.face_slices
+    worn = sw.simulate(helical)["history"].isel(wear_step=-1)
+    assert np.all(worn.wear_depth_max > 0.0) and np.isfinite(worn.wear_depth_max_pinion_pitch)
+
+
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 def test_light_loads_on_a_displaced_pinion_balance_to_rounding(fidelity):
     """Found: a gap of millimetres took digits from an approach of a nanometre; the torque was off by 2e-9."""
