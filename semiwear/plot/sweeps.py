@@ -233,7 +233,8 @@ def _write_numbers(ax: Axes, middles: list[np.ndarray], values: np.ndarray) -> N
     for j, row in enumerate(values):
         for i, value in enumerate(row):
             colour = "#A63C00" if np.isnan(value) else "white" if value < dark else "black"
-            text = "failed" if np.isnan(value) else f"{value:.3g}" if short else ""
+            number = f"{float(f'{value:.3g}'):g}"  # 1410, not 1.41e+03
+            text = "failed" if np.isnan(value) else number if short else ""
             ax.text(middles[0][i], middles[1][j], text, ha="center", va="center", fontsize=7, color=colour)
 
 

@@ -213,8 +213,15 @@ def test_pictures_hold_the_values_at_the_end_of_each_run(solved):
     for line, torque in zip(lines, (1600, 800), strict=True):
         np.testing.assert_array_equal(line.get_ydata(), last.sel(pinion_torque_Nm=torque))
     assert [line.get_label() for line in ax.lines][-1] == "failed" and ax.get_xlabel() == "Offset (mm)"
-    shown = sw.plot.sweep_map(found, "root_stress_max", body="pinion").collections[0].get_array()
-    assert np.ma.count_masked(shown) == 1
+    drawn = sw.plot.sweep_map(found, "root_stress_max", body="pinion")
+    assert np.ma.count_masked(drawn.collections[0].get_array()) == 1
+    # thousands are written out: 1410, not 1.41e+03
+    thousands = found.assign(root_stress_max=4000.0 / last.max() * found["root_stress_max"])
+    written = [text.get_text() for text in sw.plot.sweep_map(thousands, "root_stress_max", body="pinion").texts]
+    assert written.count("failed") == 1 and not any("e+" in text for text in written)
+    told = sorted(float(text) for text in written if text != "failed")
+    values = 4000.0 / float(last.max()) * last.values
+    assert told == pytest.approx(np.sort(values[np.isfinite(values)]), rel=5e-3)
     with pytest.raises(SemiwearError, match="not varied"):
         sw.plot.sweep_curves(found, "root_stress_max", over="torque")
     with pytest.raises(SemiwearError, match="needs a sweep with"):
