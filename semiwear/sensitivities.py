@@ -31,13 +31,13 @@ import xarray as xr
 from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.optimise.quantity import Quantity, quantity_of
-from semiwear.optimise.space import is_number, scene_value
+from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.load import parse_scene
 from semiwear.scene.rating_tables import RatingTable
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
 from semiwear.sweep.bar import hearing
@@ -132,7 +132,7 @@ def sensitivities(
     steps = _steps(scene, to, problems)
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 0):
+    if workers is not None and (not is_whole(workers) or workers < 0):
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
     if problems:
         raise SceneError(problems, "sensitivities")

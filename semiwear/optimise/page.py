@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from semiwear.html_text import folded_html
 from semiwear.optimise.designs import COARSE, RESOLUTIONS
 from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.quantity import Quantity
@@ -192,4 +193,4 @@ def _numbers(best: Optimum) -> str:
         resolution, message = RESOLUTIONS[int(one["resolution"])], str(one["message"].values)
         rows.append([*cells, resolution, "yes" if bool(one["feasible"]) else message or "no"])
     whole = table("All designs", [*map(escape, names), "grid", "keeps all limits"], rows)
-    return f"<details><summary>Table</summary>{whole}</details>"
+    return folded_html("Table", whole)

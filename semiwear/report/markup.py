@@ -9,6 +9,7 @@ from enum import Enum
 from html import escape
 from math import isnan
 
+from semiwear.html_text import folded_html
 from semiwear.plain_text import power_of_ten, unit_text
 
 __all__ = [
@@ -66,7 +67,7 @@ def element(tag: str, content: str, **attributes: str) -> str:
 
 def folded_toml(text: str) -> str:
     """TOML as it stands, folded away."""
-    return f"<details><summary>TOML</summary><pre>{escape(text)}</pre></details>"
+    return folded_html("TOML", f"<pre>{escape(text)}</pre>")
 
 
 def picture(

@@ -8,11 +8,11 @@ from math import pi
 import numpy as np
 import xarray as xr
 
-from semiwear.arrays import FloatArray, IntArray
+from semiwear.arrays import FloatArray
 from semiwear.errors import SemiwearError
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.meshing.driving_flank import PassedStations, driving_grid
-from semiwear.meshing.flank_grid import flank_grid
+from semiwear.meshing.flank_grid import between_stations, flank_grid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, FlankPair, PrismBody
 from semiwear.meshing.own_flanks import own_flank
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
@@ -134,7 +134,7 @@ def _half_thickness(prism: PrismBody, stations: FloatArray, nodes: FloatArray) -
     for section in prism.sections:
         order = np.argsort(section.flank_profile)
         halves.append(np.interp(nodes, section.flank_profile[order], section.flank[order, 0]))
-    low, weight = _between(prism, stations)
+    low, weight = between_stations(np.array(prism.faces), stations)
     high = np.minimum(low + 1, len(halves) - 1)
     rows = np.arange(stations.size)
     stacked = np.stack(halves)
@@ -148,18 +148,11 @@ def _fillets(prism: PrismBody, stations: FloatArray) -> tuple[FloatArray, FloatA
     for section in prism.sections:
         own = np.linspace(0.0, 1.0, len(section.fillet))
         curves.append(np.stack([np.interp(share, own, section.fillet[:, k] - section.fillet[0, k]) for k in (0, 1)]))
-    low, weight = _between(prism, stations)
+    low, weight = between_stations(np.array(prism.faces), stations)
     high = np.minimum(low + 1, len(curves) - 1)
     stacked = np.stack(curves)
     aside, below = np.moveaxis((1.0 - weight) * stacked[low].T + weight * stacked[high].T, 1, 0)
     return aside, below
-
-
-def _between(prism: PrismBody, stations: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The section below each station, and the weight of the next one."""
-    place = np.interp(stations, prism.faces, np.arange(len(prism.faces), dtype=float))
-    low = np.minimum(place.astype(np.int64), max(len(prism.faces) - 2, 0))
-    return low, place - low
 
 
 def _turned(points: FloatArray, angle: FloatArray) -> FloatArray:

@@ -29,7 +29,7 @@ from semiwear.report.markup import figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.scatter.run import Sampling, read_scatter
 from semiwear.scatter.statistics import SHARES, Scatter
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 from semiwear.sweep.command import Ended, Prepared, prepare_sweep
 from semiwear.sweep.page import QUANTITIES
 from semiwear.sweep.run import Job
@@ -94,7 +94,7 @@ def _fields(raw: Value, problems: list[Problem]) -> Table:
 def _before(given: Table, problems: list[Problem]) -> list[float]:
     value = given.get("before_meshes", [])
     found = value if isinstance(value, list) else [value]
-    wrong = [one for one in found if isinstance(one, bool) or not isinstance(one, int | float) or not one > 0.0]
+    wrong = [one for one in found if not is_number(one) or not one > 0.0]
     problems += [Problem("before_meshes", shown(one), "numbers above 0", "give e.g. [1e8, 1e9]") for one in wrong]
     return [] if wrong else [float(one) for one in found]
 

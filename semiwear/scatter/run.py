@@ -19,7 +19,7 @@ from semiwear.scatter.statistics import Scatter
 from semiwear.scene import Scene
 from semiwear.scene.edit import edited
 from semiwear.scene.schema import schema_of_scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import measure_of
@@ -27,6 +27,7 @@ from semiwear.sweep.run import Job, crew_of, read_job, run_job
 from semiwear.sweep.scenes import gather
 from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
+from semiwear.untyped import Value
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -139,14 +140,14 @@ class Sampling:
         found: list[Problem] = []
         count, seed = self.samples, self.seed
         paired: object = self.sensitivity
-        whole = isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST_SAMPLES
+        whole = is_whole(count) and 2 <= count <= _MOST_SAMPLES
         if not whole or count & (count - 1):
             near = 1 << max(int(count - 1).bit_length(), 1) if whole else 256
             found.append(Problem("samples", shown(count), f"a power of two, 2 to {_MOST_SAMPLES}", f"give {near}"))
         elif self.emulate is not None and count < _LEAST_EMULATED:
             allowed = f"{_LEAST_EMULATED} or more beside emulate"
             found.append(Problem("samples", shown(count), allowed, "fewer do not tell an emulator's error"))
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        if not is_whole(seed) or seed < 0:
             found.append(Problem("seed", shown(seed), "a whole number, 0 or more", "give 0"))
         if not isinstance(paired, bool):
             found.append(Problem("sensitivity", shown(paired), "true or false", "leave it out for false"))
@@ -161,8 +162,8 @@ class Sampling:
         return found
 
 
-def _positive(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < np.inf
+def _positive(value: Value) -> bool:
+    return is_number(value) and 0.0 < value < np.inf
 
 
 @dataclass(frozen=True)

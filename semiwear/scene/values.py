@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from numbers import Real
+from typing import TypeGuard
 
 from semiwear.untyped import Value
 
@@ -35,7 +36,7 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def is_whole(value: object) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """Whether a value is a whole number; true and false are none."""
     return isinstance(value, int) and not isinstance(value, bool)
 

@@ -13,9 +13,10 @@ import numpy as np
 import xarray as xr
 
 from semiwear.errors import SemiwearError
+from semiwear.html_text import folded_html
 from semiwear.plot.style import SIZE, styled
 from semiwear.plot.sweeps import scene_values, sweep_curves, sweep_map, sweep_samples
-from semiwear.report.markup import NONE, element, figure_text, table, tiles, unit_text
+from semiwear.report.markup import NONE, element, figure_text, folded_toml, table, tiles, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 
@@ -91,12 +92,8 @@ def _sections(found: xr.Dataset, first: Sequence[tuple[str, str]] = ()) -> list[
         *first,
         ("Quantities at the end of each run", _cards(found)),
         ("Numbers", _numbers(found)),
-        ("The scene that was varied", f"<details><summary>TOML</summary><pre>{_toml(found)}</pre></details>"),
+        ("The scene that was varied", folded_toml(str(found.attrs.get("scene_toml", "")))),
     ]
-
-
-def _toml(found: xr.Dataset) -> str:
-    return escape(str(found.attrs.get("scene_toml", "")))
 
 
 def _tiles(found: xr.Dataset) -> str:
@@ -236,4 +233,4 @@ def _numbers(found: xr.Dataset) -> str:
     more = status.size - len(rows)
     note = f"<p>The first {len(rows)} of {status.size} scenes.</p>" if more > 0 else ""
     whole = table("Scenes, at the end of each run", heads, rows)
-    return f"<details><summary>Table</summary>{note}{whole}</details>"
+    return folded_html("Table", note + whole)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from semiwear.errors import MissingExtraError, Problem, SceneError
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.assemble import assembled
 from semiwear.sweep.bar import hearing
@@ -190,7 +190,7 @@ def _workers(workers: object, client: object) -> tuple[int, list[Problem]]:
         return 0, [Problem("workers", shown(workers), "left out beside client=", "leave one of them out")]
     if workers == "none":
         return 0, []
-    if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= _MOST_WORKERS:
+    if not is_whole(workers) or not 0 <= workers <= _MOST_WORKERS:
         return 0, [Problem("workers", shown(workers), allowed, "leave it out for one process a core")]
     return workers, []
 

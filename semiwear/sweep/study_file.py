@@ -29,7 +29,7 @@ from semiwear.scene import Scene, load_scene, shipped_scenes
 from semiwear.scene.closest import closest
 from semiwear.scene.schema import SCHEMAS
 from semiwear.scene.toml_io import read_toml
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
@@ -153,9 +153,9 @@ def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, lis
 def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value]:
     allowed = "a list of values, or {from = ..., to = ..., count = ...}: numbers at equal distances"
     numbers = [value.get("from"), value.get("to")]
-    plain = all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers)
+    plain = all(is_number(one) for one in numbers)
     count = value.get("count")
-    whole = isinstance(count, int) and not isinstance(count, bool) and 1 <= count <= _MOST_VALUES
+    whole = is_whole(count) and 1 <= count <= _MOST_VALUES
     if set(value) != _RANGE or not plain or not whole:
         fix = f"give from, to and count (a whole number, 1 to {_MOST_VALUES})"
         problems.append(Problem(f"vary.{key}", shown(dict(value)), allowed, fix))

@@ -19,7 +19,7 @@ from semiwear.scene.edit import edited
 from semiwear.scene.reading import read_fields
 from semiwear.scene.schema import SCHEMAS, Schema, schema_of_scene
 from semiwear.scene.toml_io import write_toml
-from semiwear.scene.values import shown
+from semiwear.scene.values import is_number, shown
 from semiwear.sweep.names import short_names
 from semiwear.untyped import Table, Value
 
@@ -263,7 +263,7 @@ def _first(problems: list[Problem]) -> list[Problem]:
 
 def _labels(values: Sequence[Value]) -> np.ndarray:
     """Coordinate of a dimension: numbers where all values are, else text."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+    if all(is_number(value) for value in values):
         return np.array(values)
     return np.array([_label(value) for value in values], dtype=np.str_)
 
