@@ -17,7 +17,6 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.contact.patch_contact import subsurface_stress
 from semiwear.contact.pressed_tips import relief_to_free, tip_load_share
 from semiwear.effect_clock import EffectClock
-from semiwear.meshing.driving_flank import PassedStations
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, reference_lever
 from semiwear.meshing.point_flank_pair import PointFlankMesh
 from semiwear.results import Zone
@@ -318,7 +317,7 @@ def flank(teeth: LoadedTeeth, fresh: Sweep) -> Arrays:
     """Both flanks on their grids: places, zones, sliding of the fresh lines; (body, profile, face)."""
     pair, grid, lines = teeth.pair, teeth.grid, teeth.lines
     zones = {DRIVING: _Zones.of_driving(teeth), DRIVEN: _Zones.of(teeth)}
-    inside, passed = teeth.on_path, PassedStations.of(lines.driving_face, grid.face)
+    inside, passed = teeth.on_path, teeth.driving_stations
     # specific sliding is positive on the addendum, where the body's own line runs faster than the other's (ISO 21771)
     sign = -np.sign(fresh.sliding[..., 0])
     driving = passed.read_within(-sign * fresh.driving_specific_sliding, inside)

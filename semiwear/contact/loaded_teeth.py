@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from semiwear.contact.footprint import Footprints, footprint_windows, footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.driving_flank import DrivingFlank
+from semiwear.meshing.driving_flank import DrivingFlank, PassedStations
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import FlankPair
 from semiwear.meshing.removed import Removed
@@ -112,6 +113,11 @@ class LoadedTeeth:
         borders = self.pair.borders(self.grid.face)
         nodes = np.linspace(borders.driving_root, borders.driving_tip, self.grid.profile.shape[1])
         return np.broadcast_to(nodes, self.grid.profile.shape)
+
+    @cached_property
+    def driving_stations(self) -> PassedStations:
+        """Stations of the driving flank among the slices that meet it at the solved positions."""
+        return PassedStations.of(self.lines.driving_face, self.grid.face)
 
     def removed(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None

@@ -13,7 +13,6 @@ from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.line_conditions import line_conditions
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import SlicePressures
-from semiwear.meshing.driving_flank import PassedStations
 from semiwear.meshing.flank_grid import between_stations
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.surface_speed import SurfaceSpeeds
@@ -108,11 +107,6 @@ class RatedContact:
         driven = np.where(self.rated, self.pressures.place, self.state.coarse.profile)
         return np.stack([self.teeth.lines.on_driving(driven), driven])
 
-    @cached_property
-    def stations(self) -> PassedStations:
-        """Stations of the driving flank among the slices that meet it."""
-        return PassedStations.of(self.teeth.lines.driving_face, self.flanks.face)
-
     def on_flanks(
         self, values: FloatArray, bearing: BoolArray | None = None, worst: np.ufunc = np.fmax
     ) -> FloatArray:
@@ -141,7 +135,7 @@ class RatedContact:
             counts, places, known = rated, self.places[body], values[body]
             if body == DRIVING:
                 known, counts = self._at_driving_stations(known, rated, worst)
-                places = self.stations.read(places)
+                places = self.teeth.driving_stations.read(places)
             for i in np.flatnonzero(counts.any(axis=0)):
                 on, nodes = counts[:, i], profile[body, i]
                 place, own = places[on, i], known[on, i]
@@ -156,7 +150,8 @@ class RatedContact:
         self, values: FloatArray, rated: BoolArray, worst: np.ufunc
     ) -> tuple[FloatArray, BoolArray]:
         """Values in slices that count, at the stations of the driving flank, and which of these count."""
-        found, counts = self.stations.read_within(values, rated), self.stations.within(rated)
+        stations = self.teeth.driving_stations
+        found, counts = stations.read_within(values, rated), stations.within(rated)
         rolls = np.flatnonzero(rated.any(axis=1))
         extreme = worst.reduce(np.where(rated, values, np.nan)[rolls], axis=1)
         at = np.argmax(rated[rolls] & (values[rolls] == extreme[:, None]), axis=1)
