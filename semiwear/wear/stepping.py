@@ -1,26 +1,25 @@
 """Wear steps: from one worn flank to the next.
 
-Implicit: within a step of dN meshes the wear that a load causes is itself a gap. Its rate times dN joins the
-diagonal of the compliance and the loads at the end of the step are found in one solution; no step is unstable. The
-rate, at first an estimate from the lines' motion, is corrected by a trial of the step: what the flanks that it
-would leave feel. Where the tip of the driving body digs in, the estimate alone is a third too high.
+Implicit: within a step of dN meshes the wear that a load causes is itself a gap. Its rate (`case_step`) times dN
+joins the diagonal of the compliance and the loads at the end of the step are found in one solution; no step is
+unstable.
 Explicit: the loads at the start of the step hold throughout; only for comparison.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.footprint import depth_of
-from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
-from semiwear.meshing.flank_grid import at_places
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.mapping import (
     InterpolatedWear,
     WearMapping,
@@ -30,14 +29,11 @@ from semiwear.wear.mapping import (
     driving_wear_at,
 )
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
-from semiwear.wear.swept_line import Sweep, own_wear, sweep
+from semiwear.wear.swept_line import Sweep, sweep
 from semiwear.wear.volume import WearVolume, sliding_work
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
-
-CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, LoadedState], FloatArray]
-"""Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
 
 _CYCLES = (4, 64)  # within an implicit step
 _FEWER, _LEAST_CYCLES = 2, 2  # half of them show the own wear of lines as well: results change by less than 0.05 %
@@ -49,14 +45,7 @@ _DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved; a smaller jum
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
 _SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
-_FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
-_SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
-_FACTOR_ITERATIONS = 60
-_FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
-_FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
-_CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
 _LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
-_FELT = 1e-3  # of the greatest force on a slice: less tells nothing of the wear that it causes
 
 
 @dataclass(frozen=True)
@@ -88,7 +77,7 @@ class WearStepper:
     mapping: WearMapping = field(default_factory=InterpolatedWear)
     cases: tuple[LoadCase, ...] = ()
     factor: CoefficientFactor | None = None
-    depth_factor: Callable[[FloatArray], FloatArray] | None = None
+    depth_factor: DepthFactor | None = None
     depth_a_cycle: float = _DEPTH_A_CYCLE
 
     @property
@@ -189,110 +178,6 @@ class WearStepper:
         return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual)
 
 
-class _CaseStep:
-    """One load case within a step.
-
-    The factor on the wear coefficient that spreads the wear is the one with which the loads were found: then the wear
-    that a load causes is the gap that the load has felt, and no step is unstable.
-    """
-
-    def __init__(self, stepper: WearStepper, case: LoadCase, state: LoadedState, motion: Sweep):
-        self.stepper, self.case, self.state, self.motion = stepper, case, state, motion
-        teeth = case.teeth
-        rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
-        self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
-        self.elastic = float(np.abs(teeth.problem.approach(state.loads)).mean())
-        self.rate = np.zeros(0)
-        self.factor: FloatArray | None = self._factor(state.loads) if stepper.factor is not None else None
-        self.law_residual = 0.0
-
-    def prepare(self, meshes: float) -> float:
-        """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
-        force = self.state.loads.force
-        now = self._own(0.0)
-        if self.factor is not None:
-            now = now * self.factor
-        # wear that the present loads would leave, where they are; elasticity spreads it when it is large
-        depth = meshes * float(np.sum(now * force**2) / np.sum(force))
-        growth = depth / (1.0 + 0.5 * depth / self.elastic)
-        self.rate = self._own(growth)
-        return growth
-
-    def _own(self, growth: float) -> FloatArray:
-        """Wear of both bodies in one mesh, as the line itself will feel it, per force on a slice [mm/N]."""
-        stepper, teeth, coarse = self.stepper, self.case.teeth, self.state.coarse
-        arguments = (teeth.lines, self.motion, coarse, self.distance, growth)
-        fades = _FADES * self.elastic if teeth.smooth else 0.0
-        total = np.zeros(0)
-        if stepper.coefficients.driven:
-            total = stepper.coefficients.driven * own_wear(*arguments, DRIVEN, fades)
-            if stepper.depth_factor is not None:
-                total = total * at_places(teeth.grid.profile, stepper.depth_factor(self.state.wear), coarse.profile)
-        if stepper.coefficients.driving:
-            driving = stepper.coefficients.driving * own_wear(*arguments, DRIVING, fades)
-            total = total + driving if total.size else driving
-        return self.case.others * total
-
-    def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
-        """Own wear of the lines as these worn flanks show it, after a step under these loads."""
-        teeth, force = self.case.teeth, loads.force
-        after = teeth.touch_solved(teeth.removed(*worn))
-        before = self.state.fine.every(teeth.rolls.substeps)  # as `after`, without what the loads press on edges
-        rate = self.rate if self.factor is None else self.rate * self.factor
-        said = meshes * rate * force
-        felt = force > _FELT * force.max()
-        ratio = np.ones_like(said)
-        felt &= said > 0.0
-        ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
-        ratio = np.clip(ratio, *_CORRECTION)
-        if teeth.smooth:
-            # a slice that comes to be felt is so by and by
-            ratio = 1.0 + (ratio - 1.0) * np.clip(force / (_FELT * force.max()) - 1.0, 0.0, 1.0)
-        self.rate = self.rate * ratio
-
-    def _factor(self, loads: TeethLoads) -> FloatArray:
-        assert self.stepper.factor is not None
-        return self.stepper.factor(self.case.teeth, loads, self.state)
-
-    def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
-        """Loads that hold over the step."""
-        if not self.stepper.implicit:
-            return self.state.loads
-        loads = self._solve(meshes, positions, start or self.state.loads)
-        if self.factor is None:
-            return loads
-        smooth = self.case.teeth.smooth
-        tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
-        before: tuple[FloatArray, FloatArray] | None = None
-        for _ in range(_FACTOR_ITERATIONS):
-            change = np.where(loads.force > 0.0, self._factor(loads) - self.factor, 0.0)
-            self.law_residual = float(np.abs(change).max() / self.factor.max())
-            if self.law_residual <= tolerance:
-                return loads
-            now = self.factor, change
-            # more load makes more wear and so less load: half of each change overshoots least
-            self.factor = _mixed(now, before) if smooth and before is not None else self.factor + 0.5 * change
-            before = now
-            loads = self._solve(meshes, positions, loads)
-        if self.law_residual > _FACTOR_MISSED:
-            raise ConvergenceError(
-                f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after {_FACTOR_ITERATIONS} "
-                f"iterations the wear coefficient still changes by {self.law_residual:.1%} of its greatest; take "
-                "more numerics.wear_steps, or an effects.wear_law whose wear changes less with the load"
-            )
-        return loads
-
-    def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
-        rate = self.rate if self.factor is None else self.rate * self.factor
-        teeth = self.case.teeth
-        return teeth.fidelity.solve(teeth.problem, self.state.coarse, start, meshes * rate, positions)
-
-    def weighted(self, loads: TeethLoads) -> WeightedLoads:
-        """Part of the case in the wear."""
-        weight = self.case.share if self.factor is None else self.case.share * self.factor
-        return WeightedLoads(self.case.teeth, loads, weight)
-
-
 class _Step:
     """A step from a state, whatever its length."""
 
@@ -303,7 +188,7 @@ class _Step:
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
         coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
         self.cases = [
-            _CaseStep(stepper, case, loaded, coarse_motion)
+            CaseStep(stepper.coefficients, case, loaded, coarse_motion, stepper.factor, stepper.depth_factor)
             for case, loaded in zip(stepper.load_cases, state.loaded, strict=True)
         ]
         self.cycles = 0
@@ -313,14 +198,15 @@ class _Step:
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
     ) -> list[TeethLoads]:
         """Loads of every case that hold over the step, found from `start` (its first loads unless given)."""
+        if not self.stepper.implicit:
+            self.cycles = 1
+            return [loaded.loads for loaded in self.state.loaded]
         if self.cycles == 0:
             # fixed by the first length that is asked for
-            growth = max(case.prepare(meshes) for case in self.cases) if self.stepper.implicit else 0.0
-            self.cycles = 1
-            if self.stepper.implicit:
-                depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
-                self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
-                self._correct_own_wear(meshes)
+            growth = max(case.prepare(meshes) for case in self.cases)
+            depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
+            self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
+            self._correct_own_wear(meshes)
         starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
@@ -459,15 +345,6 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
-
-
-def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one)."""
-    (value, change), (last, last_change) = now, before
-    bend = change - last_change
-    square = float(np.vdot(bend, bend))
-    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0) if square > 0.0 else 0.0
-    return value + 0.5 * change - share * (value - last + 0.5 * bend)
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:

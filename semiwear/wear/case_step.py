@@ -1,0 +1,168 @@
+"""A load case within an implicit wear step: the wear that each force causes, and the loads that hold with it.
+
+The rate of that wear, at first an estimate from the lines' motion, is corrected by a trial of the step: by the gap
+on the flanks that it would leave. Where the tip of the driving body digs in, the estimate alone is a third too high.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from semiwear.arrays import FloatArray
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loads import TeethLoads
+from semiwear.errors import ConvergenceError
+from semiwear.meshing.flank_grid import at_places
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.wear.mapping import WearMultipliers, WeightedLoads, Worn
+from semiwear.wear.state import LoadCase
+from semiwear.wear.swept_line import Sweep, own_wear
+
+__all__ = ["CaseStep", "CoefficientFactor", "DepthFactor"]
+
+CoefficientFactor = Callable[[LoadedTeeth, TeethLoads, LoadedState], FloatArray]
+"""Factor on the wear coefficient in every slice, (roll, face), under loads on worn flanks."""
+DepthFactor = Callable[[FloatArray], FloatArray]
+"""Factor on the wear coefficient of the driven flank at its depth [mm], (face, profile)."""
+
+_FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
+_SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
+_FACTOR_ITERATIONS = 60
+_FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
+_FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
+_CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
+_FELT = 1e-3  # of the greatest force on a slice: below it the gap says little of the wear that the force causes
+
+
+class CaseStep:
+    """One load case within an implicit step, whatever its length.
+
+    The factor on the wear coefficient that spreads the wear is the one with which the loads were found: then the wear
+    that a load causes is the gap under which the load was found, and no step is unstable.
+
+    Parameters
+    ----------
+    coefficients : WearMultipliers
+        Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
+    case : LoadCase
+    state : LoadedState
+        Of the case at the start of the step.
+    motion : Sweep
+        Of the contact lines at the solved positions.
+    factor : callable or None
+        On the wear coefficients, where they depend on the contact.
+    depth_factor : callable or None
+        On the wear coefficient of the driven flank at its present depth.
+    """
+
+    def __init__(
+        self,
+        coefficients: WearMultipliers,
+        case: LoadCase,
+        state: LoadedState,
+        motion: Sweep,
+        factor: CoefficientFactor | None,
+        depth_factor: DepthFactor | None,
+    ):
+        self.coefficients, self.case, self.state, self.motion = coefficients, case, state, motion
+        self.factor_of, self.depth_factor = factor, depth_factor
+        teeth = case.teeth
+        rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
+        self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+        self.elastic = float(np.abs(teeth.problem.approach(state.loads)).mean())
+        self.rate = np.zeros(0)
+        self.factor: FloatArray | None = None if factor is None else factor(teeth, state.loads, state)
+        self.law_residual = 0.0
+
+    def prepare(self, meshes: float) -> float:
+        """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
+        force = self.state.loads.force
+        now = self._own(0.0)
+        if self.factor is not None:
+            now = now * self.factor
+        # wear that the present loads would leave, where they are; elasticity spreads it when it is large
+        depth = meshes * float(np.sum(now * force**2) / np.sum(force))
+        growth = depth / (1.0 + 0.5 * depth / self.elastic)
+        self.rate = self._own(growth)
+        return growth
+
+    def _own(self, growth: float) -> FloatArray:
+        """Wear of both bodies in one mesh under the line itself, per force on a slice [mm/N]."""
+        teeth, coarse, coefficients = self.case.teeth, self.state.coarse, self.coefficients
+        arguments = (teeth.lines, self.motion, coarse, self.distance, growth)
+        fades = _FADES * self.elastic if teeth.smooth else 0.0
+        total = np.zeros(0)
+        if coefficients.driven:
+            total = coefficients.driven * own_wear(*arguments, DRIVEN, fades)
+            if self.depth_factor is not None:
+                total = total * at_places(teeth.grid.profile, self.depth_factor(self.state.wear), coarse.profile)
+        if coefficients.driving:
+            driving = coefficients.driving * own_wear(*arguments, DRIVING, fades)
+            total = total + driving if total.size else driving
+        return self.case.others * total
+
+    def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
+        """Own wear of the lines as these worn flanks show it, after a step under these loads."""
+        teeth, force = self.case.teeth, loads.force
+        after = teeth.touch_solved(teeth.removed(*worn))
+        before = self.state.fine.every(teeth.rolls.substeps)  # as `after`, without what the loads press on edges
+        rate = self.rate if self.factor is None else self.rate * self.factor
+        said = meshes * rate * force
+        felt = force > _FELT * force.max()
+        ratio = np.ones_like(said)
+        felt &= said > 0.0
+        ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
+        ratio = np.clip(ratio, *_CORRECTION)
+        if teeth.smooth:
+            # a slice that comes to be felt is so by and by
+            ratio = 1.0 + (ratio - 1.0) * np.clip(force / (_FELT * force.max()) - 1.0, 0.0, 1.0)
+        self.rate = self.rate * ratio
+
+    def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
+        """Loads that hold over the step."""
+        loads = self._solve(meshes, positions, start or self.state.loads)
+        if self.factor is None or self.factor_of is None:
+            return loads
+        smooth = self.case.teeth.smooth
+        tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
+        before: tuple[FloatArray, FloatArray] | None = None
+        for _ in range(_FACTOR_ITERATIONS):
+            change = np.where(
+                loads.force > 0.0, self.factor_of(self.case.teeth, loads, self.state) - self.factor, 0.0
+            )
+            self.law_residual = float(np.abs(change).max() / self.factor.max())
+            if self.law_residual <= tolerance:
+                return loads
+            now = self.factor, change
+            # more load makes more wear and so less load: half of each change overshoots least
+            self.factor = _mixed(now, before) if smooth and before is not None else self.factor + 0.5 * change
+            before = now
+            loads = self._solve(meshes, positions, loads)
+        if self.law_residual > _FACTOR_MISSED:
+            raise ConvergenceError(
+                f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after {_FACTOR_ITERATIONS} "
+                f"iterations the wear coefficient still changes by {self.law_residual:.1%} of its greatest; take "
+                "more numerics.wear_steps, or an effects.wear_law whose wear changes less with the load"
+            )
+        return loads
+
+    def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
+        rate = self.rate if self.factor is None else self.rate * self.factor
+        teeth = self.case.teeth
+        return teeth.fidelity.solve(teeth.problem, self.state.coarse, start, meshes * rate, positions)
+
+    def weighted(self, loads: TeethLoads) -> WeightedLoads:
+        """Part of the case in the wear."""
+        weight = self.case.share if self.factor is None else self.case.share * self.factor
+        return WeightedLoads(self.case.teeth, loads, weight)
+
+
+def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one)."""
+    (value, change), (last, last_change) = now, before
+    bend = change - last_change
+    square = float(np.vdot(bend, bend))
+    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0) if square > 0.0 else 0.0
+    return value + 0.5 * change - share * (value - last + 0.5 * bend)
