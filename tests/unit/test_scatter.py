@@ -323,12 +323,22 @@ wear.until.control_depths_um = [2, 4]
 """
 
 
-def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def sweep_study(tmp_path, monkeypatch):
+    """Runs `semiwear sweep` on the text of a study, in a folder of its own; returns the exit code."""
     monkeypatch.chdir(tmp_path)
+
+    def run(text: str, *options: str) -> int:
+        (tmp_path / "study.toml").write_text(text)
+        return main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", *options])
+
+    return run
+
+
+def test_a_study_file_may_give_distributions(solved, sweep_study, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(import_module("semiwear.sweep.page"), "QUANTITIES", ("meshes",))
     monkeypatch.setattr(command, "_MOST_PICTURES", 1)
-    (tmp_path / "study.toml").write_text(STUDY)
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
+    assert sweep_study(STUDY, "--report", "study.html") == 0
     told = capsys.readouterr().out
     assert "32 samples of" in told and "B10" in told and "is reached before 1e+07 meshes: 0 %" in told
     found = open_sweep("study.nc")
@@ -339,13 +349,11 @@ def test_a_study_file_may_give_distributions(solved, tmp_path, monkeypatch, caps
     assert "Quantiles of 32 samples" in page and "What meshes_to_limit depends on" in page
 
 
-def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_study_file_tells_all_its_problems(solved, sweep_study, capsys):
     bad = (
         STUDY.replace('"normal"', '"norml"').replace("= 16", "= 17").replace('"lognormal"', '"lognormal", spread = 1')
     )
-    (tmp_path / "study.toml").write_text('measure = "x"\n' + bad + "[vary]\noperation.pinion_speed_rpm = [1]\n")
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    assert sweep_study('measure = "x"\n' + bad + "[vary]\noperation.pinion_speed_rpm = [1]\n") == 2
     told = capsys.readouterr().err
     for part in ('did you mean "normal"', "give 32", "spread", "make two studies", "measure"):
         assert part in told
@@ -365,12 +373,10 @@ wear.until.control_depths_um = [2, 4]
 """
 
 
-def test_a_study_file_may_ask_for_few_solved_samples(solved, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_study_file_may_ask_for_few_solved_samples(solved, sweep_study, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(import_module("semiwear.sweep.page"), "QUANTITIES", ("load_share_max",))
     monkeypatch.setattr(command, "_MOST_PICTURES", 1)
-    (tmp_path / "study.toml").write_text(EMULATED)
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--report", "study.html"]) == 0
+    assert sweep_study(EMULATED, "--report", "study.html") == 0
     told = capsys.readouterr().out
     assert len(solved) == 32 and "128 scenes: 128 done; of these 32 were solved and 96 emulated" in told
     assert "emulated within" in told
@@ -388,8 +394,7 @@ def test_a_study_file_may_ask_for_few_solved_samples(solved, tmp_path, monkeypat
     assert "32 scenes were solved and 96 emulated" in page and "stated error of the emulator" in page
     # more samples: only what the emulator needs beyond the kept ones is solved
     solved.clear()
-    (tmp_path / "study.toml").write_text(EMULATED.replace("128", "256"))
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--resume"]) == 0
+    assert sweep_study(EMULATED.replace("128", "256"), "--resume") == 0
     assert not solved
 
 
@@ -404,34 +409,26 @@ def test_a_study_file_may_ask_for_few_solved_samples(solved, tmp_path, monkeypat
         ("emulat = 0.1\nsamples = 64", ["did you mean emulate?"]),
     ],
 )
-def test_what_is_wrong_with_emulation_is_told_before_anything_runs(
-    solved, tmp_path, monkeypatch, capsys, given, parts
-):
-    monkeypatch.chdir(tmp_path)
+def test_what_is_wrong_with_emulation_is_told_before_anything_runs(solved, sweep_study, capsys, given, parts):
     bad = EMULATED.replace("samples = 128\nemulate = 0.05", given)
-    (tmp_path / "study.toml").write_text(bad)
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    assert sweep_study(bad) == 2
     told = capsys.readouterr().err
     for part in parts:
         assert part in told, told
     assert not solved
 
 
-def test_emulation_without_scatter_or_its_extra_is_refused(solved, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_emulation_without_scatter_or_its_extra_is_refused(solved, sweep_study, monkeypatch, capsys):
     varied = f'scene = "face_gear_25x160"\nemulate = 0.1\n[vary]\n{TORQUE} = [800, 1600]\n'
-    (tmp_path / "study.toml").write_text(varied)
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) == 2
+    assert sweep_study(varied) == 2
     assert "beside a table [scatter]" in capsys.readouterr().err
     monkeypatch.setattr(import_module("semiwear.emulator"), "find_spec", lambda name: None)
-    (tmp_path / "study.toml").write_text(EMULATED)
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) != 0
+    assert sweep_study(EMULATED) != 0
     assert "semiwear[infer]" in capsys.readouterr().err
     assert not solved
 
 
-def test_a_study_whose_emulator_is_too_rough_says_so(solved, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_study_whose_emulator_is_too_rough_says_so(solved, sweep_study, tmp_path, monkeypatch, capsys):
     rough, simulate = np.random.default_rng(0), outcome.simulate
 
     def noisy(scene):
@@ -441,7 +438,6 @@ def test_a_study_whose_emulator_is_too_rough_says_so(solved, tmp_path, monkeypat
         return tree
 
     monkeypatch.setattr(outcome, "simulate", noisy)
-    (tmp_path / "study.toml").write_text(EMULATED.replace("128", "64"))
-    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0"]) != 0
+    assert sweep_study(EMULATED.replace("128", "64")) != 0
     assert "after 64 solved samples errors are above 0.05 of a standard deviation" in capsys.readouterr().err
     assert len(list((tmp_path / "study.nc.scenes").glob("*.npz"))) == 64 and not (tmp_path / "study.nc").exists()
