@@ -14,7 +14,7 @@ from semiwear.contact import line_contact, patch_contact, patch_gap, slice_press
 from semiwear.contact.gap import FlankGap
 from semiwear.errors import ConvergenceError
 from semiwear.plan import plan
-from semiwear.wear import stepping
+from semiwear.wear import case_step
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.laws import LoadLaw
 from semiwear.wear.state import ControlPoint
@@ -43,14 +43,14 @@ def test_wear_that_grows_as_pressure_falls_is_finite(coarse, exponent):
     wear = tree["flank"]["wear_depth"].values
     assert np.isfinite(wear[:, 1]).all()
     np.testing.assert_allclose(tree["history"]["wear_depth_control_point"], [0.0, 5.0, 10.0], rtol=0.02)
-    assert float(tree["diagnostics"].wear_law_residual.max()) <= stepping._FACTOR_MISSED
+    assert float(tree["diagnostics"].wear_law_residual.max()) <= case_step._FACTOR_MISSED
 
 
 def test_wear_and_loads_that_do_not_settle_are_an_error_that_keeps_the_steps_before(coarse, monkeypatch):
     scene = coarse.replace({"effects.wear_law.load.exponent": 1.5})
     settled = sw.simulate(scene)
-    assert float(settled["diagnostics"].wear_law_residual.max()) <= stepping._FACTOR_TOLERANCE
-    monkeypatch.setattr(stepping, "_FACTOR_ITERATIONS", 2)
+    assert float(settled["diagnostics"].wear_law_residual.max()) <= case_step._FACTOR_TOLERANCE
+    monkeypatch.setattr(case_step, "_FACTOR_ITERATIONS", 2)
     with pytest.raises(ConvergenceError, match=r"do not settle.*numerics\.wear_steps") as caught:
         sw.simulate(scene)
     assert caught.value.result is not None
