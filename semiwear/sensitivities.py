@@ -56,6 +56,7 @@ FloatArray = NDArray[np.float64]
 _STEP = 0.01  # of a field's value
 _NEAR, _FAR = (-1, 1), (-2, 2)  # steps
 _SIDES = (*_NEAR, *_FAR)
+_BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the scene
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
 _SMOOTH = 1.5  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
@@ -257,7 +258,9 @@ class _Runs:
         """Find what fields are at their sides."""
         tasks: list[Task] = []
         places: dict[str, tuple[_Moved, int]] = {}
+        like = Compared.with_runs_of(scene)
         for one in fields:
+            beside = _beside(scene, one)
             for side in sides:
                 try:
                     changed = scene.replace({one.key: one.at + side * one.step})
@@ -270,7 +273,8 @@ class _Runs:
                     one.found[side] = _stretched(base, stretch)
                     continue
                 one.runs += 1
-                tasks.append(Task(f"{one.key} {side}", changed, measure, Compared.with_runs_of(scene)))
+                compared = like.along(scene, beside, side / _BESIDE)
+                tasks.append(Task(f"{one.key} {side}", changed, measure, compared))
                 places[tasks[-1].key] = one, side
         self._total = max(self._total, self._done + len(tasks))
         own = geometry_of(scene)
@@ -284,6 +288,14 @@ class _Runs:
     def _tell(self, text: str) -> None:
         self._done += 1
         self._hears.step(self._done, self._total, text)
+
+
+def _beside(scene: Scene, one: _Moved) -> Scene:
+    """The scene with a field moved by a small share of its step; the scene itself where it allows no such one."""
+    try:
+        return scene.replace({one.key: one.at + _BESIDE * one.step})
+    except SceneError:
+        return scene
 
 
 def _stretched(base: Outcome, stretch: float) -> Outcome:
