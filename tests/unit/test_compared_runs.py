@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.plan import Compared
+from semiwear.meshing.flank_pair import DRIVEN
+from semiwear.plan import Compared, plan
 from semiwear.plan.straight import UnlikeError, on_line
 from semiwear.simulate import simulate
+from semiwear.wear.swept_line import own_wear, sweep
 
 COARSE = {
     "numerics.face_slices": 7,
@@ -99,3 +101,20 @@ def test_a_line_goes_through_numbers_and_arrays_alone() -> None:
     for unlike in (made(1.5, count=3), made(1.5, places=4)):
         with pytest.raises(UnlikeError):
             on_line(made(1.0), unlike, 0.5)
+
+
+def test_lines_that_come_into_contact_are_felt_by_and_by(scene: sw.Scene) -> None:
+    teeth = plan(scene.replace({"numerics.roll_positions": 64})).loaded_teeth()  # footprints overlap
+    state = teeth.load(np.zeros(teeth.grid.profile.shape))
+    motion = sweep(teeth.lines, state.coarse, teeth.pair.roll_per_time)
+    rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
+    distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+
+    def greatest_step(fades: float, count: int) -> float:
+        growths = np.linspace(0.0, 0.01, count)  # mm
+        found = [own_wear(teeth.lines, motion, state.coarse, distance, growth, DRIVEN, fades) for growth in growths]
+        return float(np.abs(np.diff(found, axis=0)).max())
+
+    # steps that are half as long change half as much where there is no jump, and as much across one
+    assert greatest_step(0.0, 201) == pytest.approx(greatest_step(0.0, 401), rel=1e-9)
+    assert greatest_step(0.01, 401) < 0.6 * greatest_step(0.01, 201)
