@@ -157,8 +157,7 @@ class Plan:
             face = face_stations(self.flank_pair(Placement()), numerics.face_slices)
         shape = self._shape(pair, rolls, face)
         lines = shape.lines
-        moduli = None if self.compared is None else self.compared.youngs_moduli
-        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], moduli)
+        elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], self.compared)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
         whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
         patches = numerics.fidelity == "patch"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -19,6 +20,8 @@ from semiwear.geometry.section import RackRim
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair, PrismBody
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
+from semiwear.plan.compared import Compared, Course, Toothing
+from semiwear.plan.straight import UnlikeError, on_line
 from semiwear.scene import GearPair, Material, Placement, Scene
 from semiwear.threads import in_threads
 
@@ -47,64 +50,93 @@ def elastic(material: Material) -> Elastic:
 
 
 def tooth_compliance(
-    scene: Scene, pair: FlankPair, lines: ContactLines, moduli: tuple[float, float] | None = None
+    scene: Scene, pair: FlankPair, lines: ContactLines, compared: Compared | None = None
 ) -> ElasticTeeth:
     """Bodies on contact lines; none for rigid teeth. Prisms on the same lines are the same object.
 
-    Where Young's moduli of both bodies [MPa] are given, prisms are found at these and their deflections scaled.
+    In a run that is compared with others, prisms are those of the others: found at their Young's moduli, with
+    deflections scaled, and read on the course that they have.
     """
     if scene.numerics.tooth_compliance == "rigid":
         return ElasticTeeth()
     if scene.numerics.tooth_compliance != "prism":
         return ElasticTeeth(_influence(scene, pair, lines))
-    materials = scene.material.pinion, scene.material.gear
-    return _prisms_on_lines(
-        scene.gear_pair, scene.operation.loaded_flank, pair, materials, scene.numerics.harmonics, lines, moduli
-    )
+    own = Toothing.of(scene)
+    return _prisms_on_lines(own, scene.operation.loaded_flank, pair, scene.numerics.harmonics, lines, compared)
 
 
 @lru_cache(maxsize=4)
 def _prisms_on_lines(
-    table: GearPair,
+    toothing: Toothing,
     loaded_flank: str,
     pair: FlankPair,
-    materials: tuple[Material, Material],
     harmonics: int,
     lines: ContactLines,
-    moduli: tuple[float, float] | None,
+    compared: Compared | None,
 ) -> ElasticTeeth:
-    # the coast flank is the drive flank of the other hand
-    loaded, _ = on_loaded_flank(table, Placement(), loaded_flank)
+    found = toothing if compared is None else toothing.at_moduli(compared.youngs_moduli)
+    course = None if compared is None else compared.course
     bodies: list[CompliantBody] = []
-    for index, own in enumerate(materials):
-        material = own if moduli is None else replace(own, youngs_modulus_MPa=moduli[index])
-        body = toothed(table, index, material, harmonics)
+    for index, material in enumerate(toothing.materials):
         places = _places(lines, index)
+        parts = _parts_on(course, found, loaded_flank, index, harmonics)
         # a tooth that tapers has its ends in the taper
-        beyond = None if body.taper is not None else _beyond(loaded, pair, index, material, harmonics, places)
-        on_lines = BodyOnLines.of(body, places, beyond)
-        bodies.append(on_lines if material == own else OfModulus(on_lines, own.youngs_modulus_MPa))
+        beyond = None if parts.ends is None else _beyond(parts, pair, index, places)
+        on_lines = BodyOnLines.of(parts.body, places, beyond)
+        same = material == found.materials[index]
+        bodies.append(on_lines if same else OfModulus(on_lines, material.youngs_modulus_MPa))
     return ElasticTeeth(tuple(bodies))
 
 
-def _beyond(
-    table: GearPair, pair: FlankPair, index: int, material: Material, harmonics: int, places: LinePlaces
-) -> BeyondOnLines:
-    """Compliance beyond the prism of a tooth of one section, or of sections that are alike."""
-    shape = pair.prism_body(index)
+@dataclass(frozen=True)
+class _Parts:
+    """Prisms, free ends and wheel of a body: teeth that taper have no ends, those that are not inclined no wheel."""
+
+    body: ToothBody
+    ends: EndEffect | None
+    wheel: WheelInfluence | None
+
+
+def _parts(toothing: Toothing, loaded_flank: str, index: int, harmonics: int) -> _Parts:
+    table, material = toothing.gears, toothing.materials[index]
     body = toothed(table, index, material, harmonics)
-    ends = free_ends(table, index, material, harmonics)
+    if body.taper is not None:
+        return _Parts(body, None, None)
+    # the coast flank is the drive flank of the other hand
+    loaded, _ = on_loaded_flank(table, Placement(), loaded_flank)
+    inclined = flank_pair(loaded, Placement()).prism_body(index).foot is not None
+    wheel = wheel_under(loaded, index, material) if inclined else None
+    return _Parts(body, free_ends(loaded, index, material, harmonics), wheel)
+
+
+def _parts_on(course: Course | None, own: Toothing, loaded_flank: str, index: int, harmonics: int) -> _Parts:
+    """Parts on a course, or those of the gears themselves where there is none, or no line goes through its ends."""
+    if course is not None:
+        at, beside = (_parts(end, loaded_flank, index, harmonics) for end in (course.at, course.beside))
+        with suppress(UnlikeError):
+            return on_line(at, beside, course.share)
+    return _parts(own, loaded_flank, index, harmonics)
+
+
+def _beyond(parts: _Parts, pair: FlankPair, index: int, places: LinePlaces) -> BeyondOnLines:
+    """Compliance beyond the prism of a tooth of one section, or of sections that are alike."""
+    shape, body = pair.prism_body(index), parts.body
+    assert parts.ends is not None
     along, height = places.face - (shape.start + 0.5 * shape.width), body.heights(places)
-    if shape.foot is None:
-        return BeyondOnLines.of(ends, shape.width, along, height)
+    if parts.wheel is None:
+        return BeyondOnLines.of(parts.ends, shape.width, along, height)
     _, radius = pair.flank_place(index, places.face, places.profile)
     step = 1e-4 * float(np.ptp(body.sections[0].load_profile))
     _, farther = pair.flank_place(index, places.face, places.profile + step)
-    wheel = wheel_under(table, index, material)
     heights = body.sections[0].load_profile
     _, at_heights = pair.flank_place(index, np.full(heights.shape, shape.start + 0.5 * shape.width), heights)
     return BeyondOnLines.of(
-        ends, shape.width, along, height, wheel, (radius, (farther - radius) / step * places.slope, at_heights)
+        parts.ends,
+        shape.width,
+        along,
+        height,
+        parts.wheel,
+        (radius, (farther - radius) / step * places.slope, at_heights),
     )
 
 

@@ -191,7 +191,7 @@ class _Step:
             CaseStep(stepper.coefficients, case, loaded, coarse_motion, stepper.factor, stepper.depth_factor)
             for case, loaded in zip(stepper.load_cases, state.loaded, strict=True)
         ]
-        self.cycles = 0
+        self.cycles = 0.0
         self.pace = state.pace
 
     def loads(
@@ -199,13 +199,13 @@ class _Step:
     ) -> list[TeethLoads]:
         """Loads of every case that hold over the step, found from `start` (its first loads unless given)."""
         if not self.stepper.implicit:
-            self.cycles = 1
+            self.cycles = 1.0
             return [loaded.loads for loaded in self.state.loaded]
         if self.cycles == 0:
             # fixed by the first length that is asked for
             growth = max(case.prepare(meshes) for case in self.cases)
-            depth = self.stepper.depth_a_cycle * self.teeth.pair.base_pitch
-            self.cycles = int(np.clip(np.ceil(growth / depth), *_CYCLES))
+            cycles = growth / (self.stepper.depth_a_cycle * self.teeth.pair.base_pitch)
+            self.cycles = float(np.clip(cycles if self.teeth.smooth else np.ceil(cycles), *_CYCLES))
             self._correct_own_wear(meshes)
         starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
@@ -213,7 +213,8 @@ class _Step:
     def _correct_own_wear(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
         loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
-        few = max(self.cycles // _FEWER, _LEAST_CYCLES)
+        half = self.cycles / _FEWER
+        few = max(half if self.teeth.smooth else np.floor(half), _LEAST_CYCLES)
         worn = self.worn(loads, meshes, cycles=few)
         stable = self._stable_cycles(worn)
         if stable > few:
@@ -251,7 +252,7 @@ class _Step:
         loads: Sequence[TeethLoads],
         meshes: float,
         slices: IntArray | None = None,
-        cycles: int | None = None,
+        cycles: float | None = None,
     ) -> Worn:
         """Wear at the end of the step [mm]."""
         return self.mapped(loads, meshes, slices, cycles)[0]
@@ -261,16 +262,31 @@ class _Step:
         loads: Sequence[TeethLoads],
         meshes: float,
         slices: IntArray | None = None,
-        cycles: int | None = None,
+        cycles: float | None = None,
     ) -> tuple[Worn, FloatArray]:
-        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
+        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3].
+
+        Between whole numbers of cycles it is the mean of both: then it is no other by a jump where they change.
+        """
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
+        wanted = cycles or self.cycles
+        whole = int(wanted)
+        few = self._mapped_in(whole, loads, meshes, slices)
+        if whole == wanted:
+            return few
+        (worn, edges), (more, more_edges) = few, self._mapped_in(whole + 1, loads, meshes, slices)
+        share = wanted - whole
+        driving = None if worn.driving is None or more.driving is None else _mean(worn.driving, more.driving, share)
+        return Worn(_mean(worn.driven, more.driven, share), driving), _mean(edges, more_edges, share)
+
+    def _mapped_in(
+        self, cycles: int, loads: Sequence[TeethLoads], meshes: float, slices: IntArray
+    ) -> tuple[Worn, FloatArray]:
         multipliers = self.stepper.multipliers(meshes)
         return self.stepper.mapping.worn(
-            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers,
-            cycles or self.cycles, slices,
-        )  # fmt: skip
+            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers, cycles, slices
+        )
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
@@ -345,6 +361,11 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
+
+
+def _mean(one: FloatArray, other: FloatArray, share: float) -> FloatArray:
+    """Weighted mean: the other one's share counts."""
+    return (1.0 - share) * one + share * other
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.plan import Compared
+from semiwear.meshing.flank_pair import DRIVEN
+from semiwear.plan import Compared, plan
+from semiwear.plan.straight import UnlikeError, on_line
 from semiwear.simulate import simulate
+from semiwear.wear.swept_line import own_wear, sweep
 
 COARSE = {
     "numerics.face_slices": 7,
@@ -45,3 +51,70 @@ def test_a_smooth_run_is_that_of_the_scene(scene: sw.Scene) -> None:
     assert smooth.keys() == plain.keys()
     for name in ("wear_depth_max", "contact_pressure_pitch", "root_stress_max", "transmission_error_amplitude"):
         np.testing.assert_allclose(smooth[name], plain[name], rtol=0.01, err_msg=name)
+
+
+@pytest.mark.parametrize("key", ["material.gear.poissons_ratio", "gear_pair.pinion_face_width_mm"])
+def test_prisms_on_a_line_are_those_of_the_gears(scene: sw.Scene, key: str) -> None:
+    group, *rest = key.split(".")
+    at = getattr(scene, group)
+    for name in rest:
+        at = getattr(at, name)
+    moved, beside = (scene.replace({key: at * (1.0 + change)}) for change in (0.01, 0.001))
+    compared = Compared.with_runs_of(scene)
+    base, own = last(scene, compared), last(moved, compared)
+    read = last(moved, compared.along(scene, beside, 10.0))
+    for name in ("wear_depth_max", "contact_pressure_pitch", "root_stress_max", "transmission_error_mean"):
+        change = np.abs(own[name] - base[name]).max()
+        assert change > 0.0
+        # a straight line over a step of 1 % leaves its square, and the line is through a tenth of the step
+        assert np.abs(read[name] - own[name]).max() <= 0.02 * change, name
+
+
+def test_fields_that_prisms_do_not_depend_on_have_no_course(scene: sw.Scene) -> None:
+    compared = Compared.with_runs_of(scene)
+    heavier = scene.replace({"operation.pinion_torque_Nm": 1.01 * scene.operation.pinion_torque_Nm})
+    stiffer = scene.replace({YOUNG: 1.01 * scene.material.gear.youngs_modulus_MPa})
+    assert compared.along(scene, heavier, 10.0) is compared
+    assert compared.along(scene, stiffer, 10.0) is compared
+
+
+class _Pair(NamedTuple):
+    one: float
+    other: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Made:
+    name: str
+    count: int
+    pairs: tuple[_Pair, ...]
+
+
+def test_a_line_goes_through_numbers_and_arrays_alone() -> None:
+    def made(value: float, count: int = 2, places: int = 3) -> _Made:
+        return _Made("tooth", count, (_Pair(value, np.full(places, 2.0 * value)),))
+
+    found = on_line(made(1.0), made(1.5), -2.0)
+    assert found.pairs[0].one == 0.0
+    np.testing.assert_array_equal(found.pairs[0].other, 0.0)
+    assert found.name == "tooth"
+    for unlike in (made(1.5, count=3), made(1.5, places=4)):
+        with pytest.raises(UnlikeError):
+            on_line(made(1.0), unlike, 0.5)
+
+
+def test_lines_that_come_into_contact_are_felt_by_and_by(scene: sw.Scene) -> None:
+    teeth = plan(scene.replace({"numerics.roll_positions": 64})).loaded_teeth()  # footprints overlap
+    state = teeth.load(np.zeros(teeth.grid.profile.shape))
+    motion = sweep(teeth.lines, state.coarse, teeth.pair.roll_per_time)
+    rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
+    distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
+
+    def greatest_step(fades: float, count: int) -> float:
+        growths = np.linspace(0.0, 0.01, count)  # mm
+        found = [own_wear(teeth.lines, motion, state.coarse, distance, growth, DRIVEN, fades) for growth in growths]
+        return float(np.abs(np.diff(found, axis=0)).max())
+
+    # steps that are half as long change half as much where there is no jump, and as much across one
+    assert greatest_step(0.0, 201) == pytest.approx(greatest_step(0.0, 401), rel=1e-9)
+    assert greatest_step(0.01, 401) < 0.6 * greatest_step(0.01, 201)

@@ -90,6 +90,15 @@ def test_wear_coefficient_and_meshes_share_runs_or_take_none(scene: sw.Scene, by
     found = public(to_depth, "wear_depth_max", [COEFFICIENT], workers=0)
     assert found["runs"].values.tolist() == [0]
     assert found["relative"].values[0, 0] == 0.0
+    assert found["error"].values[0, 0] == 0.0
+    assert not found["doubtful"].any()
+
+
+def test_errors_have_the_scatter_between_runs(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: 2.0 + torque(s))
+    found = public(scene, "wear_depth_max", {TORQUE: 1.6}, workers=0)
+    # up to 5e-7 of the value over a step of 1e-3
+    np.testing.assert_allclose(found["error"].values, 3.0 * 5e-7 / 1.6, rtol=1e-3)
     assert not found["doubtful"].any()
 
 
