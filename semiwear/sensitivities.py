@@ -33,7 +33,7 @@ import xarray as xr
 
 from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
-from semiwear.optimise.quantity import Quantity, quantity_of
+from semiwear.optimise.quantity import Quantity, measure_of_quantities, quantity_of
 from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.results.provenance import version
@@ -141,11 +141,11 @@ def sensitivities(
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
     if problems:
         raise SceneError(problems, "sensitivities")
-    measure = Measure(tuple(dict.fromkeys(quantity.path for quantity in quantities)))
+    measure = measure_of_quantities(quantities)
     count = available_threads() if workers is None else workers
     with hearing(progress) as hears:
         runs = _Runs(count, hears, 1 + len(_NEAR) * len(steps))
-        settled, base = _settled(scene, measure, runs)
+        settled, base = _settled(scene, replace(measure, last=False), runs)
         moved = {key: _Moved(key, float(scene_value(settled, key) or 0.0), step) for key, step in steps.items()}
         shared = _shared_with(settled, moved, quantities)
         own = [one for key, one in moved.items() if key not in shared]

@@ -123,11 +123,10 @@ class LoadedTeeth:
         self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:
         """Material removed from both flanks on the fine roll grid; with `slices` it need be right in these only."""
-        removed = fresh_flanks(self.fine, self.grid, self.modification, wear)
         if driving_wear is None or self.driving is None:
-            return removed
+            return fresh_flanks(self.fine, self.grid, self.modification, wear)
         grid = self.driving.driven
-        depth = self.driving.met(driving_wear, grid.from_grid(removed.depth), slices)
+        depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification, slices)
         return Removed.met(grid, depth, self.fine.roll.size)
 
     def removed_in_footprints(
@@ -135,12 +134,18 @@ class LoadedTeeth:
     ) -> Removed:
         """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only."""
         assert self.driving is not None
-        grid, removed = self.driving.driven, fresh_flanks(self.fine, self.grid, self.modification, wear)
-        own = grid.from_grid(removed.depth)
-        deepest = float(own.max()) + float(driving_wear.max())  # nothing else stands at zero
+        grid, own, unworn = self.driving.driven, self.driving.driven.from_grid(wear), self._finer_modification
+        deepest = sum(float(depth.max()) for depth in (own, unworn, driving_wear))  # nothing else stands at zero
         windows = footprint_windows(self.fine, grid, loaded, deepest, self.half_width)
-        depth = self.driving.met(driving_wear, own, slices, windows)
+        depth = self.driving.met(driving_wear, own, unworn, slices, windows)
         return Removed.met(grid, depth, self.fine.roll.size)
+
+    @cached_property
+    def _finer_modification(self) -> FloatArray:
+        """That on the nodes of the driven flank where the driving one's wear is read, (rows, face, profile) [mm]."""
+        assert self.driving is not None
+        grid = self.driving.driven
+        return np.zeros((1, *grid.profile.shape)) if self.modification is None else grid.from_grid(self.modification)
 
     def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
         """Footprints on worn flanks, on the fine roll grid and at the solved positions."""

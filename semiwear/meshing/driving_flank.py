@@ -45,7 +45,7 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _meet(lines, windows, nodes, driven, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
+def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
@@ -53,7 +53,7 @@ def _meet(lines, windows, nodes, driven, faces, own, split, depth, slices, out):
         before_low, before_weight = -1, 0.0
         for k in range(profile.shape[0]):
             first, end = windows[k, i]
-            onto = driven[k if driven.shape[0] > 1 else 0, i]
+            lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
             if first == end:
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
@@ -68,7 +68,8 @@ def _meet(lines, windows, nodes, driven, faces, own, split, depth, slices, out):
                 place = driving_profile[k, i] + driving_slope[k, i] * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
-                out[k, i, p] = onto[p] + max(cubic(here[cell], here[cell + 1], before, slope[cell + 1], x), 0.0)
+                theirs = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
+                out[k, i, p] = lacking[p] + driven[i, p] + max(theirs, 0.0)
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,12 @@ class DrivingFlank:
     near: BoolArray
 
     def met(
-        self, depth: FloatArray, driven: FloatArray, slices: IntArray | None = None, windows: IntArray | None = None
+        self,
+        depth: FloatArray,
+        driven: FloatArray,
+        unworn: FloatArray,
+        slices: IntArray | None = None,
+        windows: IntArray | None = None,
     ) -> FloatArray:
         """Depth of both flanks where the nodes of `driven` meet, (roll, face, profile) [mm].
 
@@ -100,16 +106,18 @@ class DrivingFlank:
         ----------
         depth : (face, profile) array [mm]
             Of the driving flank on `grid`.
-        driven : (rows, face, profile) array [mm]
-            Of the driven one on the nodes of `driven`; one row, or one a roll position.
+        driven : (face, profile) array [mm]
+            Wear of the driven one on the nodes of `driven`.
+        unworn : (rows, face, profile) array [mm]
+            What unworn flanks lack there; one row, or one a roll position.
         slices : int array, optional
-            Slices to do; the others are those of the driven flank, as are slices that cannot touch.
+            Slices to do; the others have no wear of the driving flank, as have slices that cannot touch.
         windows : (roll, face, 2) int array, optional
             First node and the one behind the last to do; everything else is zero.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:
-            out = np.array(np.broadcast_to(driven, shape), order="C")
+            out = np.array(np.broadcast_to(unworn + driven, shape), order="C")
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         else:
             out = np.zeros(shape)
@@ -117,7 +125,7 @@ class DrivingFlank:
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:
-            _meet(places, windows, self.driven.profile, driven, *own, depth, share, out)
+            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, out)
 
         in_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out

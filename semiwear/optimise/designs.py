@@ -11,7 +11,7 @@ import numpy as np
 from semiwear.accuracy.resolution import PARAMETERS
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
-from semiwear.optimise.quantity import Limit, Quantity
+from semiwear.optimise.quantity import Limit, Quantity, measure_of_quantities
 from semiwear.optimise.space import Space
 from semiwear.scene import Scene
 from semiwear.sweep.measure import Measure, Measured
@@ -164,7 +164,7 @@ class Designs:
     @property
     def _measure(self) -> Measure:
         quantities = [aim.quantity for aim in self.aims] + [limit.quantity for limit in self.limits]
-        return Measure(tuple(dict.fromkeys(quantity.path for quantity in quantities)))
+        return measure_of_quantities(quantities)
 
     def _key(self, place: FloatArray, resolution: str) -> tuple[str, bytes]:
         return resolution, np.round(place, 12).tobytes()

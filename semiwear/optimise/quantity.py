@@ -12,9 +12,9 @@ from semiwear.errors import Problem
 from semiwear.results import VARIABLES, Variable
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
-from semiwear.sweep.measure import Measured
+from semiwear.sweep.measure import Measure, Measured
 
-__all__ = ["Limit", "Quantity", "limits_of", "quantity_of"]
+__all__ = ["Limit", "Quantity", "limits_of", "measure_of_quantities", "quantity_of"]
 
 _GROUPS = ("history", "life")
 _TIMES = ("end", "unworn", "worst")
@@ -67,6 +67,8 @@ class Quantity:
         if self.path not in measured.variables:
             return float("nan")
         values, dims = np.asarray(measured.variables[self.path], float), list(self.variable.dims)
+        if values.ndim < len(dims):  # the last wear state alone was read off
+            dims.remove(_STEPS)
         if "body" in dims and self.body:
             labels = [str(label) for label in measured.coords["body"]]
             if self.body not in labels:
@@ -134,6 +136,12 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
         problems.append(Problem(field, shown(text), f"{name} without [{word}]", f"{name} is one number for all"))
         return None
     return Quantity(str(text).strip(), entry, bodies[0] if bodies else "", times[0] if times else "end")
+
+
+def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
+    """What is read off results for them: the last wear state alone where no other is asked for."""
+    paths = tuple(dict.fromkeys(quantity.path for quantity in quantities))
+    return Measure(paths, last=all(quantity.time == "end" for quantity in quantities))
 
 
 def limits_of(subject_to: Mapping[str, str | Sequence[str]] | None, problems: list[Problem]) -> tuple[Limit, ...]:

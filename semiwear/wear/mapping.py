@@ -89,7 +89,7 @@ class WearMapping(Protocol):
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: int,
+        cycles: float,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
@@ -98,8 +98,9 @@ class WearMapping(Protocol):
         ----------
         worn : Worn
             At the start.
-        cycles : int
-            In how many parts of the step the contact's shape follows the wear; 1: that of the start holds.
+        cycles : float
+            In how many parts of the step the contact's shape follows the wear, the last one shorter unless it is
+            a whole number; 1: that of the start holds.
 
         Returns
         -------
@@ -157,27 +158,33 @@ class InterpolatedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: int,
+        cycles: float,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`."""
         line_load = _line_load(weighted_loads)
-        taken, on_edges = np.zeros((len(BODIES), 2)), np.zeros(len(BODIES))
+        taken = np.zeros((len(BODIES), 2))
+        of_cycle = WearMultipliers(multipliers.driven / cycles, multipliers.driving / cycles)
         driven, driving = worn
         if driving is not None and teeth.driving is not None:
             # twice: over the cycles the wear of slices beside follows that of their own neighbours
             slices = teeth.driving.beside(teeth.driving.beside(slices))
-        for _ in range(cycles):
-            what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
+        what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
+        for part in _parts(cycles):
+            of_part = np.zeros_like(taken)
             if driving is not None and teeth.driving is not None:
                 removed = teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices)
-                driving_mesh, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
-                driving = self.grow_driving(driving, wear_depth(multipliers.driving / cycles, driving_mesh))
+                driving_mesh, mesh = wear_of_both_flanks(
+                    teeth.fine, teeth.grid, teeth.driving, removed, *what, of_part
+                )
+                driving = self.grow_driving(driving, wear_depth(part * of_cycle.driving, driving_mesh))
             else:
-                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(driven), *what, taken[DRIVEN])
-            driven = self.grow(driven, wear_depth(multipliers.driven / cycles, mesh))
-        on_edges[DRIVEN] = multipliers.driven / cycles * taken[DRIVEN, 1]
-        on_edges[DRIVING] = multipliers.driving / cycles * taken[DRIVING, 1]
+                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(driven), *what, of_part[DRIVEN])
+            driven = self.grow(driven, wear_depth(part * of_cycle.driven, mesh))
+            taken += part * of_part
+        on_edges = np.zeros(len(BODIES))
+        on_edges[DRIVEN] = of_cycle.driven * taken[DRIVEN, 1]
+        on_edges[DRIVING] = of_cycle.driving * taken[DRIVING, 1]
         return Worn(driven, driving), on_edges
 
 
@@ -206,7 +213,7 @@ class MarchedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: int,
+        cycles: float,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
@@ -227,6 +234,12 @@ class MarchedWear:
         area = flank_area(teeth.pair, DRIVEN, teeth.grid)
         depth = swept.driven + spread_by_contact(teeth.grid, rest, stiffness, area, chosen)
         return Worn(np.maximum(depth, worn.driven)), on_edges
+
+
+def _parts(cycles: float) -> list[float]:
+    """Lengths of the cycles of a step in whole ones: the last grows by and by with the number."""
+    whole = int(cycles)
+    return [1.0] * whole + ([cycles - whole] if cycles > whole else [])
 
 
 def driving_wear_at(

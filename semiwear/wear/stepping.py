@@ -264,29 +264,14 @@ class _Step:
         slices: IntArray | None = None,
         cycles: float | None = None,
     ) -> tuple[Worn, FloatArray]:
-        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3].
-
-        Between whole numbers of cycles it is the mean of both: then it is no other by a jump where they change.
-        """
+        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
-        wanted = cycles or self.cycles
-        whole = int(wanted)
-        few = self._mapped_in(whole, loads, meshes, slices)
-        if whole == wanted:
-            return few
-        (worn, edges), (more, more_edges) = few, self._mapped_in(whole + 1, loads, meshes, slices)
-        share = wanted - whole
-        driving = None if worn.driving is None or more.driving is None else _mean(worn.driving, more.driving, share)
-        return Worn(_mean(worn.driven, more.driven, share), driving), _mean(edges, more_edges, share)
-
-    def _mapped_in(
-        self, cycles: int, loads: Sequence[TeethLoads], meshes: float, slices: IntArray
-    ) -> tuple[Worn, FloatArray]:
         multipliers = self.stepper.multipliers(meshes)
         return self.stepper.mapping.worn(
-            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers, cycles, slices
-        )
+            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers,
+            cycles or self.cycles, slices,
+        )  # fmt: skip
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
@@ -361,11 +346,6 @@ class _Step:
         # loads are interpolated between positions, so the next ones count as well
         rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
         return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
-
-
-def _mean(one: FloatArray, other: FloatArray, share: float) -> FloatArray:
-    """Weighted mean: the other one's share counts."""
-    return (1.0 - share) * one + share * other
 
 
 def _next_trial(known: list[tuple[float, float]]) -> float:
