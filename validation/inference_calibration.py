@@ -1,6 +1,7 @@
 """Simulation-based calibration of `sw.infer`: are its posteriors as wide as they should be?
 
-    python -m validation.inference_calibration [--flanks 200] [--runs 128] [--store FOLDER] [-o FILE.csv]
+    python -m validation.inference_calibration [--flanks 200] [--runs 128] [--store FOLDER] [-o RANKS.csv]
+        [--table validation/data/inference_intervals.csv]
 
 Talts et al. 2018 (arXiv:1804.06788): unknown fields are drawn from their priors, the flank that they wear is solved
 in a run of its own (not emulated; in plain steps of its own lengths), and measured: with noise that is alike at
@@ -63,6 +64,7 @@ UNKNOWN = {
     "effects.misalignment.offset_mm": sw.Normal(0.0, 0.05),
     "effects.wear_law.load.exponent": sw.Uniform(0.2, 0.8),
 }
+CALLED = dict(zip(UNKNOWN, ("wear coefficient", "torque", "offset", "exponent of the load"), strict=True))
 ROWS, COLUMNS, MARGIN = 31, 21, 0.04
 NOISE = sw.LogNormal(0.5, 0.5)  # um
 BINS, LEVEL = 10, 0.01
@@ -97,6 +99,14 @@ def ranked(key: str, ranks: np.ndarray) -> Ranked:
     miss = 0.5 * (1.0 - CONFIDENCE)
     covered = float(np.mean((ranks > miss) & (ranks < 1.0 - miss)))
     return Ranked(key, float(chisquare(counts).pvalue), covered)
+
+
+def write_table(path: Path, results: Sequence[Ranked]) -> None:
+    """Write what the documentation shows."""
+    with path.open("w", newline="", encoding="utf-8") as opened:
+        writer = csv.writer(opened, lineterminator="\n")
+        writer.writerow(["unknown", "90 % intervals that held [%]", "p of uniform ranks"])
+        writer.writerows([CALLED[one.key], f"{100.0 * one.covered:.1f}", f"{one.p_value:.2f}"] for one in results)
 
 
 def places(flank: NominalFlank) -> tuple[np.ndarray, np.ndarray]:
@@ -162,6 +172,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, help="processes of the runs; default: one a core")
     parser.add_argument("-o", "--output", type=Path, default=Path("inference_calibration.csv"))
+    parser.add_argument("--table", type=Path, help="file for the table of the documentation")
     options = parser.parse_args(arguments)
     random = np.random.default_rng(options.seed)
     options.store.mkdir(parents=True, exist_ok=True)
@@ -200,6 +211,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         writer.writerow(UNKNOWN)
         writer.writerows(np.round(ranks[whole], 5).tolist())
     results = [ranked(key, ranks[whole, k]) for k, key in enumerate(UNKNOWN)]
+    if options.table is not None:
+        write_table(options.table, results)
     told = ", ".join(f"{100 * one.relative_error:.2g} %" for one in model.emulators[:3])
     print(
         f"{int(whole.sum())} flanks, {runs.inputs.shape[0]} runs, first components emulated within {told} of their "
