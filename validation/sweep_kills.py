@@ -1,18 +1,17 @@
 """Kill a driver and a worker of a sweep on a Dask cluster, resume it, and compare with a sweep that nobody disturbed.
 
-    python -m validation.sweep_kills [--scenes 1000]
+    python -m validation.sweep_kills [--scenes 1000] [--memory docs/driver_memory.svg]
 
 Two workers on this machine; one scene in fifty is made to fail. A first driver is killed by SIGKILL at half of the
 scenes, a second one goes on from its store, and at three quarters one of the workers is killed. The dataset must be
-that of a sweep in one process, bit for bit, but for `seconds`; the greatest memory of the second driver so far is
-printed at every tenth.
+that of a sweep in one process, bit for bit, but for `seconds`; the memory of the second driver is printed at every
+tenth, and drawn over its scenes with `--memory` (extra ``plot``).
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -22,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import psutil
 import xarray as xr
 from distributed import Client, LocalCluster
 
@@ -34,19 +34,40 @@ _EVERY = 50  # scenes, one of which fails for want of iterations
 
 
 class _Watch:
-    """Progress that calls something, once, when so many scenes are done, and notes the memory of the driver."""
+    """Progress that calls something, once, when so many scenes are done, and notes the memory of the driver.
+
+    Attributes
+    ----------
+    done : list of int
+        Scenes, whenever the memory was noted.
+    memory : list of float [MB]
+    """
 
     def __init__(self, at: int, act: Callable[[], None]) -> None:
         self.at, self.act, self.acted = at, act, False
-        self.memory: list[int] = []
+        self.done: list[int] = []
+        self.memory: list[float] = []
 
     def step(self, done: int, total: int, text: str) -> None:
         """Hear of a scene."""
-        if done % max(total // 10, 1) == 0:
-            self.memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+        self.done.append(done)
+        self.memory.append(psutil.Process().memory_info().rss / 2**20)
         if done >= self.at and not self.acted:
             self.acted = True
             self.act()
+
+
+def _draw(path: Path, watch: _Watch) -> None:
+    """Draw the memory of the driver over the scenes that are done."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.4, 2.8), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(watch.done, watch.memory)
+    axes.axvline(watch.at, color="0.6", linestyle=":")
+    axes.annotate("a worker is killed", (watch.at, 0.0), (4, 4), textcoords="offset points", color="0.4")
+    axes.set(xlabel="scenes done", ylabel="memory of the driver [MB]", ylim=(0.0, None), xlim=(min(watch.done), None))
+    figure.savefig(path, metadata={"Date": None})
 
 
 def _sweep(scenes: int, **where: object) -> xr.Dataset:
@@ -70,6 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print what came of it; 1 where anything differs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=1000)
+    parser.add_argument("--memory", type=Path, help="picture of the driver's memory")
     parser.add_argument("--driver", nargs=2, metavar=("ADDRESS", "STORE"), help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     scenes = options.scenes
@@ -93,7 +115,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     undisturbed = _sweep(scenes, workers=0)
     same = found.identical(undisturbed) and first.returncode == -signal.SIGKILL and watch.acted
     done = int((found["status"] == 0).sum())
-    print(f"{scenes} scenes, {done} done, {scenes - done} failed; memory of the driver [MB]: {watch.memory}")
+    memory = [round(watch.memory[k]) for k in np.linspace(0, len(watch.memory) - 1, 11).astype(int)]
+    print(f"{scenes} scenes, {done} done, {scenes - done} failed; memory of the driver [MB]: {memory}")
+    if options.memory is not None:
+        _draw(options.memory, watch)
     print("identical to an undisturbed sweep" if same else "DIFFERENT from an undisturbed sweep")
     return int(not same)
 
