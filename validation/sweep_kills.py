@@ -66,7 +66,7 @@ def _draw(path: Path, watch: _Watch) -> None:
     axes.plot(watch.done, watch.memory)
     axes.axvline(watch.at, color="0.6", linestyle=":")
     axes.annotate("a worker is killed", (watch.at, 0.0), (4, 4), textcoords="offset points", color="0.4")
-    axes.set(xlabel="scenes done", ylabel="memory of the driver [MB]", ylim=(0.0, None), xlim=(min(watch.done), None))
+    axes.set(xlabel="scenes done", ylabel="memory of the driver [MB]", ylim=(0.0, 1.2 * max(watch.memory)))
     figure.savefig(path, metadata={"Date": None})
 
 
