@@ -38,6 +38,7 @@ from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
+from semiwear.scene.edit import edited
 from semiwear.scene.load import parse_scene
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.values import is_number, is_whole, shown
@@ -48,7 +49,6 @@ from semiwear.sweep.measure import MESHES, Measure
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import in_processes
 from semiwear.sweep.scenes import Task, geometry_of, shared_solution
-from semiwear.sweep.variation import read_variation
 from semiwear.threads import available_threads
 
 __all__ = ["sensitivities"]
@@ -186,12 +186,9 @@ def _steps(scene: Scene, to: object, problems: list[Problem]) -> dict[str, float
 
 
 def _no_number(scene: Scene, key: str, value: object) -> Problem:
-    try:
-        read_variation(scene, {key: [1.0]}, "grid")
-    except SceneError as error:
-        unknown = next((problem for problem in error.problems if "did you mean" in problem.fix), None)
-        if unknown is not None:
-            return unknown
+    unknown = edited(scene, {key: 0.0})[1]
+    if unknown:
+        return replace(unknown[0], field="to", value=key)
     fix = "give the scene a value, or a step in a mapping where a field that is left out counts as 0"
     return Problem(key, shown(value), "a field that is a number", fix)
 

@@ -52,7 +52,7 @@ from semiwear.inference.observations import (
 )
 from semiwear.inference.page import write_posterior_report
 from semiwear.inference.posterior import Posterior
-from semiwear.inference.run import infer
+from semiwear.inference.run import infer, plan_inference
 from semiwear.plot.style import styled
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.closest import closest
@@ -91,24 +91,21 @@ def run_inference(
     """
     problems = target_problems("-o", output, sweep_target)
     problems += target_problems("--report", report, partial(file_target, endings=PAGES))
-    read, observed = None, []
-    try:
-        read = read_study(study, _NAMES)
-        observed = _observations(read, problems)
-    except SceneError as error:
-        problems += error.problems
-    lives = {} if read is None else _lives(read, problems)
-    if read is not None and read.vary:
+    read = read_study(study, _NAMES, problems)
+    if read is None:
+        raise SceneError(problems, study)
+    observed, lives, unknown = _observations(read, problems), _lives(read, problems), _unknown(read, problems)
+    if read.vary:
         fix = "name priors under [unknown]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [unknown]", fix))
-    if problems or read is None:
+    options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
+    if problems:
+        problems += _further_problems(read, unknown, observed, options)
         raise SceneError(problems, study)
     _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if report is not None:
         with styled():  # asks for the extra before anything runs
             pass
-    options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
-    unknown = dict(flat_fields(_table(read, "unknown")))
     found = infer(read.scene, unknown, observed, crew=workers, store=store, progress=progress, **options)
     told = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
     write_sweep(found.to_dataset(), output)
@@ -124,11 +121,26 @@ def _lines(
     return lines
 
 
-def _table(read: Study, name: str) -> Table:
-    value = read.tables.get(name, {})
-    if isinstance(value, Mapping):
-        return dict(value)
-    raise SceneError.of(name, shown(value), "a table", f"write the header [{name}] above its fields")
+def _unknown(read: Study, problems: list[Problem]) -> Table:
+    """Priors by dotted key."""
+    given = read.tables.get("unknown", {})
+    if isinstance(given, Mapping):
+        return dict(flat_fields(given))
+    problems.append(Problem("unknown", shown(given), "a table", "write the header [unknown] above its fields"))
+    return {}
+
+
+def _further_problems(
+    read: Study, unknown: Table, observed: Sequence[Observation], options: Table
+) -> Sequence[Problem]:
+    """What an inference from as much of the file as can be read would refuse."""
+    if not unknown:
+        return []
+    try:
+        plan_inference(read.scene, unknown, observed, **options)
+    except SceneError as error:
+        return [problem for problem in error.problems if observed or problem.field != "observed"]
+    return []
 
 
 def _depths(read: Study) -> list[float]:

@@ -16,7 +16,6 @@ effects.modification.gear.tip_relief_um = {from = 0, to = 60}
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -24,11 +23,10 @@ from pathlib import Path
 from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError
 from semiwear.optimise.page import write_optimum_report
-from semiwear.optimise.run import optimise
+from semiwear.optimise.run import optimise, plan_search
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.values import shown
 from semiwear.simulate import Progress
-from semiwear.sources import no_pipe
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import flat_fields, read_study
 from semiwear.targets import PAGES, file_target, naming, require_apart, target_problems
@@ -36,7 +34,8 @@ from semiwear.untyped import Table
 
 __all__ = ["run_optimise"]
 
-_NAMES = ("minimise", "maximise", "most", "design", "subject_to")
+_OPTIONS = ("minimise", "maximise", "most", "subject_to")
+_NAMES = ("design", *_OPTIONS)
 _SCENES = (".toml",)
 
 
@@ -59,16 +58,19 @@ def run_optimise(
         ("--report", report, partial(file_target, endings=PAGES)),
     ):
         problems += target_problems(field, path, target)
-    read = None
-    try:
-        read = read_study(study, _NAMES)
-    except SceneError as error:
-        problems += error.problems
-    vary = _ranges(_design_of(study) if read is None else read.tables.get("design"), problems)
-    if read is not None and read.vary:
+    read = read_study(study, _NAMES, problems)
+    if read is None:
+        raise SceneError(problems, study)
+    vary = _ranges(read.tables.get("design"), problems)
+    if read.vary:
         fix = "name ranges and choices under [design]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [design]", fix))
-    if problems or read is None:
+    options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
+    try:
+        plan_search(read.scene, vary, **options, workers=workers)
+    except SceneError as error:
+        problems += [problem for problem in error.problems if vary or problem.field != "vary"]
+    if problems:
         raise SceneError(problems, study)
     inputs: dict[str, str | Path] = {"the study": read.path, **scene_files(read.scene)}
     if read.scene_name not in shipped_scenes():
@@ -77,10 +79,7 @@ def run_optimise(
         name: path for name, path in (("--designs", designs), ("--report", report)) if path is not None
     }
     require_apart(outputs, inputs)
-    options = {name: read.tables[name] for name in ("minimise", "maximise", "most") if name in read.tables}
-    best = optimise(
-        read.scene, vary, subject_to=read.tables.get("subject_to"), workers=workers, progress=progress, **options
-    )
+    best = optimise(read.scene, vary, **options, workers=workers, progress=progress)
     scene = Path(output)
     with naming(scene):
         scene.write_text(best.scene.to_toml(), encoding="utf-8")
@@ -91,14 +90,6 @@ def run_optimise(
     if report is not None:
         lines.append(f"report: {write_optimum_report(best, read.scene, report, simulate)}")
     return "\n".join(lines)
-
-
-def _design_of(study: str) -> object:
-    """The table `[design]` of a file in which something else is wrong; empty where it cannot be read."""
-    try:
-        return tomllib.loads(no_pipe(Path(study)).read_text(encoding="utf-8-sig")).get("design")
-    except (OSError, ValueError):
-        return {"": []}
 
 
 def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, float] | list[object]]:

@@ -144,10 +144,16 @@ def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
     return Measure(paths, last=all(quantity.time == "end" for quantity in quantities))
 
 
-def limits_of(subject_to: Mapping[str, str | Sequence[str]] | None, problems: list[Problem]) -> tuple[Limit, ...]:
+def limits_of(subject_to: object, problems: list[Problem]) -> tuple[Limit, ...]:
     """Limits from text such as ``{"transmission_error_amplitude": "<= 2.5"}``; two in a list."""
     found: list[Limit] = []
-    for name, told in (subject_to or {}).items():
+    if subject_to is None:
+        return ()
+    if not isinstance(subject_to, Mapping):
+        fix = 'such as {"transmission_error_amplitude": "<= 2.5"}'
+        problems.append(Problem("subject_to", shown(subject_to), "a mapping from quantities to limits", fix))
+        return ()
+    for name, told in subject_to.items():
         field = f"subject_to.{name}"
         quantity = quantity_of(field, name, problems)
         for one in (told,) if isinstance(told, str) or not isinstance(told, Sequence) else told:

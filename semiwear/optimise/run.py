@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from semiwear.errors import Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
 from semiwear.optimise.optimum import Optimum, optimum_of
-from semiwear.optimise.quantity import limits_of, quantity_of
+from semiwear.optimise.quantity import Limit, limits_of, quantity_of
 from semiwear.optimise.search import Found, Goal, scan, search, settle
-from semiwear.optimise.space import space_of
+from semiwear.optimise.space import Space, space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
 from semiwear.threads import available_threads
 
-__all__ = ["optimise"]
+__all__ = ["Search", "optimise", "plan_search"]
 
 
 _MOST_FIELDS = 12
+_COUNT, _COUNT_A_FIELD = 20, 10  # designs that are tried
 _FRONT = 5  # designs between the two ends of a front
 _SCAN = 4  # designs for each field, and as many more
 
@@ -83,6 +85,49 @@ def optimise(
     >>> 0.0 < best.scene.effects.modification.pinion.tip_relief_um <= 60.0
     True
     """
+    planned = plan_search(scene, vary, minimise, maximise, subject_to, most, workers)
+    with hearing(progress) as hears:
+        counter = _Counter(hears, planned.designs * (1 if len(planned.aims) == 1 else 2 + _FRONT))
+        count = available_threads() if workers is None else workers
+        designs = Designs(scene, planned.space, planned.aims, planned.limits, count, counter.add)
+        return optimum_of(designs, _front(designs, planned.designs))
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search that can run.
+
+    Attributes
+    ----------
+    space : Space
+    aims : tuple of Aim
+    limits : tuple of Limit
+    designs : int
+        How many are tried for one aim.
+    """
+
+    space: Space
+    aims: tuple[Aim, ...]
+    limits: tuple[Limit, ...]
+    designs: int
+
+
+def plan_search(
+    scene: Scene,
+    vary: object,
+    minimise: object = None,
+    maximise: object = None,
+    subject_to: object = None,
+    most: int | None = None,
+    workers: int | None = None,
+) -> Search:
+    """A search from arguments of `optimise`.
+
+    Raises
+    ------
+    SceneError
+        With everything that is wrong.
+    """
     problems: list[Problem] = []
     space = None
     try:
@@ -96,20 +141,14 @@ def optimise(
     limits = limits_of(subject_to, problems)
     if scene.wear is None:
         problems.append(Problem("wear", None, "a table [wear]", "loaded_contact is for scenes without wear"))
-    if most is not None and (not is_whole(most) or most < 1):
+    count = _COUNT + _COUNT_A_FIELD * (0 if space is None else len(space.fields)) if most is None else most
+    if not is_whole(count) or count < 1:
         problems.append(Problem("most", shown(most), "a whole number, 1 or more", "leave it out"))
     if workers is not None and (not is_whole(workers) or workers < 0):
         problems.append(Problem("workers", shown(workers), "a whole number, 0 or more", "leave it out"))
     if problems or space is None:
         raise SceneError(problems, "optimise")
-    count = 20 + 10 * len(space.fields) if most is None else most
-    with hearing(progress) as hears:
-        total = count * (1 if len(aims) == 1 else 2 + _FRONT)
-        counter = _Counter(hears, total)
-        designs = Designs(
-            scene, space, aims, limits, available_threads() if workers is None else workers, counter.add
-        )
-        return optimum_of(designs, _front(designs, count))
+    return Search(space, aims, limits, count)
 
 
 def _aims(minimise: object, maximise: object, problems: list[Problem]) -> tuple[Aim, ...]:

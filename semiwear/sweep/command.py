@@ -114,10 +114,12 @@ def run_study(
     problems = _problems_of_targets(output, report)
     ready = None
     count = _workers(workers, scheduler, problems)
-    try:
-        ready = prepare(read_study(study, further), count)
-    except SceneError as error:
-        problems += error.problems
+    read = read_study(study, further, problems)
+    if read is not None:
+        try:
+            ready = prepare(read, count)
+        except SceneError as error:
+            problems += error.problems
     if problems or ready is None:
         raise SceneError(problems, study)
     _require_outputs(ready.study, output, report)

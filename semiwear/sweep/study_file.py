@@ -70,7 +70,7 @@ class Study:
     tables: Table = field(default_factory=dict)
 
 
-def read_study(path: str | os.PathLike[str], further: tuple[str, ...] = ()) -> Study:
+def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems: list[Problem]) -> Study | None:
     """Read a study file.
 
     Parameters
@@ -78,15 +78,20 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...] = ()) -> S
     path : path
     further : tuple of str
         Names of further tables and values that may stand at the top level, which the caller reads.
+    problems : list of Problem
+        All that is wrong with the file and with the scene that it names is added.
 
-    Raises
-    ------
-    SceneError
-        With all that is wrong with the file and with the scene that it names.
+    Returns
+    -------
+    Study or None
+        What could be read, for the caller to find what else is wrong; None where there is no scene.
     """
     source = Path(path)
-    data = read_toml(_text(source), str(source))
-    problems: list[Problem] = []
+    try:
+        data = read_toml(_text(source), str(source))
+    except SceneError as error:
+        problems += error.problems
+        return None
     names = (*_NAMES, *further)
     for name in data:
         if name not in names:
@@ -96,8 +101,8 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...] = ()) -> S
     vary = _lists(_table(data, "vary", problems), problems)
     changes = {key: _or_none(key, value) for key, value in flat_fields(_table(data, "set", problems))}
     scene = _scene(source, data.get("scene"), changes, problems)
-    if problems or scene is None:
-        raise SceneError(problems, str(source))
+    if scene is None:
+        return None
     options = {name: data[name] for name in _OPTIONS if name in data}
     tables = {name: data[name] for name in further if name in data}
     return Study(source, scene, str(data["scene"]), vary, options, tables)

@@ -284,6 +284,7 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
     bad = STUDY.replace("value = 8.8\n", "valu = 8.8\n").replace("scene =", "life_um = [0]\nscene =", 1)
+    bad = bad.replace(TORQUE, "operation.pinion_torq", 1)
     (tmp_path / "study.toml").write_text(bad + f"[vary]\n{TORQUE} = [1]\n")
     assert main(["infer", "study.toml", "-o", "draws.txt", "--report", "away/page.html"]) == 2
     told = capsys.readouterr().err
@@ -295,6 +296,7 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
         "curve.csv",
         "life_um",
         "[vary]",
+        "did you mean pinion_torque_Nm?",
     ):
         assert part in told
     assert not solved

@@ -288,11 +288,17 @@ def test_a_study_is_searched_written_and_reported(
     with xr.open_dataset(designs) as kept:
         assert kept["feasible"].values.all()
     assert page.read_text().count("<img") >= 5
-    study.write_text('scene = "face_gear_25x160"\nminimize = "wear_depth_max"\n[design]\nx = 3\n')
+    study.write_text(
+        'scene = "face_gear_25x160"\nminimize = "wear_depth_max"\n[design]\nx = 3\n'
+        "[design.operation]\npinion_torq = {from = 1, to = 2}\n[subject_to]\nwear_depth_mx = 3\n"
+    )
     with pytest.raises(sw.SceneError) as caught:
         command.run_optimise(
             str(study), str(study), workers=0, designs=str(tmp_path / "away" / "designs.nc"), report="best.pdf",
             progress=NoProgress(),
         )  # fmt: skip
-    for part in ("minimise", "both ends", "best.html", "--designs: found"):
+    for part in (
+        "minimise", "both ends", "best.html", "--designs: found", "did you mean pinion_torque_Nm?",
+        "did you mean wear_depth_max?",
+    ):  # fmt: skip
         assert part in str(caught.value), part

@@ -77,6 +77,14 @@ def test_scatter_and_bends_take_a_second_pair_and_are_told(scene: sw.Scene, by_f
     assert found["doubtful"].all()
 
 
+def test_a_field_that_no_scene_has_is_called_one(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError) as caught:
+        public(scene, "wear_depth_max", ["operation.pinion_torq", "foo", "effects.modification.pinion.tip_relief_um"])
+    told = str(caught.value)
+    assert "3 problems" in told and "did you mean pinion_torque_Nm?" in told
+    assert "found 'foo'" in told and "give the scene a value" in told
+
+
 def test_wear_coefficient_and_meshes_share_runs_or_take_none(scene: sw.Scene, by_formula: Callable) -> None:
     def worn(one: sw.Scene) -> float:
         assert one.wear is not None
