@@ -4,10 +4,10 @@ Each field is moved by a step to either side, everything else of the run being a
 steps, and the compliance and contact lines that it shares with the scene. All runs are smooth ones (`Compared`):
 edges that press on a flank yield in steps of a cell otherwise, by which wear jumps some 2e-4 of itself every few
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
-off by a tenth. Where slopes to either side are nearly the
-same, the central difference d(h) is the derivative: a smooth quantity's error is then a small share of what the
-slopes differ by, that of one which scatters about a line 0.29 of it (independent errors of the three values). Where
-they are not, the field is moved by two steps as well (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
+off by a tenth. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
+smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
+0.29 of it (independent errors of the three values). Where they are not, the field is moved by two steps as well
+(Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
@@ -16,7 +16,8 @@ line through both. What is left of scatter between smooth runs, up to 5e-7 of a 
 
 Slopes to either side differ by h f'' where a quantity is smooth: half as much over one step as over two. Where they
 differ as much over both, the quantity has a kink, such as where a tip comes to press. Where they differ by more over
-one step than half of that over two, values scatter: the error is 0.39 of what they differ by over one.
+one step than half of that over two, values scatter: the error is 0.39 of what they differ by over one. Where they
+differ by far more over two, a kink lies between one step and two: the error is 0.39 of what is too much.
 
 Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
 respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that
@@ -59,7 +60,7 @@ _SIDES = (*_NEAR, *_FAR)
 _BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the scene
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
-_SMOOTH = 1.5  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
+_SMOOTH = (1.5, 2.5)  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
 _STRAIGHT = 0.03  # of the derivative: slopes to either side that differ by less need no second pair of runs
 _SCATTER = 0.29  # of what they differ by: error of a central difference whose values scatter, sqrt(1/2) / sqrt(6)
 _SCATTER_OF_FOUR = 0.39  # the same of the value from four, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
@@ -360,9 +361,10 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
         far = (known[2] - known[-2]) / (4.0 * step)
         bends = [abs(known[s] - 2.0 * middle + known[-s]) / (s * step) for s in (1, 2)]  # of slopes to either side
         slope = (4.0 * near - far) / 3.0
-        scatters = bends[1] < _SMOOTH * bends[0]
-        error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * bends[0] if scatters else 0.0)
-        return slope, error, scatters and bends[0] > _KINK * abs(slope)
+        scatters = bends[1] < _SMOOTH[0] * bends[0]
+        rough = bends[0] if scatters else bends[1] - 2.0 * bends[0] if bends[1] > _SMOOTH[1] * bends[0] else 0.0
+        error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * rough)
+        return slope, error, rough > _KINK * abs(slope)
     for sign in (1, -1):
         if sign in known and 2 * sign in known:
             near = sign * (known[sign] - middle) / step

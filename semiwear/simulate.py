@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -65,11 +65,13 @@ def simulate(
     resume: bool = False,
     compared: Compared | None = None,
     last: bool = False,
+    groups: Collection[str] | None = None,
 ) -> xr.DataTree:
     """Wear the flank of a scene with the numbers that it has, whatever accuracy it asks for.
 
     Arguments, result and errors are those of `semiwear.simulate`; `compared` is that of `Plan`. With `last` the
-    result holds the last wear state alone, unless failure modes are rated, which needs them all.
+    result holds the last wear state alone, unless failure modes are rated, which needs them all. With `groups` it
+    holds no others but these, `history` and ratings.
     """
     if scene.wear is None:
         raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
@@ -78,7 +80,7 @@ def simulate(
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
     with kept, using_threads(scene.numerics.threads):
-        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last)
+        return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last, groups)
 
 
 def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) -> None:
@@ -87,7 +89,9 @@ def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) 
         raise SceneError.of("resume", resume, "True together with a checkpoint", "give checkpoint=FOLDER as well")
 
 
-def _simulated(physics: Plan, kept: Keeper, progress: Progress, last: bool) -> xr.DataTree:
+def _simulated(
+    physics: Plan, kept: Keeper, progress: Progress, last: bool, told: Collection[str] | None
+) -> xr.DataTree:
     clock = _Clock()
     teeth = physics.loaded_teeth()
     clock.lap("geometry and compliance")
@@ -110,7 +114,7 @@ def _simulated(physics: Plan, kept: Keeper, progress: Progress, last: bool) -> x
         stopped = error
     clock.lap(_WEARING)
     first = len(states) - 1 if last and not physics.rates else 0
-    tree = _result(physics, teeth, stepper, states, clock, life, first)
+    tree = _result(physics, teeth, stepper, states, clock, life, first, told)
     if stopped is not None:
         raise ConvergenceError(f"{stopped} ({_kept_of(len(states) - 1)})", tree) from stopped
     return tree
@@ -202,16 +206,18 @@ def _result(
     clock: _Clock,
     life: collect.Arrays,
     first: int,
+    only: Collection[str] | None,
 ) -> xr.DataTree:
-    """Everything that is told of the wear states from `first` on."""
+    """Everything that is told of the wear states from `first` on, in some groups or in all."""
     told_states = states[first:]
     contacts = [state.contact for state in told_states]
     fresh = fresh_sweep(teeth.pair, teeth.lines)
     pressures = in_threads(teeth.pressures, contacts)
     parts = _parts(physics, stepper, told_states, pressures, fresh)
     groups = {name: collect.stacked([part[name] for part in parts]) for name in parts[0]}
-    groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
-    groups["flank"] |= collect.contact_patterns(teeth, contacts)
+    if only is None or "flank" in only:
+        groups["flank"] = collect.flank(teeth, fresh) | {"wear_depth": collect.wear_maps(teeth, contacts)}
+        groups["flank"] |= collect.contact_patterns(teeth, contacts)
     groups["engagement"] |= collect.slices(teeth)
     if life:
         groups["life"] = life
@@ -237,6 +243,8 @@ def _result(
         coords["effect"] = np.array(list(spent))
     if estimates:
         coords["quantity"] = np.array(list(estimates))
+    if only is not None:
+        groups = {name: arrays for name, arrays in groups.items() if name in {"history", "ratings", *only}}
     if rated is None:
         return build_tree(groups, coords, attributes(physics, "simulate"))
     coords["mode"] = np.array(rated.modes)

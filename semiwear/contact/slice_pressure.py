@@ -95,6 +95,23 @@ def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, error_model="numpy")
+def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untyped-def]
+    """Where bands begin and end [mm]: at points of the outline, or where the gap is `depth` between two of them."""
+    u, g = work.u, work.g
+    for band in range(bands):
+        first, last = work.first[band], work.last[band]
+        work.begin[band], work.end[band] = u[first], u[last]
+        if not smooth:
+            continue
+        over, under = g[first] - least - depth, depth - (g[first + 1] - least)
+        if over > 0.0 and under >= 0.0:
+            work.begin[band] += over / (over + under) * (u[first + 1] - u[first])
+        over, under = g[last] - least - depth, depth - (g[last - 1] - least)
+        if over > 0.0 and under >= 0.0:
+            work.end[band] -= over / (over + under) * (u[last] - u[last - 1])
+
+
+@njit(cache=True, error_model="numpy")
 def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
     """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
     constant, farthest = log(2.0 * span), 0.0
@@ -120,12 +137,12 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
 
 
 @njit(cache=True, error_model="numpy")
-def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[no-untyped-def]
+def _cells(gap, bands, begin, end, place, width, opening):  # type: ignore[no-untyped-def]
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
     n, cells, curve, removed = 0, _CELLS[bands - 1], fresh_curve(gap.derivatives), gap.removed
     known, slope_a, slope_b = -1, 0.0, 0.0
     for band in range(bands):
-        start, step = u[first[band]], (u[last[band]] - u[first[band]]) / cells
+        start, step = begin[band], (end[band] - begin[band]) / cells
         for c in range(cells):
             at_cell = start + (c + 0.5) * step
             inside = gap.low <= at_cell <= gap.high
@@ -141,13 +158,13 @@ def _cells(gap, u, bands, first, last, place, width, opening):  # type: ignore[n
 
 
 @njit(cache=True, error_model="numpy")
-def _cut_off(u, bands, first, last, force, low, high):  # type: ignore[no-untyped-def]
+def _cut_off(bands, begin, end, force, low, high):  # type: ignore[no-untyped-def]
     """Whether pressure ends where cells end; at the end of a flank that is no edge it has to."""
     cells = _CELLS[bands - 1]
     for band in range(bands):
-        if force[band * cells] > 0.0 and u[first[band]] != low:
+        if force[band * cells] > 0.0 and begin[band] != low:
             return True
-        if force[(band + 1) * cells - 1] > 0.0 and u[last[band]] != high:
+        if force[(band + 1) * cells - 1] > 0.0 and end[band] != high:
             return True
     return False
 
@@ -180,6 +197,8 @@ class _Work(NamedTuple):
     g: FloatArray
     first: IntArray
     last: IntArray
+    begin: FloatArray
+    end: FloatArray
 
 
 def _work_space(places: int) -> _Work:
@@ -188,7 +207,8 @@ def _work_space(places: int) -> _Work:
     u, g = np.empty((2, places))
     on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
     first, last = np.empty((2, len(_CELLS)), dtype=np.int64)
-    return _Work(gap, force, place, width, influence, factor, x, y, on, active, u, g, first, last)
+    begin, end = np.empty((2, len(_CELLS)))
+    return _Work(gap, force, place, width, influence, factor, x, y, on, active, u, g, first, last, begin, end)
 
 
 @njit(cache=True, error_model="numpy")
@@ -202,12 +222,13 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         count = outline(gap, gap.at - reach, gap.at + reach, depth, work.u, work.g)
         least = work.g[:count].min()
         bands = _bands(work.u, work.g, count, least, depth, work.first, work.last)
-        n = _cells(gap, work.u, bands, work.first, work.last, work.place, work.width, work.gap)
+        _ends_of_bands(work, bands, least, depth, smooth)
+        n = _cells(gap, bands, work.begin, work.end, work.place, work.width, work.gap)
         for c in range(n):
             work.gap[c] -= least
             work.active[c] = work.gap[c] < closes
             work.gap[c] /= unit
-        span = (work.u[work.last[bands - 1]] - work.u[work.first[0]]) * gap.per_mm
+        span = (work.end[bands - 1] - work.begin[0]) * gap.per_mm
         if span <= 0.0:
             break
         if not work.active[:n].any():
@@ -219,7 +240,7 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         approach, rate = plane_contact(
             work.gap[:n], load, influence, work.active, work.force, work.factor, work.x, work.y, work.on
         )
-        if np.isnan(approach) or _cut_off(work.u, bands, work.first, work.last, work.force, gap.low, gap.high):
+        if np.isnan(approach) or _cut_off(bands, work.begin, work.end, work.force, gap.low, gap.high):
             depth *= _WIDER
             continue
         beyond = _pressed_beyond(work, count, least, bands, n, gap.per_mm, span, approach, load, unit)

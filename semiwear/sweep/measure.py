@@ -40,6 +40,11 @@ class Measure:
     last: bool = False
 
     @property
+    def groups(self) -> frozenset[str]:
+        """Groups of a result that the variables are in."""
+        return frozenset(path.split("/")[1] for path in self.variables)
+
+    @property
     def life_alone(self) -> bool:
         """Whether nothing but a life is asked for, for which no wear run is needed."""
         return all(path.startswith("/life/") for path in self.variables)

@@ -96,7 +96,7 @@ def _simulated(task: Task) -> DataTree:
     last = task.measure.last and task.scene.numerics.accuracy is None
     if task.compared is None and not last:
         return simulate(task.scene)
-    return simulate_as_given(task.scene, compared=task.compared, last=last)
+    return simulate_as_given(task.scene, compared=task.compared, last=last, groups=task.measure.groups)
 
 
 @one_blas_thread()

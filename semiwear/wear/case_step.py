@@ -31,6 +31,7 @@ _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 60
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
+_FORESEEN = 2  # changes of the factor before the own wear is corrected, where results are to be smooth
 _FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
 _CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
 _FELT = 1e-3  # of the greatest force on a slice: below it the gap says little of the wear that the force causes
@@ -120,6 +121,16 @@ class CaseStep:
             ratio = 1.0 + (ratio - 1.0) * np.clip(force / (_FELT * force.max()) - 1.0, 0.0, 1.0)
         self.rate = self.rate * ratio
 
+    def foreseen_loads(self, meshes: float) -> TeethLoads:
+        """Loads of a step to correct the own wear by: a law need not have settled under them."""
+        if not self.case.teeth.smooth or self.factor is None or self.factor_of is None:
+            return self.loads(meshes, None, None)
+        loads = self._solve(meshes, None, self.state.loads)
+        for _ in range(_FORESEEN):  # the same number in every run: results are smooth
+            self.factor = self.factor + 0.5 * self._change(loads)
+            loads = self._solve(meshes, None, loads)
+        return loads
+
     def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
         """Loads that hold over the step."""
         loads = self._solve(meshes, positions, start or self.state.loads)
@@ -129,9 +140,7 @@ class CaseStep:
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
-            change = np.where(
-                loads.force > 0.0, self.factor_of(self.case.teeth, loads, self.state) - self.factor, 0.0
-            )
+            change = self._change(loads)
             self.law_residual = float(np.abs(change).max() / self.factor.max())
             if self.law_residual <= tolerance:
                 return loads
@@ -147,6 +156,11 @@ class CaseStep:
                 "more numerics.wear_steps, or an effects.wear_law whose wear changes less with the load"
             )
         return loads
+
+    def _change(self, loads: TeethLoads) -> FloatArray:
+        """By how much the factor that the loads make differs from the one under which they were found."""
+        assert self.factor is not None and self.factor_of is not None
+        return np.where(loads.force > 0.0, self.factor_of(self.case.teeth, loads, self.state) - self.factor, 0.0)
 
     def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
         rate = self.rate if self.factor is None else self.rate * self.factor

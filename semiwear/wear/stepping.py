@@ -212,7 +212,7 @@ class _Step:
 
     def _correct_own_wear(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
-        loads = self.near or [case.loads(meshes, None, None) for case in self.cases]
+        loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
         half = self.cycles / _FEWER
         few = max(half if self.teeth.smooth else np.floor(half), _LEAST_CYCLES)
         worn = self.worn(loads, meshes, cycles=few)
