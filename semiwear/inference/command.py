@@ -133,7 +133,7 @@ def _unknown(read: Study, problems: list[Problem]) -> Table:
 def _further_problems(
     read: Study, unknown: Table, observed: Sequence[Observation], options: Table
 ) -> Sequence[Problem]:
-    """What an inference from as much of the file as can be read would refuse."""
+    """Problems that an inference finds in as much of the file as can be read."""
     if not unknown:
         return []
     try:

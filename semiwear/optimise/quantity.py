@@ -139,7 +139,7 @@ def quantity_of(field: str, text: object, problems: list[Problem]) -> Quantity |
 
 
 def measure_of_quantities(quantities: Sequence[Quantity]) -> Measure:
-    """What is read off results for them: the last wear state alone where no other is asked for."""
+    """Variables to be read off results for them, of the last wear state alone where no other is asked for."""
     paths = tuple(dict.fromkeys(quantity.path for quantity in quantities))
     return Measure(paths, last=all(quantity.time == "end" for quantity in quantities))
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.contact.pressed_tips import pressed_tips
+from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.plan import Compared, plan
 from semiwear.plan.straight import UnlikeError, on_line
@@ -118,3 +120,23 @@ def test_lines_that_come_into_contact_are_felt_by_and_by(scene: sw.Scene) -> Non
     # steps that are half as long change half as much where there is no jump, and as much across one
     assert greatest_step(0.0, 201) == pytest.approx(greatest_step(0.0, 401), rel=1e-9)
     assert greatest_step(0.01, 401) < 0.6 * greatest_step(0.01, 201)
+
+
+def test_the_contact_of_a_pressed_edge_changes_by_and_by_with_its_load(scene: sw.Scene) -> None:
+    teeth = plan(scene).loaded_teeth()
+    state = teeth.load(np.zeros(teeth.grid.profile.shape))
+    load = np.where(pressed_tips(teeth, state).any(axis=0), teeth.problem.line_load(state.loads), 0.0)
+    assert np.count_nonzero(load) > 3
+
+    def greatest_change(count: int) -> float:
+        shares = np.linspace(1.0, 1.04, count)
+        found = [
+            solve_slices(teeth.lines, state.coarse, share * load, teeth.problem.modulus, 0.0, smooth=True)[
+                1
+            ].curvature[load > 0.0]
+            for share in shares
+        ]
+        return float(np.abs(np.diff(np.log(found), axis=0)).max())
+
+    # a band of cells that began and ended at points of the outline would jump by a share of itself
+    assert greatest_change(321) < 0.6 * greatest_change(161)

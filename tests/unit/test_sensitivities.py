@@ -126,6 +126,13 @@ def test_a_kink_is_told_and_a_bend_is_none(scene: sw.Scene, by_formula: Callable
     assert not public(scene, "wear_depth_max", [TORQUE], workers=0)["kink"].any()
 
 
+def test_a_kink_between_one_step_and_two_is_told(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: torque(s) + 3.0 * (torque(s) - 1.0) ** 2 + 5.0 * max(torque(s) - 1.015, 0.0))
+    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    assert found["kink"].all() and found["doubtful"].all()
+    assert found["error"].values[0, 0] > abs(found["derivative"].values[0, 0] - 1.0 / 1600.0)
+
+
 def test_one_side_will_do_and_none_is_told(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: torque(s) ** 2 if torque(s) <= 1.0 else np.nan)
     found = public(scene, "wear_depth_max", [TORQUE], workers=0)
