@@ -149,7 +149,7 @@ class DrivingFlank:
     def greatest_at_lines(
         self, depth: FloatArray, driven: FloatArray, unworn: FloatArray, loaded: BoolArray
     ) -> FloatArray:
-        """Depth that both flanks lack at most at the lines of loaded slices, (roll, face) [mm]; otherwise as `met`."""
+        """Greatest depth that both flanks may lack at lines of loaded slices, (roll, face) [mm]; else as `met`."""
         lines, own = self.lines, (self.grid.face, self.grid.profile[0], self.grid.split[0])
         found = np.zeros(lines.profile.shape)
         nodes = self.driven.profile, self.driven.split
