@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import semiwear as sw
@@ -58,7 +57,7 @@ def _main(arguments: Sequence[str] | None) -> int:
             # help, a scene's errors, its fields and its plan need nothing that the other commands compute with
             checked = "scene" in options and options.command != "check"
             given = (options, _scene(options)) if checked else (options,)
-            command = _LIGHT.get(options.command) or getattr(_commands(), options.command)
+            command = _LIGHT.get(options.command) or _heavy(_MODULES[options.command], options.command)
             with hidden_output(options.json):
                 end: Table | tuple[int, Table] = command(*given)
             status, told = end if isinstance(end, tuple) else (0, end)
@@ -66,7 +65,7 @@ def _main(arguments: Sequence[str] | None) -> int:
             print(error_as_json(error) if options.json else f"semiwear: {error}", file=sys.stderr)
             return 2
         except KeyboardInterrupt:
-            print(f"semiwear: stopped{_commands().kept(options)}", file=sys.stderr)
+            print(f"semiwear: stopped{_heavy('stopped', 'kept')(options)}", file=sys.stderr)
             return 130
     if options.json:
         print(as_json({"command": options.command} | told))
@@ -118,8 +117,18 @@ _LIGHT: dict[str, Callable[..., Table | tuple[int, Table]]] = {
 }
 
 
-def _commands() -> ModuleType:
-    return import_module("semiwear.commands")
+_MODULES = {
+    "run": "simulation",
+    **dict.fromkeys(("screen", "geometry", "calibrate"), "one_scene"),
+    **dict.fromkeys(("sweep", "optimise", "infer"), "studies"),
+    **dict.fromkeys(("new", "rexs", "export", "report"), "exchange"),
+}
+
+
+def _heavy(module: str, name: str) -> Callable[..., Value]:
+    """A function of a module that is loaded only for it: none waits for what others compute with."""
+    found: Callable[..., Value] = getattr(import_module(f"semiwear.commands.{module}"), name)
+    return found
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -9,15 +9,25 @@ from pathlib import Path
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.errors import SceneError
+from semiwear.results.checkpoint import peek
 from semiwear.scene import scene_files
 from semiwear.targets import PAGES, RESULTS, file_target, require_apart
 
-__all__ = ["checkpoint_of", "require_options", "require_outputs"]
+__all__ = ["checkpoint_of", "kept_steps", "require_options", "require_outputs"]
 
 
 def checkpoint_of(output: str) -> Path:
     """Where a run with this result keeps its finished wear steps."""
     return Path(f"{output}.partial")
+
+
+def kept_steps(output: str) -> str:
+    """Wear steps that a stopped run with this result has left behind, in words; nothing if there are none."""
+    path = checkpoint_of(output)
+    found = peek(path)
+    if found is None or not found.finished:
+        return ""
+    return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
 
 
 def require_options(options: argparse.Namespace) -> None:

@@ -15,16 +15,14 @@ import xarray as xr
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
 from semiwear.commands.progress_bar import ProgressBar
-from semiwear.commands.run_files import checkpoint_of, require_options, require_outputs
+from semiwear.commands.run_files import checkpoint_of, kept_steps, require_options, require_outputs
 from semiwear.commands.wear_table import life_sentence, wear_table
 from semiwear.errors import ConvergenceError
 from semiwear.results.checkpoint import peek, remove_checkpoint
 from semiwear.results.pressing_tips import pressing_tips
-from semiwear.sweep.command import store_of
-from semiwear.sweep.store import kept_scenes
 from semiwear.untyped import Table
 
-__all__ = ["kept", "run"]
+__all__ = ["run"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -32,22 +30,6 @@ _AFTER_A_STOP = (
     "{steps} finished wear step{s} kept in {path}: --resume goes on from there, {depths}at fidelity line with more "
     "numerics.max_iterations; any other change of the scene starts from the beginning"
 )
-
-
-def kept(options: argparse.Namespace) -> str:
-    """State that a stopped run leaves behind, if any."""
-    if options.command == "sweep":
-        count = kept_scenes(store_of(options.output))
-        told = f"; {count} solved scenes are kept in {store_of(options.output)}, --resume goes on from them"
-        return told if count else ""
-    output = getattr(options, "output", None)
-    if output is None:
-        return ""
-    path = checkpoint_of(output)
-    found = peek(path)
-    if found is None or not found.finished:
-        return ""
-    return f"; {found.finished} finished wear steps are kept in {path}, --resume goes on from them"
 
 
 def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
@@ -70,7 +52,7 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
         try:
             sw.save(tree, options.output)
         except OSError as error:
-            raise OSError(f"{error}{kept(options)}") from error
+            raise OSError(f"{error}{kept_steps(options.output)}") from error
     try:
         _tell(tree, spent, options, against)
     except BaseException:

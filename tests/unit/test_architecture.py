@@ -230,6 +230,7 @@ QUICK = {
         "xarray",
         "scipy",
     ),
+    "from semiwear.commands import simulation": ("matplotlib", "sklearn", "semiwear.sweep", "semiwear.plot"),
     "import semiwear as sw; str(sw.plan(sw.load_scene('face_gear_25x160')))": (
         "matplotlib",
         "netCDF4",
