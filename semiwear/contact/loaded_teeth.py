@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -152,11 +152,19 @@ class LoadedTeeth:
         fine = footprints(self.fine, removed, self.half_width, slices_near(self.problem, self.fine, removed))
         return fine, fine.every(self.rolls.substeps)
 
-    def touch_solved(self, removed: Removed) -> Footprints:
-        """Footprints at the solved positions alone."""
+    def touch_solved(self, wear: FloatArray, driving_wear: FloatArray | None = None) -> Footprints:
+        """Footprints on worn flanks [mm] at the solved positions alone."""
         step = self.rolls.substeps
-        near = np.ascontiguousarray(slices_near(self.problem, self.fine, removed)[::step])
-        return footprints(self.lines, removed.every(step), self.half_width, near)
+        if driving_wear is None or self.driving is None:
+            removed = self.removed(wear).every(step)
+        else:
+            # of the fine roll positions no more is read than those that are solved
+            solved = replace(self.driving, lines=self.lines, near=self.driving.near[::step])
+            unworn = self._finer_modification
+            unworn = np.ascontiguousarray(unworn[::step]) if len(unworn) > 1 else unworn
+            depth = solved.met(driving_wear, self.driving.driven.from_grid(wear), unworn)
+            removed = Removed.met(self.driving.driven, depth, self.lines.roll.size)
+        return footprints(self.lines, removed, self.half_width, slices_near(self.problem, self.lines, removed))
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, driving_wear: FloatArray | None = None
@@ -257,6 +265,6 @@ def fresh_flanks(
 
 
 def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:
-    """Slices of lines on the fine roll grid that can carry load where so much is removed, (roll, face)."""
+    """Slices of lines that can carry load where so much is removed, (roll, face)."""
     deepest = float(removed.depth.max())
     return problem.is_near(lines, deepest if deepest > _USUAL_DEPTH * problem.base_pitch else 0.0)

@@ -107,7 +107,7 @@ class CaseStep:
     def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
         """Own wear of the lines as these worn flanks show it, after a step under these loads."""
         teeth, force = self.case.teeth, loads.force
-        after = teeth.touch_solved(teeth.removed(*worn))
+        after = teeth.touch_solved(*worn)
         before = self.state.fine.every(teeth.rolls.substeps)  # as `after`, without what the loads press on edges
         rate = self.rate if self.factor is None else self.rate * self.factor
         said = meshes * rate * force
