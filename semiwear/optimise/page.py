@@ -17,7 +17,7 @@ from semiwear.optimise.designs import COARSE, RESOLUTIONS
 from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.quantity import Quantity
 from semiwear.plot import wear_map
-from semiwear.plot.style import SIZE, SIZE_WIDE, styled
+from semiwear.plot.style import SIZE, styled
 from semiwear.report.markup import NONE, element, figure_text, folded_toml, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
@@ -108,21 +108,22 @@ def _flanks(before: xr.DataTree, best: xr.DataTree) -> str:
     return "".join(rows)
 
 
-def _figure(draw: Callable[..., Axes], caption: str, size: tuple[float, float] = SIZE) -> str:
-    uri = figure_uri(size, 1, lambda axes: draw(ax=axes[0]))
-    image = f'<img src="{uri}" alt="{escape(caption)}" width="{size[0] * 100:.0f}" height="{size[1] * 100:.0f}">'
+def _figure(draw: Callable[..., Axes], caption: str) -> str:
+    uri = figure_uri(SIZE, 1, lambda axes: draw(ax=axes[0]))
+    image = f'<img src="{uri}" alt="{escape(caption)}" width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}">'
     return element("figure", image + element("figcaption", escape(caption)))
 
 
 def _pictures(best: Optimum) -> str:
-    paths, figures = [], []
+    figures = []
     for aim in best.aims:
         text = f"{aim.quantity.text} of every design on the coarse grid, in the order in which they were tried."
-        paths.append(_figure(partial(draw_path, best, aim.quantity), text, SIZE_WIDE))
+        figures.append(_figure(partial(draw_path, best, aim.quantity), text))
     for name in _field_names(best.designs):
         text = f"Over {name}; grey designs break a limit."
         figures.append(_figure(partial(draw_designs, best, name), text))
-    return "".join(paths) + element("div", "".join(figures), class_="side-by-side")
+    rows = ("".join(figures[k : k + 2]) for k in range(0, len(figures), 2))
+    return "".join(element("div", row, class_="side-by-side") for row in rows)
 
 
 def _front(best: Optimum) -> str:
