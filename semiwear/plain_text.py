@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -16,7 +17,7 @@ _UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
 
 def unit_text(units: str) -> str:
     """Units as a reader writes them."""
-    return _UNITS.get(units, units)
+    return _UNITS.get(units, re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPT), units))
 
 
 def power_of_ten(exponent: int) -> str:

@@ -24,6 +24,7 @@ from semiwear.report.markup import element, figure_text, folded_toml, picture, t
 from semiwear.report.pictures import figure_uri
 from semiwear.report.writing import page_of, page_target, write_page
 from semiwear.scene import Scene
+from semiwear.scene.units import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["write_posterior_report"]
 
 FLANKS = (13.2, 3.9)
+_FEW_PANELS = 2  # to a side of the corner picture
 _COLOUR, _LINE = "#0B5394", "#A63C00"
 
 
@@ -82,12 +84,14 @@ def _summary(found: Posterior) -> str:
     for one in found.target.unknowns.every:
         low, high = found.interval(one.key)
         note = f"95 %: {figure_text(low)} to {figure_text(high)}"
-        numbers.append((with_spaces(one.name), figure_text(found.quantile(one.key, 0.5)), note))
+        value = f"{figure_text(found.quantile(one.key, 0.5))} {unit_text(unit_of(one.key))}".strip()
+        numbers.append((with_spaces(one.name), value, note))
     note = (
         "Of the prior's: standard deviation over that of the prior, near 100 % where nothing was learnt. Emulator: "
         "what its error makes of the standard deviation; it is in the intervals."
     )
-    return tiles(numbers) + table("Unknown fields", [escape(head) for head in HEAD], found.rows()) + f"<p>{note}</p>"
+    rows = [(*row[:-1], unit_text(row[-1])) for row in found.rows()]
+    return tiles(numbers) + table("Unknown fields", [escape(head) for head in HEAD], rows) + f"<p>{note}</p>"
 
 
 def _apart(found: Posterior) -> str:
@@ -103,7 +107,8 @@ def _corner(found: Posterior) -> str:
     uri = figure_uri(size, count * count, lambda axes: posterior_corner(data, axes), columns=count)
     caption = "On the diagonal medians and 95 % intervals; elsewhere lines about 50 and 95 % of the draws."
     figure = picture("Draws", uri, "; ".join(found.not_told_apart) or "no pair is confounded", caption, size)
-    return element("article", figure, class_="card full")
+    # a few panels are no wider than their letters allow
+    return element("article", figure, class_="card full" if count > _FEW_PANELS else "card")
 
 
 def _fit(found: Posterior, observed: Sequence[Observation], simulate: Callable[[Scene], xr.DataTree]) -> str:
