@@ -6,8 +6,10 @@ edges that press on a flank yield in steps of a cell otherwise, by which wear ju
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
 off by a tenth. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
 smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
-0.29 of it (independent errors of the three values). Where they are not, the field is moved by two steps as well
-(Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
+0.29 of it (independent errors of the three values). Where they are not, the field is moved by two steps, first to one
+side: where slopes change evenly over the three steps, the derivative is that of the cubic through all four values, its
+error what it differs by from d(h). Where they do not, it is moved to the other side, too (Richardson 1911, Phil. Trans.
+R. Soc. A 210, 307-357):
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
@@ -55,13 +57,14 @@ from semiwear.threads import available_threads
 __all__ = ["sensitivities"]
 
 _STEP = 0.01  # of a field's value
-_NEAR, _FAR = (-1, 1), (-2, 2)  # steps
-_SIDES = (*_NEAR, *_FAR)
+_NEAR, _AHEAD = (-1, 1), 2  # steps
+_SIDES = (*_NEAR, _AHEAD, -_AHEAD)
 _BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the scene
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
 _SMOOTH = (1.5, 2.5)  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
 _STRAIGHT = 0.03  # of the derivative: slopes to either side that differ by less need no second pair of runs
+_EVEN = 0.25  # of what slopes to either side differ by: what they change by more or less from the next step to it
 _SCATTER = 0.29  # of what they differ by: error of a central difference whose values scatter, sqrt(1/2) / sqrt(6)
 _SCATTER_OF_FOUR = 0.39  # the same of the value from four, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
 _LEFT = 5e-7  # of a value: scatter between smooth runs of drawn scenes, the most of six over steps of 2.5e-5 to 1e-4
@@ -117,8 +120,10 @@ def sensitivities(
     `value` is that of the smooth run, of which derivatives are told; `simulate` differs from it by about 0.1 % of a
     wear depth, and less in other quantities. Nothing is smoothed at fidelity ``patch`` but what is iterated.
 
-    It takes one run, and two for each field: four where the first two tell a bend, a kink or scatter, none for the
-    wear coefficient where runs end at depths. With ``numerics.accuracy`` the numbers are chosen once; all runs then
+    It takes one run, and two for each field: three where the first two tell a bend, four where it is a kink or
+    scatter, none for the wear coefficient where runs end at depths.
+
+    With ``numerics.accuracy`` the numbers are chosen once; all runs then
     have those, with as many plain wear steps as the accurate one told of, and `value` is theirs.
 
     Examples
@@ -152,7 +157,9 @@ def sensitivities(
         own = [one for key, one in moved.items() if key not in shared]
         runs.fill(settled, base, own, _NEAR, measure)
         bent = [one for one in own if any(_bends(one, quantity, base) for quantity in quantities)]
-        runs.fill(settled, base, bent, _FAR, measure)
+        runs.fill(settled, base, bent, (_AHEAD,), measure)
+        uneven = [one for one in bent if any(_bends_unevenly(one, quantity, base) for quantity in quantities)]
+        runs.fill(settled, base, uneven, (-_AHEAD,), measure)
     for key, other in shared.items():
         same = moved[other]
         moved[key].found, moved[key].refused, moved[key].exact = same.found, same.refused, same.exact
@@ -350,6 +357,22 @@ def _bends(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
     return 2.0 * bend > _STRAIGHT * change and _SCATTER * bend > one.slight * abs(middle)
 
 
+def _bends_unevenly(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
+    """Whether slopes that bend change by more from the second step to the third than from the first to the second."""
+    if not _bends(one, quantity, base):
+        return False
+    values, middle = one.values(quantity), quantity.value(base.measured, low_is_good=True)
+    if not all(np.isfinite(values.get(side, np.nan)) for side in (*_NEAR, _AHEAD)):
+        return True
+    third = _third_difference(values, middle, 1)
+    return abs(third) > _EVEN * abs(values[1] - 2.0 * middle + values[-1])
+
+
+def _third_difference(values: Mapping[int, float], middle: float, sign: int) -> float:
+    """Third difference of four values in a row, two of them on the side of the sign."""
+    return values[2 * sign] - 3.0 * values[sign] + 3.0 * middle - values[-sign]
+
+
 def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[float, float, bool]:
     """Derivative, its error and whether there is a kink, from values at sides; NaN where there are too few."""
     known = {side: value for side, value in values.items() if np.isfinite(value)}
@@ -366,6 +389,9 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
         error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * rough)
         return slope, error, rough > _KINK * abs(slope)
     for sign in (1, -1):
+        if set(known) == {-1, 1, 2 * sign}:
+            rest = sign * _third_difference(known, middle, sign) / (6.0 * step)
+            return (known[1] - known[-1]) / (2.0 * step) - rest, abs(rest), False
         if sign in known and 2 * sign in known:
             near = sign * (known[sign] - middle) / step
             far = sign * (known[2 * sign] - middle) / (2.0 * step)

@@ -119,6 +119,23 @@ def test_polynomials_of_the_fourth_degree_are_exact(coefficients: list[float]) -
     assert error >= 0.0
 
 
+@given(st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4), st.sampled_from([1, -1]))
+def test_polynomials_of_the_third_degree_are_exact_by_three_runs(coefficients: list[float], sign: int) -> None:
+    x, h = 0.7, 0.01
+    f = np.polynomial.Polynomial(coefficients)
+    slope, error, kink = MODULE._slopes({side: f(x + side * h) for side in (-1, 1, 2 * sign)}, f(x), h)
+    assert slope == pytest.approx(f.deriv()(x), abs=1e-10)
+    assert error >= 0.0 and not kink
+
+
+def test_an_even_bend_takes_three_runs(scene: sw.Scene, by_formula: Callable) -> None:
+    by_formula(lambda s: torque(s) ** 8)
+    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    assert found["runs"].values.tolist() == [3]
+    assert found["relative"].values[0, 0] == pytest.approx(8.0, rel=1e-4)
+    assert not found["doubtful"].any()
+
+
 def test_a_kink_is_told_and_a_bend_is_none(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: 1.0 + max(torque(s) - 1.0, 0.0))
     assert public(scene, "wear_depth_max", [TORQUE], workers=0)["kink"].all()
