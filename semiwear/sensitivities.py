@@ -6,10 +6,11 @@ edges that press on a flank yield in steps of a cell otherwise, by which wear ju
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
 off by a tenth. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
 smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
-0.29 of it (independent errors of the three values). Where they are not, the field is moved by two steps, first to one
-side: where slopes change evenly over the three steps, the derivative is that of the cubic through all four values, its
-error what it differs by from d(h). Where they do not, it is moved to the other side, too (Richardson 1911, Phil. Trans.
-R. Soc. A 210, 307-357):
+0.29 of it (independent errors of the three values).
+
+Where they are not, the field is moved by two steps, first to one side: where slopes change evenly over the three
+steps, the derivative is that of the cubic through all four values, its error what it differs by from d(h). Where they
+do not, it is moved to the other side, too (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
@@ -123,8 +124,8 @@ def sensitivities(
     It takes one run, and two for each field: three where the first two tell a bend, four where it is a kink or
     scatter, none for the wear coefficient where runs end at depths.
 
-    With ``numerics.accuracy`` the numbers are chosen once; all runs then
-    have those, with as many plain wear steps as the accurate one told of, and `value` is theirs.
+    With ``numerics.accuracy`` the numbers are chosen once; all runs then have those, with as many plain wear steps as
+    the accurate one told of, and `value` is theirs.
 
     Examples
     --------
