@@ -37,6 +37,7 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 _CYCLES = (4, 64)  # within an implicit step
 _FEWER, _LEAST_CYCLES = 2, 2  # half of them show the own wear of lines as well: results change by less than 0.05 %
+_FEWER_SMOOTH = 4  # where results are to be smooth, and many runs to be cheap
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
@@ -213,8 +214,10 @@ class _Step:
     def _correct_own_wear(self, meshes: float) -> None:
         """Correct the own wear of every line by what a step of this length would leave."""
         loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
-        half = self.cycles / _FEWER
-        few = max(half if self.teeth.smooth else np.floor(half), _LEAST_CYCLES)
+        if self.teeth.smooth:
+            few = self.cycles / _FEWER_SMOOTH
+        else:
+            few = max(np.floor(self.cycles / _FEWER), _LEAST_CYCLES)
         worn = self.worn(loads, meshes, cycles=few)
         stable = self._stable_cycles(worn)
         if stable > few:
