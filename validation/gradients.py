@@ -197,7 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(
         f"{len(costs)} scenes, {len(fields)} fields, {told} derivatives: {right / told:.1%} within 1 %, "
         f"{doubtful / told:.1%} not and called doubtful, {missed / told:.1%} not and not told "
-        f"({matter / told:.1%} by more than {_MATTERS:g}, which is told where it is above 1 %); "
+        f"({matter / told:.1%} by more than {_MATTERS:g}); "
         f"cost {cost:.1f} forward runs (median; {min(costs)[0]:.1f} to {max(costs)[0]:.1f}; {kept_cost:.1f} with "
         "prisms kept)"
     )
