@@ -308,7 +308,7 @@ def _windows(loaded, flank, nodes, deepest, half_width, windows):  # type: ignor
             if not loaded[k, i] or not np.isfinite(flank.separation[0, k, i]):
                 continue
             bend, width = flank.separation[2, k, i], half_width / flank.spacing[k, i]
-            reach = width + rises_within(deepest[k, i] + depth_of(bend, width), bend)  # as in `reached`
+            reach = width + rises_within(deepest + depth_of(bend, width), bend)  # as in `reached`
             low, high = flank.low[k, i], flank.high[k, i]
             start = max(low, min(flank.profile[k, i] - reach, high))
             stop = min(high, max(flank.profile[k, i] + reach, low))
@@ -324,7 +324,7 @@ def _windows(loaded, flank, nodes, deepest, half_width, windows):  # type: ignor
 
 
 def footprint_windows(
-    lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: FloatArray, half_width: float
+    lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float
 ) -> IntArray:
     """Nodes between which the footprints of loaded slices lie: the first, and the one behind the last.
 
@@ -334,8 +334,8 @@ def footprint_windows(
     grid : FlankGrid
         Whose nodes.
     loaded : (roll, face) bool array
-    deepest : (roll, face) array [mm]
-        What is removed at the line, at least: where the fresh separation is greater by that much nothing touches.
+    deepest : float [mm]
+        What the shape of the flanks varies by, at most.
     half_width : float [mm]
         As in `footprints`.
 

@@ -135,7 +135,7 @@ class LoadedTeeth:
         """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only."""
         assert self.driving is not None
         grid, own, unworn = self.driving.driven, self.driving.driven.from_grid(wear), self._finer_modification
-        deepest = self.driving.greatest_at_lines(driving_wear, own, unworn, loaded)
+        deepest = sum(float(depth.max()) for depth in (own, unworn, driving_wear))  # nothing else stands at zero
         windows = footprint_windows(self.fine, grid, loaded, deepest, self.half_width)
         depth = self.driving.met(driving_wear, own, unworn, slices, windows)
         return Removed.met(grid, depth, self.fine.roll.size)

@@ -17,7 +17,6 @@ from semiwear.threads import in_shares
 __all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
-_CREST = 1.125  # a cubic stands above its nodes by an eighth of what they differ by, at most
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
@@ -73,22 +72,6 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
                 out[k, i, p] = lacking[p] + driven[i, p] + max(theirs, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
-def _greatest_at_lines(lines, loaded, nodes, split, driven, unworn, faces, own, own_split, depth, out):  # type: ignore[no-untyped-def]
-    profile, driving_profile, _, driving_face = lines
-    step = faces[1] - faces[0]
-    for k in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            if not loaded[k, i] or not np.isfinite(driving_profile[k, i]):
-                continue
-            row = unworn[k if unworn.shape[0] > 1 else 0, i]
-            p = locate(nodes[i], split[i], profile[k, i])[0]
-            low = station_of(driving_face[k, i], faces[0], step, faces.shape[0])[0]
-            n = locate(own, own_split, driving_profile[k, i])[0]
-            out[k, i] = max(row[p], row[p + 1]) + max(driven[i, p], driven[i, p + 1])
-            out[k, i] += max(depth[low, n], depth[low, n + 1], depth[low + 1, n], depth[low + 1, n + 1])
-
-
 @dataclass(frozen=True)
 class DrivingFlank:
     """The driving flank: nodes of its own, and where the slices of all roll positions meet them.
@@ -132,37 +115,20 @@ class DrivingFlank:
         windows : (roll, face, 2) int array, optional
             First node and the one behind the last to do; everything else is zero.
         """
-        shape = (*self.lines.profile.shape, self.driven.profile.shape[1])
+        lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:
             out = np.array(np.broadcast_to(unworn + driven, shape), order="C")
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         else:
             out = np.zeros(shape)
-        places, own = self._places, (self.grid.face, self.grid.profile[0], self.grid.split[0])
+        places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
+        own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:
             _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, out)
 
         in_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
-
-    def greatest_at_lines(
-        self, depth: FloatArray, driven: FloatArray, unworn: FloatArray, loaded: BoolArray
-    ) -> FloatArray:
-        """Greatest depth that both flanks may lack at lines of loaded slices, (roll, face) [mm]; else as `met`."""
-        lines, own = self.lines, (self.grid.face, self.grid.profile[0], self.grid.split[0])
-        found = np.zeros(lines.profile.shape)
-        nodes = self.driven.profile, self.driven.split
-        _greatest_at_lines(self._places, loaded, *nodes, driven, unworn, *own, depth, found)
-        beyond = (lines.profile < lines.low) | (lines.profile > lines.high)
-        found[beyond] = sum(float(one.max()) for one in (depth, driven, unworn))
-        return _CREST * found
-
-    @property
-    def _places(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Where lines lie on both flanks, for kernels."""
-        lines = self.lines
-        return lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
 
     def beside(self, slices: IntArray) -> IntArray:
         """Slices whose contacts share stations of the driving flank with some slices, or reach their stations.
