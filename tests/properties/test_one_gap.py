@@ -41,7 +41,7 @@ def by_pressure(at: float, bend: float, depth: np.ndarray) -> tuple[np.ndarray, 
     ends = np.array([LOW - 0.9 * RADIUS, HIGH + 0.9 * RADIUS])
     terms = np.array([0.0, 0.0, bend, 0.0, 0.0])
     slice_ = SliceGap(at, LOW, HIGH, terms, 1.0, RADIUS, RADIUS, depth, NODES, SPLIT)
-    n = slice_pressure._cells(slice_, ends, 1, np.array([0]), np.array([1]), place, width, found)
+    n = slice_pressure._cells(slice_, 1, ends[:1], ends[1:], place, width, found)
     return place[:n], found[:n]
 
 
