@@ -195,9 +195,9 @@ def _steps(scene: Scene, to: object, problems: list[Problem]) -> dict[str, float
 
 
 def _no_number(scene: Scene, key: str, value: object) -> Problem:
-    unknown = edited(scene, {key: 0.0})[1]
+    unknown = edited(scene, {key: key})[1]
     if unknown:
-        return replace(unknown[0], field="to", value=key)
+        return replace(unknown[0], field="to")
     fix = "give the scene a value, or a step in a mapping where a field that is left out counts as 0"
     return Problem(key, shown(value), "a field that is a number", fix)
 
@@ -385,8 +385,11 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
         far = (known[2] - known[-2]) / (4.0 * step)
         bends = [abs(known[s] - 2.0 * middle + known[-s]) / (s * step) for s in (1, 2)]  # of slopes to either side
         slope = (4.0 * near - far) / 3.0
-        scatters = bends[1] < _SMOOTH[0] * bends[0]
-        rough = bends[0] if scatters else bends[1] - 2.0 * bends[0] if bends[1] > _SMOOTH[1] * bends[0] else 0.0
+        rough = 0.0
+        if bends[1] < _SMOOTH[0] * bends[0]:
+            rough = bends[0]
+        elif bends[1] > _SMOOTH[1] * bends[0]:
+            rough = bends[1] - 2.0 * bends[0]
         error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * rough)
         return slope, error, rough > _KINK * abs(slope)
     for sign in (1, -1):

@@ -90,7 +90,7 @@ def require_checkpoint(checkpoint: str | os.PathLike[str] | None, resume: bool) 
 
 
 def _simulated(
-    physics: Plan, kept: Keeper, progress: Progress, last: bool, told: Collection[str] | None
+    physics: Plan, kept: Keeper, progress: Progress, last: bool, only: Collection[str] | None
 ) -> xr.DataTree:
     clock = _Clock()
     teeth = physics.loaded_teeth()
@@ -114,7 +114,7 @@ def _simulated(
         stopped = error
     clock.lap(_WEARING)
     first = len(states) - 1 if last and not physics.rates else 0
-    tree = _result(physics, teeth, stepper, states, clock, life, first, told)
+    tree = _result(physics, teeth, stepper, states, clock, life, first, only)
     if stopped is not None:
         raise ConvergenceError(f"{stopped} ({_kept_of(len(states) - 1)})", tree) from stopped
     return tree

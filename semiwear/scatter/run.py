@@ -270,7 +270,7 @@ def draw(scene: Scene, distributions: Mapping[str, Distribution], sampling: Samp
     schema = schema_of_scene(scene)
     for key in distributions:
         if key not in schema.rules:
-            problems += [replace(one, value=shown(distributions[key])) for one in edited(scene, {key: 0.0})[1]]
+            problems += edited(scene, {key: shown(distributions[key])})[1]
     read = {key: read_distribution(key, raw, scene, problems) for key, raw in distributions.items()}
     matrix = read_correlation(list(read), sampling.correlation, problems)
     known = {key: one for key, one in read.items() if one is not None}

@@ -293,17 +293,22 @@ def test_few_solved_samples_tell_all_where_an_emulator_is_good_enough(solved):
     assert float(half.indices()["total"].sel(quantity="load_share_max", field=OFFSET)) == pytest.approx(1.0, abs=0.2)
 
 
-def test_an_emulator_that_is_not_good_enough_is_refused(solved, monkeypatch):
+@pytest.fixture
+def noisy(solved, monkeypatch):
+    """Load shares that no emulator can follow."""
     rough = np.random.default_rng(0)
     simulate = outcome.simulate
 
-    def noisy(scene):
+    def rough_run(scene):
         tree = simulate(scene)
         history = tree["history"].to_dataset()
         tree["history"] = xr.DataTree(history.assign(load_share_max=history["load_share_max"] * rough.uniform()))
         return tree
 
-    monkeypatch.setattr(outcome, "simulate", noisy)
+    monkeypatch.setattr(outcome, "simulate", rough_run)
+
+
+def test_an_emulator_that_is_not_good_enough_is_refused(solved, noisy):
     with pytest.raises(SemiwearError, match=r"after 64 solved samples errors are above 0.1 .*load_share_max"):
         sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.1, crew=0)
     with pytest.raises(SceneError, match="emulate"):
@@ -428,16 +433,7 @@ def test_emulation_without_scatter_or_its_extra_is_refused(solved, sweep_study, 
     assert not solved
 
 
-def test_a_study_whose_emulator_is_too_rough_says_so(solved, sweep_study, tmp_path, monkeypatch, capsys):
-    rough, simulate = np.random.default_rng(0), outcome.simulate
-
-    def noisy(scene):
-        tree = simulate(scene)
-        history = tree["history"].to_dataset()
-        tree["history"] = xr.DataTree(history.assign(load_share_max=history["load_share_max"] * rough.uniform()))
-        return tree
-
-    monkeypatch.setattr(outcome, "simulate", noisy)
+def test_a_study_whose_emulator_is_too_rough_says_so(solved, noisy, sweep_study, tmp_path, capsys):
     assert sweep_study(EMULATED.replace("128", "64")) != 0
     assert "after 64 solved samples errors are above 0.05 of a standard deviation" in capsys.readouterr().err
     assert len(list((tmp_path / "study.nc.scenes").glob("*.npz"))) == 64 and not (tmp_path / "study.nc").exists()
