@@ -51,8 +51,8 @@ from semiwear.sweep.assemble import INVERSE_TO_COEFFICIENT
 from semiwear.sweep.bar import hearing
 from semiwear.sweep.measure import MESHES, Measure
 from semiwear.sweep.outcome import Outcome, Status, solve
-from semiwear.sweep.processes import in_processes
-from semiwear.sweep.scenes import Task, geometry_of, shared_solution
+from semiwear.sweep.processes import Crew
+from semiwear.sweep.scenes import Task, shared_by, shared_solution
 from semiwear.threads import available_threads
 
 __all__ = ["sensitivities"]
@@ -150,8 +150,9 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = measure_of_quantities(quantities)
     count = available_threads() if workers is None else workers
-    with hearing(progress) as hears:
-        runs = _Runs(count, hears, 1 + len(_NEAR) * len(steps))
+    with hearing(progress) as hears, Crew(count) as crew:
+        crew.call()  # while the scene itself is solved
+        runs = _Runs(crew, hears, 1 + len(_NEAR) * len(steps))
         settled, base = _settled(scene, replace(measure, last=False), runs)
         moved = {key: _Moved(key, float(scene_value(settled, key) or 0.0), step) for key, step in steps.items()}
         shared = _shared_with(settled, moved, quantities)
@@ -247,8 +248,8 @@ class _Moved:
 class _Runs:
     """Solves scenes, and tells how many are done."""
 
-    def __init__(self, workers: int, hears: Progress, total: int) -> None:
-        self._workers, self._hears, self._total, self._done = workers, hears, total, 0
+    def __init__(self, crew: Crew, hears: Progress, total: int) -> None:
+        self._crew, self._hears, self._total, self._done = crew, hears, total, 0
 
     def one(self, scene: Scene, measure: Measure) -> Outcome:
         """The scene itself.
@@ -289,10 +290,9 @@ class _Runs:
                 tasks.append(Task(f"{one.key} {side}", changed, measure, compared))
                 places[tasks[-1].key] = one, side
         self._total = max(self._total, self._done + len(tasks))
-        own = geometry_of(scene)
-        tasks.sort(key=lambda task: geometry_of(task.scene) != own)  # while the scene's own is at hand
-        solved = in_processes(tasks, self._workers) if self._workers and len(tasks) > 1 else map(solve, tasks)
-        for outcome in solved:
+        own = shared_by(Task("", scene, measure))
+        tasks.sort(key=lambda task: shared_by(task) != own)  # while the scene's own is at hand
+        for outcome in self._crew.solve(tasks):
             moved, side = places[outcome.key]
             moved.found[side] = outcome
             self._tell(moved.key)

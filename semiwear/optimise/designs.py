@@ -16,7 +16,7 @@ from semiwear.optimise.space import Space
 from semiwear.scene import Scene
 from semiwear.sweep.measure import Measure, Measured
 from semiwear.sweep.outcome import Status, solve
-from semiwear.sweep.processes import in_processes
+from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
 
 __all__ = ["COARSE", "DOUBLED", "OWN", "RESOLUTIONS", "Aim", "Design", "Designs"]
@@ -120,13 +120,13 @@ class Designs:
             name = hashlib.sha256(repr(key).encode()).hexdigest()
             tasks[name] = Task(name, scene, self._measure), key, place
         todo = [task for task, _, _ in tasks.values()]
-        several = self.workers > 0 and len(todo) > 1
-        for outcome in in_processes(todo, self.workers) if several else map(solve, todo):
-            _, key, place = tasks[outcome.key]
-            if outcome.status is Status.DONE:
-                self._add(key, self._read(place, resolution, outcome.measured))
-            else:
-                self._add(key, self._failed(place, resolution, outcome.message))
+        with Crew(self.workers if len(todo) > 1 else 0) as crew:
+            for outcome in crew.solve(todo):
+                _, key, place = tasks[outcome.key]
+                if outcome.status is Status.DONE:
+                    self._add(key, self._read(place, resolution, outcome.measured))
+                else:
+                    self._add(key, self._failed(place, resolution, outcome.message))
         return [self._known[self._key(place, resolution)] for place in places]
 
     def of_scene(self) -> Design:

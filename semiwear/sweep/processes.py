@@ -11,7 +11,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO, Self, cast
 
 from semiwear.errors import SemiwearError
 from semiwear.sweep.outcome import Outcome, Status, solve
@@ -19,7 +19,7 @@ from semiwear.sweep.pipe import READY, receive, send
 from semiwear.sweep.scenes import Task
 from semiwear.sweep.shares import Shares
 
-__all__ = ["in_processes", "in_this_process"]
+__all__ = ["Crew"]
 
 ATTEMPTS = 2
 """Processes that may die of a scene before it counts as lost."""
@@ -27,120 +27,156 @@ ATTEMPTS = 2
 COMMAND = [sys.executable, "-m", "semiwear.sweep.local_worker"]
 
 
-def in_this_process(tasks: Sequence[Task]) -> Iterator[Outcome]:
-    """Outcomes, one after the other."""
-    shares = Shares(tasks)
-    while (task := shares.take(0)) is not None:
-        yield solve(task)
-
-
-def in_processes(tasks: Sequence[Task], workers: int) -> Iterator[Outcome]:
-    """Outcomes as they come from so many processes.
+class Crew:
+    """Worker processes that take one piece of work after the other, and end with the `with` block.
 
     A process that dies is replaced, and its scene tried once more; if that kills a process, too, the scene is lost.
 
-    Raises
-    ------
-    SemiwearError
-        No process can be started.
+    Parameters
+    ----------
+    workers : int
+        Processes; 0: everything is solved in this one.
     """
-    shares = Shares(tasks)
-    found: queue.Queue[Outcome | BaseException] = queue.Queue()
-    crew = [_Hand(shares, found) for _ in range(min(workers, len(tasks)))]
-    try:
-        for hand in crew:
-            hand.start()
-        for _ in tasks:
-            one = found.get()
-            if isinstance(one, BaseException):
-                raise one
-            yield one
-    finally:
-        for hand in crew:
-            hand.stop()
-        for hand in crew:
-            hand.join()
+
+    def __init__(self, workers: int) -> None:
+        self._hands = [_Hand() for _ in range(workers)]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for hand in self._hands:
+            hand.end()
+
+    def call(self) -> None:
+        """Start the processes; otherwise each starts with its first scene."""
+        for hand in self._hands:
+            hand.call()
+
+    def solve(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """Outcomes as they come.
+
+        Raises
+        ------
+        SemiwearError
+            No process can be started.
+        """
+        shares = Shares(tasks)
+        if not self._hands:
+            while (task := shares.take(0)) is not None:
+                yield solve(task)
+            return
+        found: queue.Queue[Outcome | BaseException] = queue.Queue()
+        hands = self._hands[: len(tasks)]
+        threads = [threading.Thread(target=hand.work, args=(shares, found), daemon=True) for hand in hands]
+        left = len(tasks)
+        try:
+            for hand, thread in zip(hands, threads, strict=True):
+                hand.stopped = False
+                thread.start()
+            while left:
+                one = found.get()
+                if isinstance(one, BaseException):
+                    raise one
+                left -= 1
+                yield one
+        finally:
+            if left:
+                for hand in hands:
+                    hand.stop()
+            for thread in threads:
+                thread.join()
+            if left:
+                for hand in hands:
+                    hand.end()
 
 
 class _Died(Exception):
     """A worker process has ended; the message says how."""
 
 
-class _Hand(threading.Thread):
-    """Keeps one worker process busy."""
+class _Hand:
+    """One worker process at a time."""
 
-    def __init__(self, shares: Shares, found: queue.Queue[Outcome | BaseException]) -> None:
-        super().__init__(daemon=True)
-        self._shares, self._found = shares, found
+    def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
+        self._ready = False
         self._lock = threading.Lock()
-        self._stopped = False
+        self.stopped = False
 
-    def run(self) -> None:
+    def work(self, shares: Shares, found: queue.Queue[Outcome | BaseException]) -> None:
         """Solve scenes until none is left."""
         try:
-            while not self._stopped and (task := self._shares.take(self.ident)) is not None:
-                self._found.put(self._solved(task))
+            while not self.stopped and (task := shares.take(self)) is not None:
+                found.put(self._solved(task))
         except BaseException as error:  # it ends the sweep, in the thread that waits for its outcomes
-            self._found.put(error)
-        finally:
-            self._end()
+            found.put(error)
 
     def stop(self) -> None:
         """End the process, whatever it does."""
         with self._lock:
-            self._stopped = True
+            self.stopped = True
             if self._process is not None:
                 self._process.kill()
 
     def _solved(self, task: Task) -> Outcome:
         reasons: list[str] = []
-        while len(reasons) < ATTEMPTS and not self._stopped:
+        while len(reasons) < ATTEMPTS and not self.stopped:
             try:
                 return self._asked(task)
             except _Died as error:
-                self._end()
+                self.end()
                 reasons.append(str(error))
         reason = f"the process that solved it died: {', then '.join(reasons)}"
         return Outcome(task.key, Status.LOST, reason, lasting=False)
 
     def _asked(self, task: Task) -> Outcome:
-        process = self._process or self._begun()
+        process = self._begun()
         try:
             send(cast(BinaryIO, process.stdin), task)
             return cast(Outcome, receive(cast(BinaryIO, process.stdout)))
         except (EOFError, OSError):
             raise _Died(_how_it_ended(process.wait())) from None
 
-    def _begun(self) -> subprocess.Popen[bytes]:
+    def call(self) -> None:
+        """Start a process, which need not be ready yet."""
         here = str(Path(__file__).parents[2])
         path = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
         with self._lock:
-            if self._stopped:
+            if self.stopped:
                 raise _Died("the sweep was stopped")
-            self._process = process = subprocess.Popen(
+            self._ready = False
+            self._process = subprocess.Popen(
                 COMMAND,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": path},
             )
-        try:
-            ready = receive(cast(BinaryIO, process.stdout))
-        except (EOFError, OSError):
-            ready = None
-        if ready != READY and not self._stopped:
+
+    def _begun(self) -> subprocess.Popen[bytes]:
+        """The process, ready for a scene."""
+        if self._process is None:
+            self.call()
+        process = cast("subprocess.Popen[bytes]", self._process)
+        if self._ready:
+            return process
+        with suppress(EOFError, OSError):
+            self._ready = receive(cast(BinaryIO, process.stdout)) == READY
+        if not self._ready and not self.stopped:
             raise SemiwearError(
                 f"no process can be started for the sweep ({_how_it_ended(process.wait())}); "
                 "workers=0 computes in this one"
             )
         return process
 
-    def _end(self) -> None:
+    def end(self) -> None:
         """Let the process go: it ends when nothing more can come."""
         with self._lock:
             process, self._process = self._process, None
         if process is None:
             return
+        if not self._ready:
+            process.kill()  # it would answer to no one
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 with suppress(OSError):

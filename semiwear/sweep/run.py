@@ -18,7 +18,7 @@ from semiwear.sweep.bar import hearing
 from semiwear.sweep.cluster import on_cluster
 from semiwear.sweep.measure import Measure, measure_of
 from semiwear.sweep.outcome import Outcome, Status
-from semiwear.sweep.processes import in_processes, in_this_process
+from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Member, Task, gather
 from semiwear.sweep.store import Store, open_store
 from semiwear.sweep.variation import Variation, read_variation
@@ -230,10 +230,12 @@ def _told(failed: int) -> str:
 
 def _outcomes(job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:
     if not tasks:
-        return iter(())
-    if job.client is not None:
-        try:
-            return on_cluster(tasks, job.client)
-        except ImportError as error:
-            raise MissingExtraError("dask[distributed]", "sweep", "a sweep on a cluster") from error
-    return in_processes(tasks, job.workers) if job.workers else in_this_process(tasks)
+        return
+    if job.client is None:
+        with Crew(job.workers) as crew:
+            yield from crew.solve(tasks)
+        return
+    try:
+        yield from on_cluster(tasks, job.client)
+    except ImportError as error:
+        raise MissingExtraError("dask[distributed]", "sweep", "a sweep on a cluster") from error

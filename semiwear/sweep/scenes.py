@@ -16,7 +16,7 @@ from semiwear.sweep.measure import Measure
 from semiwear.sweep.variation import Variation
 from semiwear.untyped import Table
 
-__all__ = ["Member", "Task", "gather", "geometry_of", "scenes_of", "shared_solution"]
+__all__ = ["Member", "Task", "gather", "geometry_of", "scenes_of", "shared_by", "shared_solution"]
 
 _COEFFICIENT = "wear.coefficient_mm2_per_N"
 _MOST_SHOWN = 20
@@ -175,6 +175,15 @@ def _digest(scene: Scene, measure: Measure) -> str:
 
 def _files(scene: Scene) -> Mapping[str, str]:
     return file_digests(scene.to_dict())
+
+
+def shared_by(task: Task) -> tuple[str, str]:
+    """`geometry_of` a task's scene; of runs whose prisms are read on one course, digests of that."""
+    course = None if task.compared is None else task.compared.course
+    if course is None:
+        return geometry_of(task.scene)
+    ends = hashlib.sha256(repr((course.at, course.beside)).encode()).hexdigest()
+    return ends, ends
 
 
 def geometry_of(scene: Scene) -> tuple[str, str]:

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Hashable, Iterable
 
-from semiwear.sweep.scenes import Task, geometry_of
+from semiwear.sweep.scenes import Task, shared_by
 
 __all__ = ["Shares"]
 
@@ -25,7 +25,7 @@ class Shares:
     def __init__(self, tasks: Iterable[Task]) -> None:
         groups: dict[tuple[str, str], deque[Task]] = {}
         for task in tasks:
-            groups.setdefault(geometry_of(task.scene), deque()).append(task)
+            groups.setdefault(shared_by(task), deque()).append(task)
         self._groups = groups
         self._taken: dict[Hashable, tuple[str, str]] = {}
         self._lock = threading.Lock()
