@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, Self, cast
 
@@ -67,28 +67,33 @@ class Crew:
                 yield solve(task)
             return
         found: queue.Queue[Outcome | BaseException] = queue.Queue()
-        hands = self._hands[: len(tasks)]
-        threads = [threading.Thread(target=hand.work, args=(shares, found), daemon=True) for hand in hands]
-        left = len(tasks)
-        try:
-            for hand, thread in zip(hands, threads, strict=True):
-                hand.stopped = False
-                thread.start()
-            while left:
+        with _at_work(self._hands[: len(tasks)], shares, found):
+            for _ in tasks:
                 one = found.get()
                 if isinstance(one, BaseException):
                     raise one
-                left -= 1
                 yield one
-        finally:
-            if left:
-                for hand in hands:
-                    hand.stop()
-            for thread in threads:
-                thread.join()
-            if left:
-                for hand in hands:
-                    hand.end()
+
+
+@contextmanager
+def _at_work(hands: Sequence[_Hand], shares: Shares, found: queue.Queue[Outcome | BaseException]) -> Iterator[None]:
+    """Let each hand work in a thread; their processes stay unless the block is left before its end."""
+    threads = [threading.Thread(target=hand.work, args=(shares, found), daemon=True) for hand in hands]
+    for thread in threads:
+        thread.start()
+    whole = False
+    try:
+        yield
+        whole = True
+    finally:
+        for hand in hands:
+            if not whole:
+                hand.stop()
+        for thread in threads:
+            thread.join()
+        for hand in hands:
+            if not whole:
+                hand.end()
 
 
 class _Died(Exception):
@@ -106,6 +111,7 @@ class _Hand:
 
     def work(self, shares: Shares, found: queue.Queue[Outcome | BaseException]) -> None:
         """Solve scenes until none is left."""
+        self.stopped = False
         try:
             while not self.stopped and (task := shares.take(self)) is not None:
                 found.put(self._solved(task))

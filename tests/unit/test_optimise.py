@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def formulas(monkeypatch: pytest.MonkeyPatch) -> dict[str, Formula]:
             return Outcome(task.key, Status.FAILED, "no load sharing")
         return Outcome(task.key, Status.DONE, measured=Measured(values))
 
-    monkeypatch.setattr(designs_module, "solve", solve)
+    for module in (designs_module, import_module("semiwear.sweep.processes")):
+        monkeypatch.setattr(module, "solve", solve)
     return known
 
 

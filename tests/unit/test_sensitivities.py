@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from semiwear.sweep.scenes import Task
 TORQUE, YOUNG = "operation.pinion_torque_Nm", "material.gear.youngs_modulus_MPa"
 OFFSET = "effects.misalignment.offset_mm"
 COEFFICIENT = "wear.coefficient_mm2_per_N"
-MODULE = __import__("sys").modules["semiwear.sensitivities"]
+MODULE = import_module("semiwear.sensitivities")  # of the same name as its function
+PROCESSES = import_module("semiwear.sweep.processes")
 
 
 @pytest.fixture
@@ -40,7 +42,8 @@ def by_formula(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[sw.Scene]
                 task.key, Status.DONE, measured=Measured({"/history/wear_depth_max": np.array([0.0, value])})
             )
 
-        monkeypatch.setattr(MODULE, "solve", solve)
+        for module in (MODULE, PROCESSES):
+            monkeypatch.setattr(module, "solve", solve)
 
     return use
 

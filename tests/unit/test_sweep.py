@@ -15,6 +15,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.check import geometric_problems
 from semiwear.errors import ConvergenceError, ResultFileError, SceneError
+from semiwear.plan import Compared
 from semiwear.plot.sweeps import scene_values
 from semiwear.results import VARIABLES
 from semiwear.scene.schema import SCHEMAS
@@ -22,7 +23,7 @@ from semiwear.scene.units import UNITS, unit_of
 from semiwear.sweep.files import open_sweep, write_sweep
 from semiwear.sweep.measure import MESHES, Measure, measure_of, read_off
 from semiwear.sweep.names import short_names
-from semiwear.sweep.scenes import Task, geometry_of, scenes_of
+from semiwear.sweep.scenes import Task, geometry_of, scenes_of, shared_by
 from semiwear.sweep.shares import Shares
 from semiwear.sweep.variation import read_variation
 from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
@@ -315,6 +316,17 @@ def test_workers_keep_to_scenes_that_share_their_lines():
     assert shares.take("a") is None
     changes = {worker: sum(x != y for x, y in pairwise(own)) for worker, own in taken.items()}
     assert changes["a"] <= 1 and changes["b"] <= 1
+
+
+def test_runs_on_one_course_of_prisms_stay_together():
+    measure, width = measure_of(None, "all"), "gear_pair.pinion_face_width_mm"
+    like, at = Compared.with_runs_of(SCENE), SCENE.gear_pair.pinion_face_width_mm
+    beside = SCENE.replace({width: at + 0.01})
+    tasks = [
+        Task(str(k), SCENE.replace({width: at + 0.1 * k}), measure, like.along(SCENE, beside, 10.0 * k))
+        for k in (-1, 1)
+    ]
+    assert shared_by(tasks[0]) == shared_by(tasks[1]) != shared_by(replace(tasks[0], compared=like))
 
 
 # ---------------------------------------------------------------------- the store

@@ -13,9 +13,10 @@ import pytest
 
 import semiwear as sw
 from semiwear.errors import SemiwearError
-from semiwear.sweep.measure import Measured
+from semiwear.sweep.measure import Measured, measure_of
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.pipe import READY
+from semiwear.sweep.scenes import Task
 from tests.scenes import SHIPPED, TINY
 
 processes = import_module("semiwear.sweep.processes")
@@ -64,6 +65,30 @@ def test_scenes_are_shared_out_among_processes(folder):
     for process in began(folder):
         with pytest.raises(OSError):
             os.kill(process, 0)  # none is left
+
+
+def torques(*values: float) -> list[Task]:
+    measure = measure_of(None, "all")
+    return [Task(f"{value:032.0f}", SCENE.replace({TORQUE: value}), measure) for value in values]
+
+
+def test_a_crew_keeps_its_processes_from_one_piece_of_work_to_the_next(folder):
+    with processes.Crew(2) as crew:
+        crew.call()
+        for tasks in (torques(800, 900, 1000), torques(1100, 1200)):
+            assert {one.key for one in crew.solve(tasks)} == {task.key for task in tasks}
+        assert len(began(folder)) == 2
+    with pytest.raises(OSError):
+        os.kill(began(folder)[0], 0)
+
+
+def test_a_crew_that_is_left_midway_works_again(folder):
+    with processes.Crew(1) as crew:
+        work = crew.solve(torques(800, 900, 1000))
+        next(work)
+        work.close()
+        assert len(list(crew.solve(torques(1100)))) == 1
+    assert len(began(folder)) == 2
 
 
 def test_no_more_processes_than_scenes(folder):
