@@ -28,6 +28,7 @@ from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, 
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 
 __all__ = [
+    "Cycles",
     "Growth",
     "InterpolatedWear",
     "MarchedWear",
@@ -39,6 +40,9 @@ __all__ = [
 ]
 
 
+Cycles = float | Callable[["Worn"], float]
+"""In how many parts of a step the contact's shape follows the wear, the last one shorter unless it is a whole number;
+or that number from the flanks that the step would leave if the shape of its start held."""
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
 
@@ -89,7 +93,7 @@ class WearMapping(Protocol):
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: float,
+        cycles: Cycles,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
@@ -98,9 +102,8 @@ class WearMapping(Protocol):
         ----------
         worn : Worn
             At the start.
-        cycles : float
-            In how many parts of the step the contact's shape follows the wear, the last one shorter unless it is
-            a whole number; 1: that of the start holds.
+        cycles : float or callable
+            Parts of the step, after each of which the contact's shape follows the wear; 1: that of the start holds.
 
         Returns
         -------
@@ -158,34 +161,48 @@ class InterpolatedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: float,
+        cycles: Cycles,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`."""
         line_load = _line_load(weighted_loads)
-        taken = np.zeros((len(BODIES), 2))
-        of_cycle = WearMultipliers(multipliers.driven / cycles, multipliers.driving / cycles)
-        driven, driving = worn
-        if driving is not None and teeth.driving is not None:
+        if worn.driving is not None and teeth.driving is not None:
             # twice: over the cycles the wear of slices beside follows that of their own neighbours
             slices = teeth.driving.beside(teeth.driving.beside(slices))
         what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
-        for part in _parts(cycles):
-            of_part = np.zeros_like(taken)
-            if driving is not None and teeth.driving is not None:
-                removed = teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices)
-                driving_mesh, mesh = wear_of_both_flanks(
-                    teeth.fine, teeth.grid, teeth.driving, removed, *what, of_part
-                )
-                driving = self.grow_driving(driving, wear_depth(part * of_cycle.driving, driving_mesh))
-            else:
-                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(driven), *what, of_part[DRIVEN])
-            driven = self.grow(driven, wear_depth(part * of_cycle.driven, mesh))
-            taken += part * of_part
+
+        def swept(worn: Worn) -> tuple[Worn, FloatArray]:
+            """Sum of p |v_s| dt over one mesh on both flanks as they are, and what is taken."""
+            taken = np.zeros((len(BODIES), 2))
+            if worn.driving is None or teeth.driving is None:
+                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(worn.driven), *what, taken[DRIVEN])
+                return Worn(mesh), taken
+            removed = teeth.removed_in_footprints(worn.driven, worn.driving, line_load > 0.0, slices)
+            driving, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
+            return Worn(mesh, driving), taken
+
+        mesh, taken = swept(worn)
+        if callable(cycles):
+            cycles = cycles(self._after(worn, mesh, multipliers, 1.0))
+        lengths = _parts(cycles)
+        total = lengths[0] * taken
+        worn = self._after(worn, mesh, multipliers, lengths[0] / cycles)
+        for part in lengths[1:]:
+            mesh, taken = swept(worn)
+            total += part * taken
+            worn = self._after(worn, mesh, multipliers, part / cycles)
         on_edges = np.zeros(len(BODIES))
-        on_edges[DRIVEN] = of_cycle.driven * taken[DRIVEN, 1]
-        on_edges[DRIVING] = of_cycle.driving * taken[DRIVING, 1]
-        return Worn(driven, driving), on_edges
+        on_edges[DRIVEN] = multipliers.driven / cycles * total[DRIVEN, 1]
+        on_edges[DRIVING] = multipliers.driving / cycles * total[DRIVING, 1]
+        return worn, on_edges
+
+    def _after(self, worn: Worn, mesh: Worn, multipliers: WearMultipliers, share: float) -> Worn:
+        """Depths after a share of the step under what a mesh wears."""
+        driven = self.grow(worn.driven, wear_depth(share * multipliers.driven, mesh.driven))
+        if worn.driving is None or mesh.driving is None:
+            return Worn(driven, worn.driving)
+        driving = self.grow_driving(worn.driving, wear_depth(share * multipliers.driving, mesh.driving))
+        return Worn(driven, driving)
 
 
 @dataclass(frozen=True)
@@ -213,7 +230,7 @@ class MarchedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: float,
+        cycles: Cycles,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`; a single cycle is a plain explicit step."""

@@ -21,6 +21,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.mapping import (
+    Cycles,
     InterpolatedWear,
     WearMapping,
     WearMultipliers,
@@ -36,8 +37,6 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
 _CYCLES = (4, 64)  # within an implicit step
-_FEWER, _LEAST_CYCLES = 2, 2  # half of them show the own wear of lines as well: results change by less than 0.05 %
-_FEWER_SMOOTH = 4  # where results are to be smooth, and many runs to be cheap
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
@@ -212,22 +211,18 @@ class _Step:
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
     def _correct_own_wear(self, meshes: float) -> None:
-        """Correct the own wear of every line by what a step of this length would leave."""
+        """Correct the own wear of every line by what a step of this length would leave.
+
+        It follows the wear no more closely than stability asks for: with all cycles of the step, errors against runs
+        of eight times as many steps were the same or greater.
+        """
         loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
-        if self.teeth.smooth:
-            few = self.cycles / _FEWER_SMOOTH
-        else:
-            few = max(np.floor(self.cycles / _FEWER), _LEAST_CYCLES)
-        worn = self.worn(loads, meshes, cycles=few)
-        stable = self._stable_cycles(worn)
-        if stable > few:
-            self.cycles = max(stable, self.cycles)
-            worn = self.worn(loads, meshes)
+        worn = self.worn(loads, meshes, cycles=self._stable_cycles)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
 
-    def _stable_cycles(self, worn: Worn) -> int:
-        """Cycles in each of which no more is worn than a footprint reaches down.
+    def _stable_cycles(self, worn: Worn) -> float:
+        """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
 
         A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
         come out greater on the other side.
@@ -239,7 +234,10 @@ class _Step:
         depth = sum(
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
         )
-        return int(min(np.ceil(depth / reach), _MOST_CYCLES))
+        cycles = depth / reach if self.teeth.smooth else np.ceil(depth / reach)
+        stable = float(np.clip(cycles, 1.0, _MOST_CYCLES))
+        self.cycles = max(stable, self.cycles)
+        return stable
 
     @property
     def law_residual(self) -> float:
@@ -255,7 +253,7 @@ class _Step:
         loads: Sequence[TeethLoads],
         meshes: float,
         slices: IntArray | None = None,
-        cycles: float | None = None,
+        cycles: Cycles | None = None,
     ) -> Worn:
         """Wear at the end of the step [mm]."""
         return self.mapped(loads, meshes, slices, cycles)[0]
@@ -265,7 +263,7 @@ class _Step:
         loads: Sequence[TeethLoads],
         meshes: float,
         slices: IntArray | None = None,
-        cycles: float | None = None,
+        cycles: Cycles | None = None,
     ) -> tuple[Worn, FloatArray]:
         """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
