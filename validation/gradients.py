@@ -207,7 +207,8 @@ class _Tally:
         return (
             f"{len(self.costs)} scenes, {self.told} derivatives: {self.right / self.told:.1%} within 1 %, "
             f"{self.doubtful / self.told:.1%} not and called doubtful, "
-            f"{self.missed / self.told:.1%} not and not told ({self.matter / self.told:.1%} by more than {_MATTERS:g}); "
+            f"{self.missed / self.told:.1%} not and not told, "
+            f"{self.matter / self.told:.1%} by more than {_MATTERS:g}; "
             f"cost {cost:.1f} forward runs (median; {min(self.costs)[0]:.1f} to {dearest:.1f}; {kept:.1f} with "
             "prisms kept)"
         )
