@@ -6,7 +6,7 @@ edges that press on a flank yield in steps of a cell otherwise, by which wear ju
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
 off by a tenth. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
 smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
-0.29 of it (independent errors of the three values).
+0.29 of it (independent errors of the three values), and that of a kink within a step half of it, which is told.
 
 Where they are not, the field is moved by two steps, first to one side: where slopes change evenly over the three
 steps, the derivative is that of the cubic through all four values, its error what it differs by from d(h). Where they
@@ -64,10 +64,10 @@ _BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the 
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
 _SMOOTH = (1.5, 2.5)  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
-_STRAIGHT = 0.03  # of the derivative: slopes to either side that differ by less need no second pair of runs
+_STRAIGHT = 0.02  # of the derivative: slopes to either side that differ by less need no second pair of runs
 _EVEN = 0.25  # of what slopes to either side differ by: what they change by more or less from the next step to it
-_SCATTER = 0.29  # of what they differ by: error of a central difference whose values scatter, sqrt(1/2) / sqrt(6)
-_SCATTER_OF_FOUR = 0.39  # the same of the value from four, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
+_KINKED = 0.5  # of what they differ by: error of a central difference where all of it is a kink within a step
+_SCATTER_OF_FOUR = 0.39  # of it: error of the value from four that scatter, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
 _LEFT = 5e-7  # of a value: scatter between smooth runs of drawn scenes, the most of six over steps of 2.5e-5 to 1e-4
 _DOUBTFUL = 0.01  # of the derivative
 _NOTHING = 1e-9  # of a quantity: it does not depend on the field
@@ -355,7 +355,7 @@ def _bends(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
         return True
     middle = quantity.value(base.measured, low_is_good=True)
     change, bend = abs(values[1] - values[-1]), abs(values[1] - 2.0 * middle + values[-1])
-    return 2.0 * bend > _STRAIGHT * change and _SCATTER * bend > one.slight * abs(middle)
+    return 2.0 * bend > _STRAIGHT * change and _KINKED * bend > one.slight * abs(middle)
 
 
 def _bends_unevenly(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
@@ -379,7 +379,7 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
     known = {side: value for side, value in values.items() if np.isfinite(value)}
     if set(values) == set(known) == set(_NEAR):
         slope = (known[1] - known[-1]) / (2.0 * step)
-        return slope, _SCATTER * abs(known[1] - 2.0 * middle + known[-1]) / step, False
+        return slope, _KINKED * abs(known[1] - 2.0 * middle + known[-1]) / step, False
     if len(known) == len(_SIDES):
         near = (known[1] - known[-1]) / (2.0 * step)
         far = (known[2] - known[-2]) / (4.0 * step)
