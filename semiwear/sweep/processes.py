@@ -79,7 +79,8 @@ class Crew:
 def _at_work(hands: Sequence[_Hand], shares: Shares, found: queue.Queue[Outcome | BaseException]) -> Iterator[None]:
     """Let each hand work in a thread; their processes stay unless the block is left before its end."""
     threads = [threading.Thread(target=hand.work, args=(shares, found), daemon=True) for hand in hands]
-    for thread in threads:
+    for hand, thread in zip(hands, threads, strict=True):
+        hand.stopped = False
         thread.start()
     whole = False
     try:
@@ -111,7 +112,6 @@ class _Hand:
 
     def work(self, shares: Shares, found: queue.Queue[Outcome | BaseException]) -> None:
         """Solve scenes until none is left."""
-        self.stopped = False
         try:
             while not self.stopped and (task := shares.take(self)) is not None:
                 found.put(self._solved(task))
