@@ -81,6 +81,8 @@ class Footprints:
         Least separation at the nominal rotation: where an unloaded slice touches first.
     near : bool array or None
         Slices whose footprints were found; the others are given their fresh place and curvature. None: all.
+    cut : array or None
+        Depth of the footprint at the end that cuts it off, over its greatest; 0 where none does. None: not known.
     """
 
     removed: Removed
@@ -91,6 +93,7 @@ class Footprints:
     edge: BoolArray
     least: FloatArray
     near: BoolArray | None = None
+    cut: FloatArray | None = None
 
     def every(self, step: int) -> Footprints:
         """The footprints of every `step`-th roll position."""
@@ -125,6 +128,7 @@ class _Found(NamedTuple):
     half_width: FloatArray
     least: FloatArray
     edge: BoolArray
+    cut: FloatArray
 
 
 @njit(cache=True, error_model="numpy")
@@ -238,7 +242,7 @@ def root_of(a):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
-    """Room and least gap of a footprint, its area, moments of gap and place, and whether an end cuts it off."""
+    """Depth and least gap of a footprint, its area, moments of gap and place, and the share of depth at a cut end."""
     depth, count, least = reached(gap, half_width, space)
     u, g = space.u, space.g
     area, below, moment = 0.0, 0.0, 0.0
@@ -256,12 +260,12 @@ def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
             moment += part * (start + 0.5 * width)
     # cut off where the gap is still open to the footprint at an end of the slice
     first, last = 0, count - 1
-    cut = False
+    cut = 0.0
     while first < count and u[first] <= gap.low:
-        cut |= g[first] - least < depth
+        cut = max(cut, 1.0 - (g[first] - least) / depth)
         first += 1
     while last >= 0 and u[last] >= gap.high:
-        cut |= g[last] - least < depth
+        cut = max(cut, 1.0 - (g[last] - least) / depth)
         last -= 1
     return depth, least, area, below, moment, cut
 
@@ -282,6 +286,7 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.half_width[k, i] = half_width
             found.least[k, i] = found.gap[k, i]
             found.edge[k, i] = gap.at - gap.low < width or gap.high - gap.at < width
+            found.cut[k, i] = 1.0 if found.edge[k, i] else 0.0
             if not near[k, i]:
                 continue
             if varies_by(gap.removed) == 0.0 and not found.edge[k, i]:
@@ -290,14 +295,14 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.least[k, i] = least
             if area <= 0.0:
                 # a single point is left of the slice: it touches as the fresh flank would
-                found.edge[k, i] = True
+                found.edge[k, i], found.cut[k, i] = True, 1.0
                 continue
             # Hertz: the mean of (depth - g) is 3/4 of depth, the greatest density sqrt(depth)/area = 2/(pi b)
             found.gap[k, i] = least + (depth - below / area) - 0.25 * depth
             found.half_width[k, i] = 2.0 * area / (pi * sqrt(depth)) * gap.per_mm
             found.curvature[k, i] = 2.0 * depth / found.half_width[k, i] ** 2
             found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
-            found.edge[k, i] = cut
+            found.edge[k, i], found.cut[k, i] = cut > 0.0, cut
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -364,8 +369,8 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
         Slices that can carry load; the others keep their fresh place.
     """
     shape = lines.profile.shape
-    profile, gap, curvature, width, least = np.empty((5, *shape))
-    found = _Found(profile, gap, curvature, width, least, np.empty(shape, dtype=np.bool_))
+    profile, gap, curvature, width, least, cut = np.empty((6, *shape))
+    found = _Found(profile, gap, curvature, width, least, np.empty(shape, dtype=np.bool_), cut)
     flank = gap_of_flanks(lines, removed)
     in_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
     return Footprints(removed, **found._asdict(), near=near)

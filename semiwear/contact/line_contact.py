@@ -29,6 +29,7 @@ __all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
+_CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
 
@@ -92,6 +93,12 @@ def with_pressed_edges(
     width = np.sqrt(2.0 * closes / touched.curvature[pressed])
     touched.gap[pressed] += closes * np.log(np.maximum(least / width, 1.0))
     touched.curvature[pressed] = 2.0 * closes / np.maximum(width, least) ** 2
+    if smooth and worn.cut is not None:
+        # an edge that just comes to cut off a footprint is felt by and by
+        part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0)
+        for name in ("gap", "curvature", "profile"):
+            whole, none = getattr(touched, name), getattr(worn, name)
+            whole[pressed] = none[pressed] + part * (whole[pressed] - none[pressed])
     return touched
 
 
