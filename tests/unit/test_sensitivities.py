@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 import semiwear as sw
 from semiwear import sensitivities as public
+from semiwear.plan import Compared, plan
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.scenes import Task
@@ -216,3 +218,20 @@ def test_derivatives_do_not_hang_on_the_step() -> None:
     slopes = [public(scene, names, {TORQUE: step}, workers=0) for step in (0.7, 3.6)]
     np.testing.assert_allclose(slopes[0]["relative"], slopes[1]["relative"], rtol=3e-3)
     assert not any(one["doubtful"].any() for one in slopes)
+
+
+def test_an_edge_that_just_cuts_off_a_footprint_is_felt_by_and_by(small: sw.Scene) -> None:
+    physics = replace(plan(small), compared=Compared.with_runs_of(small))
+    teeth = physics.loaded_teeth()
+    loads = teeth.load(np.zeros(teeth.grid.profile.shape)).loads
+    _, worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    assert worn.cut is not None and worn.near is not None
+    assert ((worn.cut > 0.0) == worn.edge)[worn.near].all()
+    gaps = [
+        teeth.fidelity.with_edges(teeth.problem, replace(worn, cut=share * worn.edge), loads, worn).gap
+        for share in (0.0, 1e-6, 1.0)
+    ]
+    changed = gaps[2] != worn.gap
+    assert changed.any() and (gaps[0] == worn.gap).all()
+    little, all_of_it = (np.abs(gap[changed] - worn.gap[changed]).max() for gap in gaps[1:])
+    assert little < 1e-5 * all_of_it
