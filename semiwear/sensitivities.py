@@ -71,7 +71,7 @@ _SCATTER_OF_FOUR = 0.39  # of it: error of the value from four that scatter, sqr
 _LEFT = 5e-7  # of a value: scatter between smooth runs of drawn scenes, the most of six over steps of 2.5e-5 to 1e-4
 _DOUBTFUL = 0.01  # of the derivative
 _NOTHING = 1e-9  # of a quantity: it does not depend on the field
-_SLIGHT = 1e-4  # of a quantity, over a field's change relative to itself: an error of less than that matters nowhere
+_SLIGHT = 1e-4  # of a quantity, over a field's change relative to itself: less than that matters nowhere
 _COEFFICIENT, _MESHES_RUN = "wear.coefficient_mm2_per_N", "wear.until.meshes"
 
 
@@ -105,9 +105,9 @@ def sensitivities(
     Dataset
         Along `quantity` and `field`: `derivative` in units of the quantity over that of the field, its `error`,
         `relative` (change of the quantity over that of the field, both relative), `kink` where slopes to either side
-        differ, `doubtful` where there is a kink or the error is above 1 % of the derivative (and 1e-4 in
-        `relative`); NaN, with its reason in
-        `message` along `field`, where neither side can be solved. `runs` along `field` says how many each took.
+        differ, `doubtful` where there is a kink or the error is above 1 % of the derivative, unless both are below
+        1e-4 in `relative`; NaN, with its reason in `message` along `field`, where neither side can be solved. `runs`
+        along `field` says how many each took.
 
     Raises
     ------
@@ -415,7 +415,8 @@ def _dataset(scene: Scene, quantities: Sequence[Quantity], moved: Sequence[_Move
             error[q, k] = np.maximum(error[q, k], left)
             relative[q, k] = slope[q, k] * one.at / middle[q] if middle[q] else np.nan
     size = np.abs(middle)[:, None] * np.array([one.slight / one.step for one in moved])
-    doubtful = kink | ~(error <= np.maximum(_DOUBTFUL * np.abs(slope), size))
+    nothing = (np.abs(slope) <= size) & (error <= size)
+    doubtful = (kink | ~(error <= _DOUBTFUL * np.abs(slope))) & ~nothing
     because = {"missing_because": "the scene cannot be solved on both sides of the field's value: see message"}
     both = ("quantity", "field")
     per_unit = "derivative, units of the quantity per unit of the field"
@@ -424,7 +425,7 @@ def _dataset(scene: Scene, quantities: Sequence[Quantity], moved: Sequence[_Move
         "error": (both, error, {"long_name": "error of the derivative", **because}),
         "relative": (both, relative, {"units": "1", "long_name": "relative change over relative change", **because}),
         "kink": (both, kink, {"long_name": "slopes to either side differ"}),
-        "doubtful": (both, doubtful, {"long_name": "a kink, or an error above 1 % of the derivative"}),
+        "doubtful": (both, doubtful, {"long_name": "a kink, or an error above 1 % of a derivative that matters"}),
         "value": ("quantity", middle, {"long_name": "value in the scene, in its unit"}),
         "units": ("quantity", np.array([quantity.units for quantity in quantities]), {}),
         "step": ("field", np.array([one.step for one in moved]), {"long_name": "step, in the unit of the field"}),

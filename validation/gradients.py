@@ -50,7 +50,7 @@ ALLOWED, ASKED = 0.01, 0.95
 _MATTERS = 1e-4  # relative change of a quantity over that of a field: less is nothing to an engineer
 _STEP = 0.008  # of a field's value; not that of `sensitivities`
 _QUANTITIES = [one for name in QUANTITIES if (one := quantity_of("of", name, [])) is not None]
-_HEAD = "scene,quantity,field,relative,reference,reference_error,doubtful"
+_HEAD = "scene,quantity,field,relative,error,reference,reference_error,doubtful"
 _MEASURE = measure_of_quantities(_QUANTITIES)
 
 RELIEF = "effects.modification.pinion."
@@ -87,8 +87,8 @@ class Found:
 
     Attributes
     ----------
-    derivatives, reference, error : (quantity, field) arrays
-        Relative; `error` is that of the reference.
+    derivatives, error, reference, reference_error : (quantity, field) arrays
+        Relative; `error` is what a derivative says of itself.
     doubtful : (quantity, field) array of bool
     runs : int
     cost, cost_kept : float
@@ -96,8 +96,9 @@ class Found:
     """
 
     derivatives: np.ndarray
-    reference: np.ndarray
     error: np.ndarray
+    reference: np.ndarray
+    reference_error: np.ndarray
     doubtful: np.ndarray
     runs: int
     cost: float
@@ -130,8 +131,9 @@ def found_for(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew, pro
     fixed = scene.replace({"numerics.wear_steps": tree["history"].sizes["wear_step"] - 1})
     reference, error = differences(fixed, fields, smooth, crew)
     runs = 1 + int(told["runs"].sum())
-    slopes = told["relative"].values
-    return Found(slopes, reference, error, told["doubtful"].values, runs, whole / first, whole / again)
+    own = np.abs(told["error"].values * told["field_value"].values / told["value"].values[:, None])
+    slopes, doubtful = told["relative"].values, told["doubtful"].values
+    return Found(slopes, own, reference, error, doubtful, runs, whole / first, whole / again)
 
 
 def differences(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew) -> tuple[np.ndarray, np.ndarray]:
@@ -161,8 +163,8 @@ class _Tally:
 
     Attributes
     ----------
-    told, right : int
-        All of them, and those within 1 %.
+    told, right, within : int
+        All of them, those within 1 %, and those within their own error.
     doubtful, missed, matter : int
         Of the others: called doubtful, not called so, and of these wrong by more than nothing.
     costs : list of (float, float)
@@ -173,6 +175,7 @@ class _Tally:
 
     told: int = 0
     right: int = 0
+    within: int = 0
     doubtful: int = 0
     missed: int = 0
     matter: int = 0
@@ -182,7 +185,8 @@ class _Tally:
     def add(self, number: int, found: Found, fields: Sequence[str]) -> str:
         """Count a scene; returns a line about it."""
         apart = np.abs(found.derivatives - found.reference)
-        good = apart <= ALLOWED * np.abs(found.reference) + found.error
+        good = apart <= ALLOWED * np.abs(found.reference) + found.reference_error
+        self.within += int((apart <= found.error + found.reference_error).sum())
         good |= np.maximum(np.abs(found.derivatives), np.abs(found.reference)) <= _MATTERS
         silent = ~good & ~found.doubtful
         self.right, self.told = self.right + int(good.sum()), self.told + good.size
@@ -192,8 +196,8 @@ class _Tally:
         self.costs.append((found.cost, found.cost_kept))
         for q, name in enumerate(QUANTITIES):
             for k, field in enumerate(fields):
-                numbers = found.derivatives[q, k], found.reference[q, k], found.error[q, k], found.doubtful[q, k]
-                self.rows.append(f"{number},{name},{field}," + ",".join(f"{one:.6g}" for one in numbers))
+                told = found.derivatives, found.error, found.reference, found.reference_error, found.doubtful
+                self.rows.append(f"{number},{name},{field}," + ",".join(f"{one[q, k]:.6g}" for one in told))
         return (
             f"scene {number}: {good.mean():.1%} within 1 %, {silent.sum()} wrong and not told, "
             f"{found.doubtful.mean():.1%} called doubtful, {found.runs} runs, {found.cost:.1f} forward runs of time "
@@ -209,6 +213,7 @@ class _Tally:
             f"{self.doubtful / self.told:.1%} not and called doubtful, "
             f"{self.missed / self.told:.1%} not and not told, "
             f"{self.matter / self.told:.1%} by more than {_MATTERS:g}; "
+            f"{self.within / self.told:.1%} within their own error; "
             f"cost {cost:.1f} forward runs (median; {min(self.costs)[0]:.1f} to {dearest:.1f}; {kept:.1f} with "
             "prisms kept)"
         )

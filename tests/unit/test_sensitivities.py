@@ -178,6 +178,16 @@ def test_a_quantity_that_hardly_depends_on_the_field_takes_two_runs(scene: sw.Sc
     assert public(scene, "wear_depth_max", [TORQUE], workers=0)["doubtful"].all()
 
 
+def test_a_small_derivative_is_doubtful_where_its_error_is_not_small_beside_it(
+    scene: sw.Scene, by_formula: Callable
+) -> None:
+    for slope, doubtful in ((1e-3, True), (1e-2, False)):  # scatter between runs: 5e-5 in `relative`
+        by_formula(lambda s, slope=slope: 1.0 + slope * (torque(s) - 1.0))
+        found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+        assert found["relative"].values[0, 0] == pytest.approx(slope)
+        assert found["doubtful"].values[0, 0] == doubtful
+
+
 def test_steps_of_their_own(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: 1.0 + (0.0 if s.effects.misalignment is None else s.effects.misalignment.offset_mm))
     found = public(scene, "wear_depth_max", {OFFSET: 0.02}, workers=0)
