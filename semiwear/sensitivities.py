@@ -4,7 +4,8 @@ Each field is moved by a step to either side, everything else of the run being a
 steps, and the compliance and contact lines that it shares with the scene. All runs are smooth ones (`Compared`):
 edges that press on a flank yield in steps of a cell otherwise, by which wear jumps some 2e-4 of itself every few
 thousandths of a load. The slope between two jumps is not the derivative, nor is that over a few of them; both were
-off by a tenth. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
+off by a tenth. Every slice that comes to bear makes a kink otherwise, as great as the derivatives of a tooth that is
+a little askew. Where slopes to either side are nearly the same, the central difference d(h) is the derivative: a
 smooth quantity's error is then a small share of what the slopes differ by, that of one which scatters about a line
 0.29 of it (independent errors of the three values), and that of a kink within a step half of it, which is told.
 
@@ -68,7 +69,7 @@ _STRAIGHT = 0.02  # of the derivative: slopes to either side that differ by less
 _EVEN = 0.25  # of what slopes to either side differ by: what they change by more or less from the next step to it
 _KINKED = 0.5  # of what they differ by: error of a central difference where all of it is a kink within a step
 _SCATTER_OF_FOUR = 0.39  # of it: error of the value from four that scatter, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
-_LEFT = 5e-7  # of a value: scatter between smooth runs of drawn scenes, the most of six over steps of 2.5e-5 to 1e-4
+_LEFT = 5e-8, 1e-4  # of a value, and of its change: scatter between smooth runs, the most of seven drawn scenes
 _DOUBTFUL = 0.01  # of the derivative
 _NOTHING = 1e-9  # of a quantity: it does not depend on the field
 _SLIGHT = 1e-4  # of a quantity, over a field's change relative to itself: less than that matters nowhere
@@ -118,8 +119,8 @@ def sensitivities(
 
     Notes
     -----
-    `value` is that of the smooth run, of which derivatives are told; `simulate` differs from it by about 0.1 % of a
-    wear depth, and less in other quantities. Nothing is smoothed at fidelity ``patch`` but what is iterated.
+    `value` is that of the smooth run, of which derivatives are told; `simulate` differs from it by some 0.1 %, mostly
+    in wear depths. Nothing is smoothed at fidelity ``patch`` but what is iterated.
 
     It takes one run, and two for each field: three where the first two tell a bend, four where it is a kink or
     scatter, none for the wear coefficient where runs end at depths.
@@ -411,8 +412,9 @@ def _dataset(scene: Scene, quantities: Sequence[Quantity], moved: Sequence[_Move
     for k, one in enumerate(moved):
         for q, quantity in enumerate(quantities):
             slope[q, k], error[q, k], kink[q, k] = _slopes(one.values(quantity), float(middle[q]), one.step)
-            left = 0.0 if one.exact else _LEFT * abs(float(middle[q])) / one.step
-            error[q, k] = np.maximum(error[q, k], left)
+            if not one.exact:
+                left = _LEFT[0] * abs(float(middle[q])) / one.step + _LEFT[1] * abs(slope[q, k])
+                error[q, k] = np.maximum(error[q, k], left)
             relative[q, k] = slope[q, k] * one.at / middle[q] if middle[q] else np.nan
     size = np.abs(middle)[:, None] * np.array([one.slight / one.step for one in moved])
     nothing = (np.abs(slope) <= size) & (error <= size)

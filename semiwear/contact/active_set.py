@@ -24,9 +24,12 @@ __all__ = [
     "ActiveSetStatus",
     "ActiveSetWork",
     "active_set_work",
+    "cholesky_solve",
     "correct_forces",
+    "separate",
     "solve_active_set",
     "solve_active_set_in",
+    "substitute",
 ]
 
 _AT_ONCE = 20  # sets that change freely; then one point at a time, which always ends
@@ -76,7 +79,7 @@ def active_set_work(n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
+def cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     """Solve two right-hand sides in place with the lower triangle of a; False when a is not positive definite."""
     for i in range(n):
         for j in range(i):
@@ -121,7 +124,7 @@ def _respond(matrix, gap, lever, on, a, x, y):  # type: ignore[no-untyped-def]
         for j in range(i + 1):
             a[i, j] = matrix[on[i], on[j]]
         x[i], y[i] = gap[on[i]], lever[on[i]]
-    return _cholesky_solve(a, on.shape[0], x, y)
+    return cholesky_solve(a, on.shape[0], x, y)
 
 
 @njit(cache=True, error_model="numpy")
@@ -135,7 +138,7 @@ def _balancing(lever, load, on, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _separate(matrix, gap, lever, approach, force, slack):  # type: ignore[no-untyped-def]
+def separate(matrix, gap, lever, approach, force, slack):  # type: ignore[no-untyped-def]
     """Separation of every point under forces."""
     for i in range(gap.shape[0]):
         total = gap[i] - lever[i] * approach
@@ -173,6 +176,20 @@ def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyp
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def substitute(factor, n, x):  # type: ignore[no-untyped-def]
+    """Solve a right-hand side in place by a Cholesky factor."""
+    for i in range(n):
+        total = x[i]
+        for k in range(i):
+            total -= factor[i, k] * x[k]
+        x[i] = total / factor[i, i]
+    for i in range(n - 1, -1, -1):
+        x[i] /= factor[i, i]
+        for k in range(i):
+            x[k] -= factor[i, k] * x[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def correct_forces(work, lever, load, approach, slack, force):  # type: ignore[no-untyped-def]
     """Close the gaps that are left between pressed points by the factor of a compliance close to theirs.
 
@@ -194,16 +211,10 @@ def correct_forces(work, lever, load, approach, slack, force):  # type: ignore[n
     -------
     approach : float [rad]
     """
-    a, x, count = work.factor, work.closing, work.pressed[0]
+    x, count = work.closing, work.pressed[0]
     for i in range(count):
-        total = -slack[work.points[i]]
-        for k in range(i):
-            total -= a[i, k] * x[k]
-        x[i] = total / a[i, i]
-    for i in range(count - 1, -1, -1):
-        x[i] /= a[i, i]
-        for k in range(i):
-            x[k] -= a[i, k] * x[i]
+        x[i] = -slack[work.points[i]]
+    substitute(work.factor, count, x)
     missing, stiffness = load, 0.0
     for i in range(count):
         p = work.points[i]
@@ -270,7 +281,7 @@ def solve_active_set_in(work, matrix, gap, lever, load, approach, by_load, activ
         force[:] = 0.0
         for i in range(m):
             force[on[i]] = approach * work.response[i] - work.closing[i]
-        _separate(matrix, gap, lever, approach, force, slack)
+        separate(matrix, gap, lever, approach, force, slack)
         pull, press = _worst(gap, lever, approach, active, force, slack)
         if pull < 0 and press < 0:
             return _CONVERGED, approach, attempt + 1

@@ -29,7 +29,9 @@ __all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
 _SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
+_ROUNDING = 0.01  # of a usual approach: over it slices come to bear where results are to be smooth
 _CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
+_PRESSES_IN = 0.05  # of a usual approach, likewise: an edge that is nearer by less
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
 
@@ -42,14 +44,19 @@ def solve_lines(
     positions: Sequence[int] | None = None,
     *,
     tolerance: float = _WIDTH_TOLERANCE,
+    rounding: float = 0.0,
 ) -> TeethLoads:
-    """Loads of the slices; as in `SolveLoads`, with half-widths to a relative tolerance."""
+    """Loads of the slices; as in `SolveLoads`, with half-widths to a relative tolerance.
+
+    With a `rounding` slices come to bear by and by, over this share of a usual approach (`rounded_contact`).
+    """
     loads = problem.no_loads() if start is None else start.copy()
     wear = np.zeros(0) if wear_compliance is None else wear_compliance.ravel()
     slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), wear)
     usual = problem.usual_half_width
     near = NearField(problem.near_field, problem.modulus, 2.0 * usual, *stripe_table())
-    rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
+    rounded = rounding * problem.typical_approach, rounding * problem.usual_load
+    rules = SharingRules(near, usual, problem.least_curvature, *rounded, tolerance, problem.max_iterations)
 
     def solve(share: IntArray) -> None:
         for position in share:
@@ -94,8 +101,9 @@ def with_pressed_edges(
     touched.gap[pressed] += closes * np.log(np.maximum(least / width, 1.0))
     touched.curvature[pressed] = 2.0 * closes / np.maximum(width, least) ** 2
     if smooth and worn.cut is not None:
-        # an edge that just comes to cut off a footprint is felt by and by
-        part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0)
+        # an edge that just comes near, or to cut off a footprint, is felt by and by
+        nearer = (approach - worn.least)[pressed] / (_PRESSES_IN * problem.typical_approach)
+        part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0) * np.clip(nearer, 0.0, 1.0)
         for name in ("gap", "curvature", "profile"):
             whole, none = getattr(touched, name), getattr(worn, name)
             whole[pressed] = none[pressed] + part * (whole[pressed] - none[pressed])
@@ -105,7 +113,9 @@ def with_pressed_edges(
 LINE = Fidelity(solve_lines, with_pressed_edges, line_pressures)
 """Line loads, with Hertz's pressure across them."""
 SMOOTH_LINE = Fidelity(
-    partial(solve_lines, tolerance=_SMOOTH_WIDTH_TOLERANCE), partial(with_pressed_edges, smooth=True), line_pressures
+    partial(solve_lines, tolerance=_SMOOTH_WIDTH_TOLERANCE, rounding=_ROUNDING),
+    partial(with_pressed_edges, smooth=True),
+    line_pressures,
 )
 """The same for differences of runs: half-widths are iterated further, and pressed edges yield smoothly."""
 
@@ -135,7 +145,7 @@ def _solve_position(
             raise ConvergenceError(where + _reason(LineStatus(status), change, problem.max_iterations) + shorter)
         loads.rotation[position], loads.iterations[position] = rotation, iterations
         loads.balance[position], loads.complementarity[position] = balance, complementarity
-        reached = rotation * float(candidates.lever.max())
+        reached = rotation * float(candidates.lever.max()) + rules.depth
         if reached <= candidates.cap:
             if not stepping:
                 worn.require_followed(loads.force, rolls, f"{position}/{problem.per_cycle}")

@@ -15,6 +15,7 @@ from semiwear.contact.active_set import (
     correct_forces,
     solve_active_set_in,
 )
+from semiwear.contact.rounded_contact import solve_rounded
 from semiwear.contact.stripe import add_pairs, average_along_lines, near_pairs, near_stripe
 from semiwear.kernel_cache import njit
 
@@ -47,6 +48,8 @@ class Slices(NamedTuple):
         Compliance apart from the near field of the stripe kernel.
     gap, lever, arc, length, floor : (n,) arrays [mm]
         Separation, lever arm, place along the line, length, and least half-width of slices hardly loaded.
+    full : (n,) array [N]
+        Forces from which slices bear wholly, where they come to bear by and by (`rounded_contact`).
     curvature : (n,) array [1/mm]
     starts : (lines + 1,) int array
         First slice of each line.
@@ -58,6 +61,7 @@ class Slices(NamedTuple):
     arc: FloatArray
     length: FloatArray
     floor: FloatArray
+    full: FloatArray
     curvature: FloatArray
     starts: IntArray
 
@@ -136,9 +140,9 @@ def _corrected(work, slices, pairs, between, torque, closed, active, rotation, f
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(work, factored, slices, pairs, between, torque, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
+def _solve(work, factored, slices, pairs, between, torque, depth, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
     """Forces for some half-widths, by the factor of earlier ones where that will do: status and rotation."""
-    if factored:
+    if factored and depth == 0.0:
         found, rotation = _corrected(
             work, slices, pairs, between, torque, closed, active, rotation, force, slack
         )  # fmt: skip
@@ -146,14 +150,19 @@ def _solve(work, factored, slices, pairs, between, torque, closed, active, rotat
             return 0, rotation
     matrix = slices.static.copy()
     add_pairs(matrix, pairs, between)
-    status, rotation, _ = solve_active_set_in(
-        work, matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
-    )
+    status = 0
+    if not factored or depth == 0.0:
+        status, rotation, _ = solve_active_set_in(
+            work, matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
+        )
+    if status == 0 and depth > 0.0:
+        what = (matrix, slices.gap, slices.lever, slices.full, depth, torque, closed)
+        status, rotation = solve_rounded(work, factored, *what, rotation, force, slack)
     return status, rotation
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
+def solve_line_loads(slices, near, torque, depth, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
     """Forces on slices whose Hertz widths follow them.
 
     Parameters
@@ -161,6 +170,8 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
     slices : Slices
     near : NearField
     torque : float [N mm]
+    depth : float [mm]
+        Separation from which slices come to bear by and by; 0: each bears from where it touches.
     tolerance : float
         Greatest change of half-widths, relative to the greatest of them.
     max_iterations : int
@@ -190,9 +201,8 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
     for iteration in range(1, max_iterations + 1):
         between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
         closed = _NEARLY * max(0.1 * change, tolerance)
-        status, rotation = _solve(
-            work, iteration > 1, slices, pairs, between, torque, closed, active, rotation, force, slack
-        )
+        what = (slices, pairs, between, torque, depth, closed)
+        status, rotation = _solve(work, iteration > 1, *what, active, rotation, force, slack)
         if status != 0:
             return status, rotation, force, slack, iteration, change
         even = average_along_lines(force, slices.starts, slices.arc, slices.length, near.average)
@@ -206,9 +216,8 @@ def solve_line_loads(slices, near, torque, tolerance, max_iterations, active, wi
         change /= widest
         if change < tolerance:
             if iteration > 1:
-                status, rotation = _solve(
-                    work, iteration > 1, slices, pairs, between, torque, _CLOSED, active, rotation, force, slack
-                )
+                what = (slices, pairs, between, torque, depth, _CLOSED)
+                status, rotation = _solve(work, True, *what, active, rotation, force, slack)
             for i in range(n):  # an array assigned whole takes a second longer to compile
                 width[i] = np.exp(image[i])
             return status, rotation, force, slack, iteration, change

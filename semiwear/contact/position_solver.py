@@ -46,6 +46,9 @@ class SharingRules(NamedTuple):
     near : NearField
     usual_half_width : float [mm]
     least_curvature : float [1/mm]
+    depth, full_load : float [mm], [N/mm]
+        Separation from which slices come to bear by and by, and line load from which they do so wholly; 0: each
+        bears from where it touches.
     tolerance : float
         Of half-widths between two solutions.
     max_iterations : int
@@ -54,6 +57,8 @@ class SharingRules(NamedTuple):
     near: NearField
     usual_half_width: float
     least_curvature: float
+    depth: float
+    full_load: float
     tolerance: float
     max_iterations: int
 
@@ -113,12 +118,12 @@ def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width
         else:
             active[i], width[i] = gap[i] <= nearest, usual
     starts = _places_of(found.starts, chosen)
-    floor = np.empty(n)
+    floor, full = np.empty(n), np.empty(n)
     for i in range(n):
-        floor[i] = LEAST_WIDTH * usual
+        floor[i], full[i] = LEAST_WIDTH * usual, rules.full_load * length[i]
     status, rotation, load, slack, iterations, change = solve_line_loads(
-        Slices(static, gap, lever, arc, length, floor, curvature, starts),
-        rules.near, torque, rules.tolerance, rules.max_iterations, active, width,
+        Slices(static, gap, lever, arc, length, floor, full, curvature, starts),
+        rules.near, torque, rules.depth, rules.tolerance, rules.max_iterations, active, width,
     )  # fmt: skip
     if status != 0:
         return status, 0.0, iterations, change, 0.0, 0.0
@@ -199,6 +204,6 @@ def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_w
     if answer[0] != 0 or chosen.size == n:
         return answer
     for i in range(n):
-        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < 0.0:
+        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rules.depth:
             return _share_among(found, _chosen(near, True), worn, torque, rules, rolls, force, half_width)
     return answer

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.contact.plane_strain import plane_contact
 from semiwear.contact.pressed_tips import pressed_tips
-from semiwear.contact.slice_pressure import solve_slices
+from semiwear.contact.slice_pressure import _INFLUENCE, solve_slices
+from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.plan import Compared, plan
 from semiwear.plan.straight import UnlikeError, on_line
@@ -140,3 +142,21 @@ def test_the_contact_of_a_pressed_edge_changes_by_and_by_with_its_load(scene: sw
 
     # a band of cells that began and ended at points of the outline would jump by a share of itself
     assert greatest_change(321) < 0.6 * greatest_change(161)
+
+
+def test_a_corner_that_presses_with_one_cell_after_another_yields_smoothly() -> None:
+    count, load = 32, 40.0
+    cells = np.arange(count)
+
+    def rates(corner: float) -> tuple[float, float]:
+        """Change of the approach by the load, of whole cells and smoothly, with a corner beside a round body."""
+        gap = np.minimum(0.9 * (cells - 10.0) ** 2, 20.0 + 40.0 * np.abs(cells - corner))
+        active, force = gap < load, np.empty(count)
+        work = np.empty((count, count)), np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
+        approach, rate = plane_contact(gap, load, _INFLUENCE, active, force, *work)
+        assert active[24:].any() and active[24:].sum() <= 2
+        return rate, smooth_rate(gap, _INFLUENCE, approach, rate, active, force, *work, count)
+
+    whole, smooth = np.array([rates(corner) for corner in np.linspace(25.2, 26.8, 801)]).T
+    assert np.abs(np.diff(whole)).max() > 0.08
+    assert np.abs(np.diff(smooth)).max() < 3e-3
