@@ -75,14 +75,12 @@ class Footprints:
         Relative curvature normal to the line of the Hertz contact that is as concentrated.
     half_width : array [mm]
         Half-width normal to the line of that contact under the reference load.
-    edge : bool array
-        The footprint is cut off by an end of either flank.
+    cut : array
+        Depth of the footprint at the end of either flank that cuts it off, over its greatest; 0 where none does.
     least : array [mm]
         Least separation at the nominal rotation: where an unloaded slice touches first.
     near : bool array or None
         Slices whose footprints were found; the others are given their fresh place and curvature. None: all.
-    cut : array or None
-        Depth of the footprint at the end that cuts it off, over its greatest; 0 where none does. None: not known.
     """
 
     removed: Removed
@@ -90,10 +88,14 @@ class Footprints:
     gap: FloatArray
     curvature: FloatArray
     half_width: FloatArray
-    edge: BoolArray
+    cut: FloatArray
     least: FloatArray
     near: BoolArray | None = None
-    cut: FloatArray | None = None
+
+    @property
+    def edge(self) -> BoolArray:
+        """Whether the footprint is cut off by an end of either flank, (roll, face)."""
+        return self.cut > 0.0
 
     def every(self, step: int) -> Footprints:
         """The footprints of every `step`-th roll position."""
@@ -127,7 +129,6 @@ class _Found(NamedTuple):
     curvature: FloatArray
     half_width: FloatArray
     least: FloatArray
-    edge: BoolArray
     cut: FloatArray
 
 
@@ -285,24 +286,23 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.curvature[k, i] = 2.0 * depth_of(gap.derivatives[2], width) / half_width**2
             found.half_width[k, i] = half_width
             found.least[k, i] = found.gap[k, i]
-            found.edge[k, i] = gap.at - gap.low < width or gap.high - gap.at < width
-            found.cut[k, i] = 1.0 if found.edge[k, i] else 0.0
+            found.cut[k, i] = 1.0 if gap.at - gap.low < width or gap.high - gap.at < width else 0.0
             if not near[k, i]:
                 continue
-            if varies_by(gap.removed) == 0.0 and not found.edge[k, i]:
+            if varies_by(gap.removed) == 0.0 and found.cut[k, i] == 0.0:
                 continue
             depth, least, area, below, moment, cut = _shape(gap, half_width, space)
             found.least[k, i] = least
             if area <= 0.0:
                 # a single point is left of the slice: it touches as the fresh flank would
-                found.edge[k, i], found.cut[k, i] = True, 1.0
+                found.cut[k, i] = 1.0
                 continue
             # Hertz: the mean of (depth - g) is 3/4 of depth, the greatest density sqrt(depth)/area = 2/(pi b)
             found.gap[k, i] = least + (depth - below / area) - 0.25 * depth
             found.half_width[k, i] = 2.0 * area / (pi * sqrt(depth)) * gap.per_mm
             found.curvature[k, i] = 2.0 * depth / found.half_width[k, i] ** 2
             found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
-            found.edge[k, i], found.cut[k, i] = cut > 0.0, cut
+            found.cut[k, i] = cut
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -369,8 +369,7 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
         Slices that can carry load; the others keep their fresh place.
     """
     shape = lines.profile.shape
-    profile, gap, curvature, width, least, cut = np.empty((6, *shape))
-    found = _Found(profile, gap, curvature, width, least, np.empty(shape, dtype=np.bool_), cut)
+    found = _Found(*np.empty((6, *shape)))
     flank = gap_of_flanks(lines, removed)
     in_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
     return Footprints(removed, **found._asdict(), near=near)

@@ -100,7 +100,7 @@ def with_pressed_edges(
     width = np.sqrt(2.0 * closes / touched.curvature[pressed])
     touched.gap[pressed] += closes * np.log(np.maximum(least / width, 1.0))
     touched.curvature[pressed] = 2.0 * closes / np.maximum(width, least) ** 2
-    if smooth and worn.cut is not None:
+    if smooth:
         # an edge that just comes near, or to cut off a footprint, is felt by and by
         nearer = (approach - worn.least)[pressed] / (_PRESSES_IN * problem.typical_approach)
         part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0) * np.clip(nearer, 0.0, 1.0)

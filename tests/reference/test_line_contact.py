@@ -221,7 +221,7 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     )
     problem = teeth.problem.on_lines(lines)
     fresh = Removed.alike(teeth.grid, np.zeros((slices, 2)), 2)
-    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, one < 0.0, separation[0])
+    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, 0.0 * one, separation[0])
     loads = LINE.solve(problem, worn)
     hertz = elliptic_contact(TOOTH_LOAD, along, across, problem.modulus)
     assert 0.5 * step * np.sum(loads.force[0] > 0.0) == pytest.approx(hertz.major_half_axis, abs=step)

@@ -235,8 +235,6 @@ def test_an_edge_that_just_cuts_off_a_footprint_is_felt_by_and_by(small: sw.Scen
     teeth = physics.loaded_teeth()
     loads = teeth.load(np.zeros(teeth.grid.profile.shape)).loads
     _, worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
-    assert worn.cut is not None and worn.near is not None
-    assert ((worn.cut > 0.0) == worn.edge)[worn.near].all()
     gaps = [
         teeth.fidelity.with_edges(teeth.problem, replace(worn, cut=share * worn.edge), loads, worn).gap
         for share in (0.0, 1e-6, 1.0)
