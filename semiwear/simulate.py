@@ -174,19 +174,19 @@ def _wear_steps(
     steps = physics.scene.numerics.wear_steps
     count = int(steps) if steps != "auto" else kept.steps[-1].total if done else 0
     if not count:
-        adaptive = isinstance(stepper, AdaptiveStepper)
-        count = _ADAPTIVE_STATES if adaptive else _steps_for(stepper, state, wear.until.meshes, teeth.pair.base_pitch)
+        count = _state_count(stepper, state, wear.until.meshes, teeth.pair.base_pitch)
     for k in range(done + 1, count + 1):
         state = stepper.step(state, wear.until.meshes / count)
         yield _WearStep(state, k, count, f"{state.meshes:.3g} meshes, {_depths_told(state)} at most")
 
 
-def _steps_for(
+def _state_count(
     stepper: WearStepper | TwoStageStepper | AdaptiveStepper, start: WearState, meshes: float, base_pitch: float
 ) -> int:
-    """Wear steps for a run, after its greatest depth on either body as a single step estimates it."""
-    depths = stepper.step(start, meshes).deepest
-    return steps_for_depth(max(depths.values(), default=0.0), base_pitch)
+    """Wear states of a run: by the depth that is foreseen on either body, unless steps follow an accuracy."""
+    if isinstance(stepper, AdaptiveStepper):
+        return _ADAPTIVE_STATES
+    return steps_for_depth(stepper.foreseen_depth(start, meshes), base_pitch)
 
 
 def _depths_told(state: WearState) -> str:

@@ -53,6 +53,11 @@ class Worn(NamedTuple):
     driven: FloatArray
     driving: FloatArray | None = None
 
+    @property
+    def deepest(self) -> float:
+        """Greatest wear depth of both [mm]."""
+        return max(float(depth.max()) for depth in self if depth is not None)
+
 
 class WearMultipliers(NamedTuple):
     """Number of meshes times wear coefficient of each body [mm^2/N]: depths are these times pressure and distance."""

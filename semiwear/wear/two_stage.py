@@ -76,6 +76,10 @@ class TwoStageStepper:
         middle = stepper.commit(first)
         return stepper.commit(stepper.trial(middle, end - middle.meshes, first.loads))
 
+    def foreseen_depth(self, state: WearState, meshes: float) -> float:
+        """As of the `stepper`."""
+        return self.stepper.foreseen_depth(state, meshes)
+
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float, *, halvings: int = 0) -> WearState:
         """The state in which the control point has worn to `depth` [mm]; the meshes for it are found.
 
