@@ -21,6 +21,7 @@ from semiwear.contact.line_solver import LineStatus, NearField
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.position_solver import LEAST_WIDTH, MARGIN, SharingRules, WornSlices, share_torque
 from semiwear.contact.problem import FIRST_CAP, ContactProblem
+from semiwear.contact.rounded_contact import Rounding
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
 from semiwear.threads import in_shares
@@ -55,12 +56,12 @@ def solve_lines(
     slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), wear)
     usual = problem.usual_half_width
     near = NearField(problem.near_field, problem.modulus, 2.0 * usual, *stripe_table())
-    rounded = rounding * problem.typical_approach, rounding * problem.usual_load
-    rules = SharingRules(near, usual, problem.least_curvature, *rounded, tolerance, problem.max_iterations)
+    rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
+    rounded = Rounding(rounding * problem.typical_approach, rounding * problem.usual_load) if rounding else None
 
     def solve(share: IntArray) -> None:
         for position in share:
-            _solve_position(problem, int(position), worn, slices, rules, loads)
+            _solve_position(problem, int(position), worn, slices, rules, rounded, loads)
 
     in_shares(solve, np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64))
     return loads
@@ -126,6 +127,7 @@ def _solve_position(
     worn: Footprints,
     slices: WornSlices,
     rules: SharingRules,
+    rounding: Rounding | None,
     loads: TeethLoads,
 ) -> None:
     rolls, stepping = problem.rolls_of(position), slices.wear.size > 0
@@ -137,7 +139,7 @@ def _solve_position(
         candidates = problem.candidates(position, reached)
         torque, expected = float(problem.torque[position]), float(loads.rotation[position])
         status, rotation, iterations, change, balance, complementarity = share_torque(
-            candidates, slices, torque, rules, rolls, expected, reached, loads.force, loads.half_width
+            candidates, slices, torque, rules, rounding, rolls, expected, reached, loads.force, loads.half_width
         )
         if status != LineStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{problem.per_cycle}: "
@@ -145,7 +147,7 @@ def _solve_position(
             raise ConvergenceError(where + _reason(LineStatus(status), change, problem.max_iterations) + shorter)
         loads.rotation[position], loads.iterations[position] = rotation, iterations
         loads.balance[position], loads.complementarity[position] = balance, complementarity
-        reached = rotation * float(candidates.lever.max()) + rules.depth
+        reached = rotation * float(candidates.lever.max()) + (0.0 if rounding is None else rounding.depth)
         if reached <= candidates.cap:
             if not stepping:
                 worn.require_followed(loads.force, rolls, f"{position}/{problem.per_cycle}")

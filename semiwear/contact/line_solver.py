@@ -49,7 +49,7 @@ class Slices(NamedTuple):
     gap, lever, arc, length, floor : (n,) arrays [mm]
         Separation, lever arm, place along the line, length, and least half-width of slices hardly loaded.
     full : (n,) array [N]
-        Forces from which slices bear wholly, where they come to bear by and by (`rounded_contact`).
+        Forces from which slices bear wholly, where they come to bear by and by (`rounded_contact`); else empty.
     curvature : (n,) array [1/mm]
     starts : (lines + 1,) int array
         First slice of each line.
@@ -140,9 +140,9 @@ def _corrected(work, slices, pairs, between, torque, closed, active, rotation, f
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(work, factored, slices, pairs, between, torque, depth, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
+def _solve(work, factored, slices, pairs, between, torque, rounding, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
     """Forces for some half-widths, by the factor of earlier ones where that will do: status and rotation."""
-    if factored and depth == 0.0:
+    if rounding is None and factored:
         found, rotation = _corrected(
             work, slices, pairs, between, torque, closed, active, rotation, force, slack
         )  # fmt: skip
@@ -151,18 +151,18 @@ def _solve(work, factored, slices, pairs, between, torque, depth, closed, active
     matrix = slices.static.copy()
     add_pairs(matrix, pairs, between)
     status = 0
-    if not factored or depth == 0.0:
+    if rounding is None or not factored:
         status, rotation, _ = solve_active_set_in(
             work, matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
         )
-    if status == 0 and depth > 0.0:
-        what = (matrix, slices.gap, slices.lever, slices.full, depth, torque, closed)
+    if rounding is not None and status == 0:
+        what = (matrix, slices.gap, slices.lever, slices.full, rounding.depth, torque, closed)
         status, rotation = solve_rounded(work, factored, *what, rotation, force, slack)
     return status, rotation
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_line_loads(slices, near, torque, depth, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
+def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
     """Forces on slices whose Hertz widths follow them.
 
     Parameters
@@ -170,8 +170,7 @@ def solve_line_loads(slices, near, torque, depth, tolerance, max_iterations, act
     slices : Slices
     near : NearField
     torque : float [N mm]
-    depth : float [mm]
-        Separation from which slices come to bear by and by; 0: each bears from where it touches.
+    rounding : Rounding or None
     tolerance : float
         Greatest change of half-widths, relative to the greatest of them.
     max_iterations : int
@@ -201,7 +200,7 @@ def solve_line_loads(slices, near, torque, depth, tolerance, max_iterations, act
     for iteration in range(1, max_iterations + 1):
         between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
         closed = _NEARLY * max(0.1 * change, tolerance)
-        what = (slices, pairs, between, torque, depth, closed)
+        what = (slices, pairs, between, torque, rounding, closed)
         status, rotation = _solve(work, iteration > 1, *what, active, rotation, force, slack)
         if status != 0:
             return status, rotation, force, slack, iteration, change
@@ -216,7 +215,7 @@ def solve_line_loads(slices, near, torque, depth, tolerance, max_iterations, act
         change /= widest
         if change < tolerance:
             if iteration > 1:
-                what = (slices, pairs, between, torque, depth, _CLOSED)
+                what = (slices, pairs, between, torque, rounding, _CLOSED)
                 status, rotation = _solve(work, True, *what, active, rotation, force, slack)
             for i in range(n):  # an array assigned whole takes a second longer to compile
                 width[i] = np.exp(image[i])

@@ -9,6 +9,7 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
 from semiwear.contact.problem import picked
+from semiwear.contact.rounded_contact import full_forces, rounded_from
 from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
@@ -46,9 +47,6 @@ class SharingRules(NamedTuple):
     near : NearField
     usual_half_width : float [mm]
     least_curvature : float [1/mm]
-    depth, full_load : float [mm], [N/mm]
-        Separation from which slices come to bear by and by, and line load from which they do so wholly; 0: each
-        bears from where it touches.
     tolerance : float
         Of half-widths between two solutions.
     max_iterations : int
@@ -57,8 +55,6 @@ class SharingRules(NamedTuple):
     near: NearField
     usual_half_width: float
     least_curvature: float
-    depth: float
-    full_load: float
     tolerance: float
     max_iterations: int
 
@@ -88,7 +84,7 @@ def _places_of(values, rising):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
+def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
     """Loads of chosen candidates; the results of `share_torque`."""
     n, usual = chosen.size, rules.usual_half_width
     force, half_width = all_force.ravel(), all_width.ravel()
@@ -118,12 +114,13 @@ def _share_among(found, chosen, worn, torque, rules, rolls, all_force, all_width
         else:
             active[i], width[i] = gap[i] <= nearest, usual
     starts = _places_of(found.starts, chosen)
-    floor, full = np.empty(n), np.empty(n)
+    floor = np.empty(n)
     for i in range(n):
-        floor[i], full[i] = LEAST_WIDTH * usual, rules.full_load * length[i]
+        floor[i] = LEAST_WIDTH * usual
+    full = full_forces(rounding, length)
     status, rotation, load, slack, iterations, change = solve_line_loads(
         Slices(static, gap, lever, arc, length, floor, full, curvature, starts),
-        rules.near, torque, rules.depth, rules.tolerance, rules.max_iterations, active, width,
+        rules.near, torque, rounding, rules.tolerance, rules.max_iterations, active, width,
     )  # fmt: skip
     if status != 0:
         return status, 0.0, iterations, change, 0.0, 0.0
@@ -155,7 +152,7 @@ def _chosen(near, every):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_width):  # type: ignore[no-untyped-def]
+def share_torque(found, worn, torque, rules, rounding, rolls, expected, cap, force, half_width):  # type: ignore[no-untyped-def]
     """Forces on the slices of a mesh position that balance a torque.
 
     Parameters
@@ -164,6 +161,7 @@ def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_w
     worn : WornSlices
     torque : float [N mm]
     rules : SharingRules
+    rounding : Rounding or None
     rolls : (pairs,) int array
         Roll positions of all pairs.
     expected : float [rad]
@@ -200,10 +198,10 @@ def share_torque(found, worn, torque, rules, rolls, expected, cap, force, half_w
             near[i] = found.least[i] < cap
         count += near[i]
     chosen = _chosen(near, count == 0)
-    answer = _share_among(found, chosen, worn, torque, rules, rolls, force, half_width)
+    answer = _share_among(found, chosen, worn, torque, rules, rounding, rolls, force, half_width)
     if answer[0] != 0 or chosen.size == n:
         return answer
     for i in range(n):
-        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rules.depth:
-            return _share_among(found, _chosen(near, True), worn, torque, rules, rolls, force, half_width)
+        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rounded_from(rounding):
+            return _share_among(found, _chosen(near, True), worn, torque, rules, rounding, rolls, force, half_width)
     return answer

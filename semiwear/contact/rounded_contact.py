@@ -17,11 +17,14 @@ with slopes that change continuously. Newton's method in t therefore ends in a f
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
 
 from semiwear.contact.active_set import ActiveSetStatus, cholesky_solve, separate, substitute
 from semiwear.kernel_cache import njit
 
-__all__ = ["solve_rounded"]
+__all__ = ["Rounding", "full_forces", "rounded_from", "solve_rounded"]
 
 _STEPS = 60
 _FREELY = 20  # steps; then half of each
@@ -29,6 +32,37 @@ _SLOWLY = 0.1  # of the residual: what a step by an old factor has to bring it d
 
 _CONVERGED, _NO_CONTACT_SET = int(ActiveSetStatus.CONVERGED), int(ActiveSetStatus.NO_CONTACT_SET)
 _NOT_POSITIVE_DEFINITE = int(ActiveSetStatus.NOT_POSITIVE_DEFINITE)
+
+
+class Rounding(NamedTuple):
+    """How slices of contact lines come to bear; in kernels None where they bear from where they touch.
+
+    Attributes
+    ----------
+    depth : float [mm]
+        Separation from which a slice comes to bear.
+    load : float [N/mm]
+        Line load from which it bears as without rounding.
+    """
+
+    depth: float
+    load: float
+
+
+@njit(cache=True, error_model="numpy")
+def rounded_from(rounding):  # type: ignore[no-untyped-def]
+    """Separation from which a slice comes to bear [mm]; only what is needed of the two is compiled."""
+    if rounding is None:
+        return 0.0
+    return rounding.depth
+
+
+@njit(cache=True, error_model="numpy")
+def full_forces(rounding, length):  # type: ignore[no-untyped-def]
+    """Forces from which slices of lengths [mm] bear as without rounding [N]; none where nothing is rounded."""
+    if rounding is None:
+        return np.empty(0)
+    return rounding.load * length
 
 
 @njit(cache=True, error_model="numpy")

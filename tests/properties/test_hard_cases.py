@@ -22,6 +22,7 @@ from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.problem import usual_approach
+from semiwear.contact.rounded_contact import Rounding
 from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from semiwear.plan import plan
@@ -273,11 +274,13 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap, rounding: flo
     gap = case.gap - touching
     line_load = case.torque / float(case.length.sum())
     depth, full = rounding * usual_approach(line_load, case.modulus), rounding * line_load * case.length
+    rounded = Rounding(depth, rounding * line_load) if rounding else None
     with within(LONGEST):
         floor = np.full(size, 0.1 * usual)
         status, rotation, force, _, _, change = solve_line_loads(
             Slices(static, gap, np.ones(size), case.arc, case.length, floor, full, case.curvature, case.starts),
-            NearField(near, case.modulus, 2.0 * usual, *stripe_table()), case.torque, depth, 1e-5, 60, active, width,
+            NearField(near, case.modulus, 2.0 * usual, *stripe_table()), case.torque, rounded, 1e-5, 60, active,
+            width,
         )  # fmt: skip
     assert np.isfinite([rotation, change]).all()
     if status != LineStatus.CONVERGED:
