@@ -194,9 +194,9 @@ class _Tally:
         self.missed += int(silent.sum())
         self.matter += int((silent & (apart > _MATTERS)).sum())
         self.costs.append((found.cost, found.cost_kept))
+        told = found.derivatives, found.error, found.reference, found.reference_error, found.doubtful
         for q, name in enumerate(QUANTITIES):
             for k, field in enumerate(fields):
-                told = found.derivatives, found.error, found.reference, found.reference_error, found.doubtful
                 self.rows.append(f"{number},{name},{field}," + ",".join(f"{one[q, k]:.6g}" for one in told))
         return (
             f"scene {number}: {good.mean():.1%} within 1 %, {silent.sum()} wrong and not told, "

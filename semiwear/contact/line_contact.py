@@ -118,7 +118,7 @@ SMOOTH_LINE = Fidelity(
     partial(with_pressed_edges, smooth=True),
     line_pressures,
 )
-"""The same for differences of runs: half-widths are iterated further, and pressed edges yield smoothly."""
+"""The same for differences of runs: half-widths are iterated further, slices and pressed edges yield smoothly."""
 
 
 def _solve_position(

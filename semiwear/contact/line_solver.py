@@ -48,8 +48,6 @@ class Slices(NamedTuple):
         Compliance apart from the near field of the stripe kernel.
     gap, lever, arc, length, floor : (n,) arrays [mm]
         Separation, lever arm, place along the line, length, and least half-width of slices hardly loaded.
-    full : (n,) array [N]
-        Forces from which slices bear wholly, where they come to bear by and by (`rounded_contact`); else empty.
     curvature : (n,) array [1/mm]
     starts : (lines + 1,) int array
         First slice of each line.
@@ -61,7 +59,6 @@ class Slices(NamedTuple):
     arc: FloatArray
     length: FloatArray
     floor: FloatArray
-    full: FloatArray
     curvature: FloatArray
     starts: IntArray
 
@@ -156,7 +153,8 @@ def _solve(work, factored, slices, pairs, between, torque, rounding, closed, act
             work, matrix, slices.gap, slices.lever, torque, 0.0, True, active, force, slack, _SETS
         )
     if rounding is not None and status == 0:
-        what = (matrix, slices.gap, slices.lever, slices.full, rounding.depth, torque, closed)
+        full = rounding.load * slices.length
+        what = (matrix, slices.gap, slices.lever, full, rounding.depth, torque, closed)
         status, rotation = solve_rounded(work, factored, *what, rotation, force, slack)
     return status, rotation
 

@@ -9,7 +9,7 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
 from semiwear.contact.problem import picked
-from semiwear.contact.rounded_contact import full_forces, rounded_from
+from semiwear.contact.rounded_contact import rounded_from
 from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
@@ -117,9 +117,8 @@ def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force,
     floor = np.empty(n)
     for i in range(n):
         floor[i] = LEAST_WIDTH * usual
-    full = full_forces(rounding, length)
     status, rotation, load, slack, iterations, change = solve_line_loads(
-        Slices(static, gap, lever, arc, length, floor, full, curvature, starts),
+        Slices(static, gap, lever, arc, length, floor, curvature, starts),
         rules.near, torque, rounding, rules.tolerance, rules.max_iterations, active, width,
     )  # fmt: skip
     if status != 0:

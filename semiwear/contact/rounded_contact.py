@@ -19,12 +19,10 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-import numpy as np
-
 from semiwear.contact.active_set import ActiveSetStatus, cholesky_solve, separate, substitute
 from semiwear.kernel_cache import njit
 
-__all__ = ["Rounding", "full_forces", "rounded_from", "solve_rounded"]
+__all__ = ["Rounding", "rounded_from", "solve_rounded"]
 
 _STEPS = 60
 _FREELY = 20  # steps; then half of each
@@ -55,14 +53,6 @@ def rounded_from(rounding):  # type: ignore[no-untyped-def]
     if rounding is None:
         return 0.0
     return rounding.depth
-
-
-@njit(cache=True, error_model="numpy")
-def full_forces(rounding, length):  # type: ignore[no-untyped-def]
-    """Forces from which slices of lengths [mm] bear as without rounding [N]; none where nothing is rounded."""
-    if rounding is None:
-        return np.empty(0)
-    return rounding.load * length
 
 
 @njit(cache=True, error_model="numpy")
