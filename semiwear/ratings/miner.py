@@ -50,7 +50,7 @@ class StressHistory:
     def life(self, safety: float) -> float:
         """Load cycles until Miner's sum of some point is 1 with stresses raised by a safety; NaN where none is.
 
-        Beyond static strength, until the stress, linear within the wear step, reaches it.
+        At the latest where the stress, linear within the wear step, reaches static strength.
         """
         logs = self._logs + np.log(safety)
         rates, length = self._rates(logs, 0.0), np.diff(self.cycles)
@@ -61,15 +61,14 @@ class StressHistory:
         sums = np.concatenate([np.zeros((1, rates.shape[1])), np.cumsum(_mean(safe) * length[:, None], axis=0)])
         ends = [float("nan")]
         for k in range(length.size):
-            # a rate that passes linearly from one end of the step to the other: a quadratic equation for the share
-            full = np.flatnonzero((sums[k] < 1.0) & (sums[k + 1] >= 1.0) & ~broken[: k + 2].any(axis=0))
-            begin, grown = safe[k, full], safe[k + 1, full] - safe[k, full]
-            left = (1.0 - sums[k, full]) / length[k]
-            share = 2.0 * left / (begin + np.sqrt(np.maximum(begin**2 + 2.0 * grown * left, 0.0)))
-            first = np.flatnonzero(broken[k + 1] & ~broken[: k + 1].any(axis=0))
-            stress = np.exp(logs[k : k + 2, :, first].max(axis=1))
-            static = (self.curve.static - stress[0]) / (stress[1] - stress[0])
-            ends += (self.cycles[k] + length[k] * np.concatenate([share, static])).tolist()
+            whole = (sums[k] < 1.0) & ~broken[: k + 1].any(axis=0)
+            full = np.flatnonzero(whole & (sums[k + 1] >= 1.0) & ~broken[k + 1])
+            until = _cycles_until(1.0 - sums[k, full], safe[k, full], safe[k + 1, full], length[k])
+            first = np.flatnonzero(whole & broken[k + 1])
+            share, rate = self._at_static(np.exp(logs[k : k + 2, :, first]))
+            static = share * length[k]
+            sooner = _cycles_until(1.0 - sums[k, first], safe[k, first], rate, np.maximum(static, _JUST))
+            ends += (self.cycles[k] + np.concatenate([until, np.minimum(sooner, static)])).tolist()
         return float(np.fmin.reduce(ends))
 
     def least_safeties(self) -> tuple[FloatArray, IntArray]:
@@ -95,6 +94,14 @@ class StressHistory:
         """Damage of a mean cycle, (wear_step, point)."""
         damage = self.curve.damage_per_cycle(logs + log_safety)
         return np.asarray(np.tensordot(damage.transpose(0, 2, 1), self.shares, axes=1))
+
+    def _at_static(self, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Share of a wear step where stresses (2, load, point) reach static strength, and the damage of a cycle."""
+        low, high = stress.max(axis=1)
+        share = (self.curve.static - low) / (high - low)
+        there = np.minimum(stress[0] + share * (stress[1] - stress[0]), self.curve.static)
+        with np.errstate(divide="ignore"):
+            return share, self._rates(np.log(there)[None], 0.0)[0]
 
     def _damage(self, logs: FloatArray, step: int, log_safety: FloatArray | float) -> FloatArray:
         """Miner's sum of every point after a wear step."""
@@ -138,6 +145,12 @@ class StressHistory:
                 damage = self._damage(logs[:, :, chosen], step, safety + 2.0 * _JUST)
                 return float(np.exp(safety[0])), int(chosen[damage.argmax()])
             chosen = np.concatenate([chosen, further])
+
+
+def _cycles_until(left: FloatArray, begin: FloatArray, end: FloatArray, length: FloatArray | float) -> FloatArray:
+    """Cycles until what is left of a sum is full, whose rate passes linearly from begin to end of a length."""
+    root = np.sqrt(np.maximum(begin**2 + 2.0 * (end - begin) * left / length, 0.0))
+    return np.asarray(2.0 * left / (begin + root))
 
 
 def _mean(rates: FloatArray) -> FloatArray:

@@ -189,6 +189,17 @@ def test_a_mode_that_adds_up_damage_fails_where_the_sum_is_one():
     assert history([1500.0, 3000.0], [0.0, 300.0]).life(1.0) == pytest.approx(180.0)
 
 
+@pytest.mark.parametrize("length", [1e4, 1e6, 1e8])
+def test_on_the_way_to_static_strength_damage_adds_up(length):
+    """From 97 to 120 % of it in one step, on one power law: the damage is an integral in closed form."""
+    low, grown, p = 0.97, 0.23, SLOPE
+    share = ((low ** (p + 1) + (p + 1) * grown * CURVE.cycles[0] / length) ** (1 / (p + 1)) - low) / grown
+    exact = length * min(share, (1.0 - low) / grown)
+    # one point that grows so, another that stays half as stressed
+    stress = CURVE.static * np.array([[0.5, low], [0.5, low + grown]])
+    assert history(stress, [0.0, length], curve=CURVE).life(1.0) == pytest.approx(exact, rel=0.02)
+
+
 @settings(max_examples=30)
 @given(st.floats(700.0, 1500.0), st.floats(1.0, 1.3), st.integers(1, 5))
 def test_the_life_is_where_the_safety_passes_what_is_required(stress, growth, steps):
