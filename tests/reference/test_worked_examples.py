@@ -37,6 +37,8 @@ from semiwear.ratings.load_stages import TEST_TORQUE_NM, film_of_test, mean_fric
 from semiwear.ratings.miner import StressHistory
 from semiwear.ratings.oil import Oil
 from semiwear.ratings.pitting import (
+    PitchPoint,
+    Pitting,
     life_points,
     lubricant_factor,
     pitting_curve,
@@ -53,6 +55,7 @@ from semiwear.ratings.scuffing import (
     scuffing_temperature,
 )
 from semiwear.ratings.specific_film import FilmContact, permissible_film, specific_film
+from semiwear.scene import rating_tables
 
 EXAMPLES = tomllib.loads((Path(__file__).parent / "worked_examples.toml").read_text(encoding="utf-8"))
 MODULUS = effective_modulus(206e3, 0.3, 206e3, 0.3)
@@ -310,6 +313,26 @@ def test_film_and_life_factors(example):
         curve = pitting_curve(example["limits"][i], "hardened", 0.85, prod(factors), example["Z_W"][i])
         # the reports print the speed to three digits and Z_W to four
         assert float(curve.permissible(cycles)) == pytest.approx(allowed, rel=1e-3)
+
+
+@each("pitting")
+@pytest.mark.parametrize("size", [1.0, 0.9])
+def test_a_table_of_the_scene_permits_those_pressures(example, size):
+    """Films are those of the softer flank, Z_W hardens the gear alone, and Z_X counts in full beyond 5e7 cycles."""
+    table = rating_tables.Pitting(
+        pinion_limit_MPa=example["limits"][0],
+        gear_limit_MPa=example["limits"][1],
+        pinion_life_curve="hardened",
+        gear_life_curve="hardened",
+        viscosity_40_mm2_per_s=example["viscosity_40"],
+        roughness_Rz_um=example["Rz"],
+        gear_work_hardening_factor=example["Z_W"][1],
+        size_factor=size,
+    )
+    radius = example.get("radius") or _radius(**example["tooth"])
+    curves = Pitting.of(table, PitchPoint(radius, example["speed"])).curves
+    for curve, cycles, allowed in zip(curves, example["cycles"], example["permissible"], strict=True):
+        assert float(curve.permissible(cycles)) == pytest.approx(size * allowed, rel=1e-3)
 
 
 def _radius(module: float, teeth: tuple[int, int], helix: float, centre: float) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,13 +12,14 @@ from hypothesis import strategies as st
 
 import semiwear as sw
 from semiwear.errors import SceneError
-from semiwear.plan import plan
+from semiwear.life import Life, life_group
+from semiwear.plan import Plan, plan
 from semiwear.ratings.bending import bending_curve
 from semiwear.ratings.contact import RatedContact, RatedFlanks
 from semiwear.ratings.failure import first_failure, meshes_to_failure
 from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
-from semiwear.ratings.pitting import pitting_curve
+from semiwear.ratings.pitting import PitchPoint, Pitting, pitting_curve
 from semiwear.results.rating_errors import told_with_errors
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.screen_ratings import nearness
@@ -23,6 +27,7 @@ from tests.scenes import problems_of
 from tests.strategies.ratings import BENDING, PITTING, RATED
 from tests.strategies.results import synthetic_tree
 
+life_module = import_module("semiwear.life")
 SLOPE = 13.22  # of the curve below: one power law from static strength to the end
 CURVE = LifeCurve((1e5, 5e7), (1600.0, 1600.0 * 500.0 ** (-1.0 / SLOPE)))
 ISO = pitting_curve(1500.0, "hardened", 0.85, 1.0, 1.0)
@@ -81,6 +86,14 @@ def test_influences_count_from_the_reference_on_and_not_in_static_strength():
     ratio = with_oil.permissible([1e4, 5e7, 1e10]) / without.permissible([1e4, 5e7, 1e10])
     assert ratio == pytest.approx([1.0, 0.9, 0.9])
     assert pitting_curve(1500.0, "hardened", 0.85, 1.0, 1.1).permissible(1e3) == pytest.approx(1.1 * 2400.0)
+
+
+def test_each_flank_has_the_curve_of_its_own_group_of_materials():
+    table = SMALL.replace({"effects.pitting.gear_life_curve": "nitrided"}).effects.pitting
+    pinion, gear = Pitting.of(table, PitchPoint(10.0, 5.0)).curves
+    # straight to 5e7 and 2e6 cycles: 1.6 and 1.3 at 1e5, and then to 0.85 at 1e10
+    assert pinion.cycles == (1e5, 5e7, 1e10) and gear.cycles == (1e5, 2e6, 1e10)
+    assert (pinion.static, gear.static) == pytest.approx((1.6 * 1500.0, 1.3 * 1450.0))
 
 
 # ---------------------------------------------------------------- Miner's sum
@@ -255,13 +268,15 @@ def test_safeties_scale_with_limits_and_load_factors(small):
             {
                 "effects.pitting.pinion_limit_MPa": 3000.0,
                 "effects.pitting.gear_limit_MPa": 2900.0,
+                "effects.pitting.application_factor": 1.21,
+                "effects.pitting.dynamic_factor": 1.44,
                 "effects.bending.application_factor": 1.5,
                 "effects.bending.dynamic_factor": 2.0,
             }
         )
     )
     ratio = (changed["ratings"].safety / small["ratings"].safety).values
-    np.testing.assert_allclose(ratio[0], 2.0, rtol=1e-6)
+    np.testing.assert_allclose(ratio[0], 2.0 / (1.1 * 1.2), rtol=1e-6)  # pressure grows with the root of the load
     np.testing.assert_allclose(ratio[1], 1.0 / 3.0, rtol=1e-6)
     for group in ("flank", "engagement", "history"):
         for name, values in small[group].to_dataset().data_vars.items():
@@ -332,6 +347,28 @@ def test_a_life_ends_at_the_first_failure():
     strong = life | {"effects.pitting.required_safety": 0.1, "effects.bending.required_safety": 0.1}
     told = sw.simulate(SMALL.replace(strong))["life"].to_dataset()
     assert str(told.ended_by.values) == "wear" and float(told.meshes_to_end) == float(told.meshes_to_limit)
+
+
+def test_a_life_is_ended_by_the_first_of_all_modes_and_bodies(monkeypatch):
+    """Of three modes, whose failures are made up, at 16 teeth against 24 and 1500 rev/min."""
+    physics = plan(SMALL.replace({"effects.run_life": {"depth_limit_um": 4.0, "ends_at": "first_failure"}}))
+    teeth = physics.loaded_teeth()
+    stepper = physics.wear_stepper(teeth)
+    monkeypatch.setattr(life_module, "find_life", lambda *_: Life(4e-3, 1e8, 1.5e8 / 9e4, -1.0, -0.9))
+
+    def end(failures):
+        rated = SimpleNamespace(
+            modes=("pitting", "bending", "scuffing"), arrays={"meshes_to_failure": np.array(failures)}
+        )
+        monkeypatch.setattr(Plan, "ratings", lambda *_: rated)
+        told = life_group(physics, teeth, stepper)
+        assert told["depth_limit"] == pytest.approx(4.0)
+        assert told["hours_to_end"] == pytest.approx(told["meshes_to_end"] * 1.5 / 9e4)
+        return str(told["ended_by"]), float(told["meshes_to_end"])
+
+    assert end([[np.nan, 9e7], [np.nan, np.nan], [3e7, 5e7]]) == ("scuffing", 3e7)
+    assert end([[np.nan, np.nan], [np.nan, 9e7], [2e8, np.nan]]) == ("bending", 9e7)
+    assert end([[np.nan, np.nan], [2e8, np.nan], [np.nan, np.nan]]) == ("wear", 1e8)
 
 
 # ---------------------------------------------------------------- errors that are carried over
