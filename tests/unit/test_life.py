@@ -1,16 +1,22 @@
 """Life until a depth of wear: against a plain run, and against what scales with what."""
 
+from importlib import import_module
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import semiwear as sw
 from semiwear.errors import ConvergenceError
-from semiwear.life import _zero_of, find_life, step_lengths_to
+from semiwear.life import _life_along, _Told, _Way, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
-from semiwear.wear.step_count import steps_of_life
+from semiwear.wear.mapping import Worn
+from semiwear.wear.step_count import steps_of_life, two_stage_steps_for_depth
 from semiwear.wear.two_stage import TwoStageStepper
 from tests.scenes import TINY, Heard
+
+life_module = import_module("semiwear.life")
 
 LIFE = TINY | {
     "wear.until.meshes": 1e8,
@@ -68,6 +74,47 @@ def test_the_last_step_ends_at_the_limit(tiny):
         assert state.wear.max() < 10e-3
         state = TwoStageStepper(stepper).step(state, length)
     assert state.wear.max() == pytest.approx(10e-3, rel=1e-5)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """A stepper of a gear whose greatest depth over the meshes is given."""
+
+    def stepper(depth):
+        def state(meshes):
+            return SimpleNamespace(meshes=meshes, worn=Worn(np.array([0.0, depth(meshes)]), None))
+
+        scheme = SimpleNamespace(start=lambda: state(0.0), step=lambda begin, length: state(begin.meshes + length))
+        monkeypatch.setattr(life_module, "TwoStageStepper", lambda _: scheme)
+        return SimpleNamespace(teeth=SimpleNamespace(pair=SimpleNamespace(base_pitch=14.0)))
+
+    return stepper
+
+
+def test_even_wear_takes_steps_of_one_length(made):
+    steps = two_stage_steps_for_depth(0.06, 14.0)
+    assert steps == 5
+    np.testing.assert_allclose(step_lengths_to(made(lambda n: 2e-9 * n), DRIVEN, 0.06), [3e7 / steps] * steps)
+
+
+@pytest.mark.parametrize("power", [0.6, 1.3])
+def test_wear_that_slows_down_or_speeds_up_has_the_life_at_which_it_reaches_the_limit(made, power):
+    lengths = step_lengths_to(made(lambda n: 0.02 * (n / 1e7) ** power), DRIVEN, 0.06)
+    assert sum(lengths) == pytest.approx(1e7 * 3.0 ** (1.0 / power), rel=1e-4)
+
+
+@pytest.mark.parametrize("more", [0.01, 0.2])  # what is missed is made good by the wear rate, or searched for
+def test_another_torque_has_the_life_at_which_it_reaches_the_limit(made, more):
+    """Wear in proportion to the torque, after something more at the beginning."""
+    way, rate = _Way([1e7, 2e7], 2e-9, []), 1.05 * 2e-9
+    found = _life_along(made(lambda n: more * 0.06 + rate * n), DRIVEN, 0.06, way, 1.05, _Told(None, 0, ""))
+    assert found == pytest.approx((1.0 - more) * 0.06 / rate, rel=1e-4)
+
+
+@pytest.mark.parametrize(("deepest", "words"), [(0.0, "at 0 um of 60 um"), (0.03, "at 30 um of 60 um")])
+def test_a_flank_that_stops_wearing_before_the_limit_says_where(made, deepest, words):
+    with pytest.raises(ConvergenceError, match=f"the gear wears no further {words}"):
+        step_lengths_to(made(lambda n: min(2e-9 * n, deepest)), DRIVEN, 0.06)
 
 
 def test_hours_are_turns_of_the_gear(tree):
