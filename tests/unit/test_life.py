@@ -1,5 +1,6 @@
 """Life until a depth of wear: against a plain run, and against what scales with what."""
 
+from dataclasses import dataclass, replace
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -8,9 +9,9 @@ import pytest
 
 import semiwear as sw
 from semiwear.errors import ConvergenceError
-from semiwear.life import _life_along, _Told, _Way, _zero_of, find_life, step_lengths_to
+from semiwear.life import _life_along, _Told, _under, _Way, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
-from semiwear.plan import plan
+from semiwear.plan import Compared, Plan, plan
 from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_of_life, two_stage_steps_for_depth
 from semiwear.wear.two_stage import TwoStageStepper
@@ -115,6 +116,26 @@ def test_another_torque_has_the_life_at_which_it_reaches_the_limit(made, more):
 def test_a_flank_that_stops_wearing_before_the_limit_says_where(made, deepest, words):
     with pytest.raises(ConvergenceError, match=f"the gear wears no further {words}"):
         step_lengths_to(made(lambda n: min(2e-9 * n, deepest)), DRIVEN, 0.06)
+
+
+@dataclass(frozen=True)
+class Planned:
+    """In place of a stepper: the plan that it is of."""
+
+    physics: Plan
+    implicit: bool = False
+
+
+def test_another_torque_is_that_of_every_level_and_run_as_the_torque_itself(tiny, monkeypatch):
+    spectrum = {"torques_Nm": [800.0, 1600.0], "shares": [0.25, 0.75]}
+    scene = tiny.replace({"effects.load_spectrum": spectrum})
+    monkeypatch.setattr(Plan, "loaded_teeth", lambda _: None)
+    monkeypatch.setattr(Plan, "wear_stepper", lambda physics, _: Planned(physics))
+    for compared in (None, Compared.with_runs_of(scene)):
+        found = _under(replace(plan(scene), compared=compared), 1.05)
+        assert found.implicit and found.physics.compared == compared
+        assert found.physics.scene.effects.load_spectrum.torques_Nm == pytest.approx((840.0, 1680.0))
+        assert found.physics.scene.operation.pinion_torque_Nm == pytest.approx(1.05 * 1600.0)
 
 
 def test_hours_are_turns_of_the_gear(tree):
