@@ -82,6 +82,22 @@ def test_fields_that_prisms_do_not_depend_on_have_no_course(scene: sw.Scene) -> 
     assert compared.along(scene, stiffer, 10.0) is compared
 
 
+def test_prisms_are_of_each_body_at_the_moduli_of_the_scene_compared_with(scene: sw.Scene) -> None:
+    """A bronze gear under a steel pinion, beside stiffer ones: only Young's moduli are those of the former."""
+    bronze = {"material.gear.youngs_modulus_MPa": 115000.0, "material.gear.poissons_ratio": 0.34}
+    other = {"material.pinion.youngs_modulus_MPa": 2.1e5, "material.gear.youngs_modulus_MPa": 1.2e5}
+    scene = scene.replace(bronze | {"material.pinion.poissons_ratio": 0.3})
+    stiffer = scene.replace(other)
+    beside = stiffer.replace({"material.gear.poissons_ratio": 0.35, "gear_pair.pinion_face_width_mm": 15.0})
+    steel = scene.material.pinion.youngs_modulus_MPa
+    course = Compared.with_runs_of(scene).along(stiffer, beside, 3.0).course
+    assert course is not None and course.share == 3.0
+    for end, of, ratio in ((course.at, stiffer, 0.34), (course.beside, beside, 0.35)):
+        assert end.gears == of.gear_pair
+        assert [body.youngs_modulus_MPa for body in end.materials] == [steel, 115000.0]
+        assert [body.poissons_ratio for body in end.materials] == [0.3, ratio]
+
+
 class _Pair(NamedTuple):
     one: float
     other: np.ndarray
