@@ -46,6 +46,29 @@ def test_a_single_contact_fades_out_with_the_square_of_the_distance():
     assert max(far) < 2.0 * min(far)
 
 
+@pytest.mark.parametrize("at", [5, 20, 21, 32])
+@pytest.mark.parametrize("along", [0, 1])
+def test_beside_a_line_of_contacts_values_fall_with_the_distance(at, along):
+    contact = np.zeros((50, 12), dtype=bool)
+    contact[at] = True
+    contact = np.ascontiguousarray(np.moveaxis(contact, 0, along))
+    filled = np.moveaxis(BetweenContacts(contact.shape, (1.0, 1.0)).fill(contact.astype(float), contact), along, 0)
+    assert (np.diff(filled[: at + 1], axis=0) >= 0.0).all() and (np.diff(filled[at:], axis=0) <= 0.0).all()
+    assert (filled[[at - 1, at + 1]] < 0.7).all()
+
+
+@pytest.mark.parametrize("cell", [(1.0, 4.0), (4.0, 1.0)])
+def test_on_long_cells_a_single_contact_fades_out_as_far_along_either_axis(cell):
+    """Beyond the sides of a cell: means over squares that are as wide as they are far away."""
+    shape = int(128 / cell[0]), int(128 / cell[1])
+    contact, i, j = np.zeros(shape, dtype=bool), shape[0] // 2, shape[1] // 2
+    contact[i, j] = True
+    filled = BetweenContacts(shape, cell).fill(contact.astype(float), contact)[i:, j:]
+    for far in (8.0, 16.0):
+        m, n = int(far / cell[0]), int(far / cell[1])
+        assert filled[m : 2 * m, :n].mean() == pytest.approx(filled[:m, n : 2 * n].mean(), rel=0.2)
+
+
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
 def test_the_inverse_of_the_cells_in_contact_is_nearer_than_that_of_the_whole_surface(share):
     shape, cell, rng = (24, 24), (1.0, 1.0), np.random.default_rng(3)
