@@ -31,6 +31,14 @@ def test_more_runs_make_less_error() -> None:
     assert many.relative_error < 0.5 * few.relative_error
 
 
+def test_the_relative_error_does_not_depend_on_the_unit() -> None:
+    inputs = np.linspace(-1.0, 1.0, LEAST_RUNS)[:, None]
+    values = np.abs(inputs[:, 0] - 0.1)
+    plain, scaled = emulator_of(inputs, values), emulator_of(inputs, 1e3 * values)
+    assert scaled.error == pytest.approx(1e3 * plain.error, rel=1e-6)
+    assert scaled.relative_error == pytest.approx(plain.relative_error, rel=1e-6)
+
+
 def test_it_is_the_mean_of_the_process_that_was_fitted() -> None:
     random = np.random.default_rng(2)
     inputs, fresh = random.uniform(-1.0, 1.0, (40, 3)), random.uniform(-1.0, 1.0, (20, 3))

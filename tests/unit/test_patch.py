@@ -220,6 +220,42 @@ def test_windows_grow_to_the_cells_that_touch(seed, monkeypatch):
 
 
 @pytest.mark.parametrize("seed", range(3))
+def test_a_window_that_holds_the_contact_is_the_only_one(seed, monkeypatch):
+    monkeypatch.setitem(globals(), "COLUMNS", 40)
+    dense = two_pairs(seed)
+    columns, solve = [], patch_iteration._solve
+
+    def told(*args):
+        columns.append(args[4].columns)
+        return solve(*args)
+
+    monkeypatch.setattr(patch_iteration, "_solve", told)
+    start = np.zeros(dense.gap.shape)
+    start[:, 18:22] = np.isfinite(dense.gap[:, 18:22])
+    found = dense.share(start, 1e-9)
+    assert len(columns) == 1 and columns[0] < 40
+    assert found.complementarity < 1e-7
+
+
+def test_every_cell_beyond_a_window_is_looked_at():
+    """At an approach of 0.07 mm: gaps of 0.1 mm do not close, nor does one of 0.05 that has yielded by 0.03."""
+    window, lever, rotation = patch_iteration._Window(np.array([4, 2]), 5), np.full(2, 70.0), 1e-3
+    force = np.zeros((2, COLUMNS))
+    force[:, 5] = 1.0
+    for row, column in np.ndindex(force.shape):
+        beyond = not window.first[row] <= column < window.first[row] + 5
+        gap, wanted = np.full(force.shape, 0.1), np.zeros(force.shape, dtype=bool)
+        gap[row, column] = 0.05
+        for yielded, pierced in ((0.01, beyond), (0.03, False)):
+            displacement = np.full(force.shape, yielded)
+            found = patch_iteration._missed(window, gap, lever, rotation, force, displacement, 0.0, wanted)
+            expected = force > 0.0
+            expected[row, column] |= pierced
+            assert found == pierced
+            np.testing.assert_array_equal(wanted, expected)
+
+
+@pytest.mark.parametrize("seed", range(3))
 def test_the_preconditioner_is_positive_with_the_coupling_of_other_cells(seed):
     """Cells come and go, fewer than make the coupling be factored again."""
     system, random = two_pairs(seed).system, np.random.default_rng(seed)
