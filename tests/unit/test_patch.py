@@ -13,7 +13,7 @@ import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact import patch_contact, patch_iteration
-from semiwear.contact.complementarity import ComplementarityStatus
+from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import gap_of_flanks
 from semiwear.contact.patch_gap import PatchCells
@@ -294,13 +294,31 @@ def test_a_pair_far_away_carries_nothing():
     assert found.sharing.pressure[: ROWS[0]].sum() > 0.0
 
 
-@pytest.mark.parametrize("most", [1, 2, 3])
+@pytest.mark.parametrize("most", [0, 1, 2, 3])
 def test_too_few_iterations_are_told(most):
     dense = two_pairs(0)
     start = starts_of(dense, 0)["one"]
     found = share_torque(dense.system, dense.gap, dense.levers, dense.torque, start, most, 1e-7, again=False)
     assert found.sharing.status is ComplementarityStatus.NOT_CONVERGED
     assert found.sharing.iterations == most
+    assert dense.levers @ found.sharing.pressure.sum(axis=1) == pytest.approx(dense.torque, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_windows_take_no_more_iterations_together_than_are_allowed(seed):
+    """From one cell at the end of its row, by several windows."""
+    dense = two_pairs(seed)
+    start = np.zeros(dense.gap.shape)
+    start[np.flatnonzero(np.isfinite(dense.gap[:, 0]))[0], 0] = 1.0
+
+    def share(most: int) -> Complementarity:
+        found = share_torque(dense.system, dense.gap, dense.levers, dense.torque, start, most, 1e-9, again=False)
+        return found.sharing
+
+    enough = share(2000).iterations
+    assert share(enough).status is ComplementarityStatus.CONVERGED
+    fewer = share(enough - 1)
+    assert (fewer.status, fewer.iterations) == (ComplementarityStatus.NOT_CONVERGED, enough - 1)
 
 
 @pytest.mark.parametrize("seed", range(3))
