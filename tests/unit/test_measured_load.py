@@ -40,6 +40,22 @@ def test_a_second_at_twice_the_speed_counts_twice():
     np.testing.assert_allclose(fast["shares"], [1 / 3, 2 / 3])
 
 
+def test_meshes_without_torque_and_torque_without_meshes_load_no_flank():
+    """Samples for 0.5, 1, 1.5, 1.5 and 0.5 s; the pinion stands still under the greatest torque."""
+    load = sw.measured_load(
+        {
+            "time_s": [0.0, 1.0, 2.0, 4.0, 5.0],
+            "torque_Nm": [100.0, 0.0, 200.0, 300.0, 900.0],
+            "speed_rpm": [100.0, 100.0, 100.0, 100.0, 0.0],
+        }
+    )
+    assert load.loaded_share() == pytest.approx((0.5 + 1.5 + 1.5) / 4.5)
+    assert load.loaded_share("coast") == 0.0
+    found = load.spectrum(3)  # of 100 N m each: the last one takes its upper end
+    np.testing.assert_allclose(found["torques_Nm"], [100.0, 250.0])
+    np.testing.assert_allclose(found["shares"], [0.5 / 3.5, 3.0 / 3.5])
+
+
 def test_a_spectrum_is_a_table_of_a_scene():
     load = sw.measured_load(1000.0 + 500.0 * np.sin(np.linspace(0, 20, 1000)))
     scene = SHIPPED.replace({"effects.load_spectrum": load.spectrum(5)})
@@ -59,6 +75,8 @@ def test_cycles_are_those_of_the_standard():
     found = sw.measured_load([-2.0, 1, -3, 5, -1, 3, -4, 4, -2]).cycles(levels=9)
     np.testing.assert_allclose(found["range"], [3, 4, 6, 8, 9])
     np.testing.assert_allclose(found["count"], [0.5, 1.5, 0.5, 1.0, 0.5])
+    # -2 to 1; half of 1 to -3 and one of -1 to 3; -2 to 4; halves of -3 to 5 and of -4 to 4; 5 to -4
+    np.testing.assert_allclose(found["mean"], [-0.5, 1 / 3, 1.0, 0.5, 0.5])
     slow = np.interp(np.linspace(0, 8, 801), np.arange(9), [-2.0, 1, -3, 5, -1, 3, -4, 4, -2])
     np.testing.assert_allclose(sw.measured_load(slow).cycles(levels=9)["count"], found["count"])
 
