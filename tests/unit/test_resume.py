@@ -333,6 +333,20 @@ def test_what_finished_steps_do_not_depend_on_may_change(small):
     assert changed(small.replace(PATCH), {"numerics.max_iterations": 99})
 
 
+def test_a_checkpoint_is_of_the_scene_under_which_its_last_step_was_added(tmp_path, small):
+    first = run_identity(small.to_toml())
+    farther = run_identity(small.replace({"wear.until.control_depths_um": [4.0, 12.0]}).to_toml())
+    path = tmp_path / "partial"
+    for identity, steps in ((first, (0, 1)), (farther, (2,))):
+        with open_checkpoint(path, identity, resume=True) as kept:
+            for k in steps:
+                kept.add(kept_step(k))
+    with pytest.raises(ResultFileError, match="control_depths_um"):
+        open_checkpoint(path, first, resume=True)
+    with open_checkpoint(path, farther, resume=True) as kept:
+        assert len(kept.steps) == 3
+
+
 def test_a_file_that_the_scene_names_belongs_to_the_run(tmp_path):
     grid = tmp_path / "grid.csv"
     scene = f'[effects.modification.gear]\nfile = "{grid.as_posix()}"\n'
