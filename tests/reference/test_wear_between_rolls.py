@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from semiwear.plan import plan
 from semiwear.simulate import simulate
-from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, shifts_of
+from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
 from semiwear.wear.swept_line import sweep, wear_of_both_flanks, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
@@ -71,6 +71,20 @@ def test_amounts_that_reach_beyond_the_nodes_are_laid_one_by_one():
     assert not lies_within(NODES, np.array([0.0, 3.9]), 2, -0.2)
     assert not lies_within(NODES, np.array([0.0]), 1, 1e-4)
     assert not lies_within(NODES, np.array([]), 0, 0.1)
+
+
+def test_a_place_that_moves_evenly_has_one_step_wherever_it_bears():
+    """Also where roll positions begin and end, and beside some that bear nothing, whose places say nothing."""
+    place, rate = 0.3 * np.arange(6.0), np.ones(6)
+    assert [step_of(place, rate, k) for k in range(6)] == pytest.approx([0.3] * 6)
+    place[[0, 5]], rate[[0, 5]] = 99.0, 0.0
+    assert [step_of(place, rate, k) for k in range(1, 5)] == pytest.approx([0.3] * 4)
+    assert step_of(np.array([5.0, 0.3, 7.0]), np.array([0.0, 1.0, 0.0]), 1) == 0.0
+
+
+def test_nodes_stand_for_all_of_the_height_between_them():
+    widths = [node_width(NODES, p) for p in range(NODES.size)]
+    np.testing.assert_allclose(widths, np.convolve(np.diff(NODES), [0.5, 0.5], mode="full"))
 
 
 def test_only_one_stretch_moves_as_a_whole():
