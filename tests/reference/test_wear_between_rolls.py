@@ -114,6 +114,12 @@ def test_a_footprint_cut_off_stays_at_its_end():
     np.testing.assert_allclose(shift, 0.5)
 
 
+def test_a_pressed_edge_moves_with_its_end_of_the_slice():
+    middle, at_edge, shift = np.array([-3.0, 0.0, 0.5, 4.0]), np.array([-1, 0, 0, 1]), np.zeros(4)
+    assert not shifts_of(middle, at_edge, 4, -3.0, 4.0, 0.1, 0.5, -0.2, 0.1, shift)
+    np.testing.assert_array_equal(shift, [-0.2, 0.5, 0.5, 0.1])
+
+
 def test_a_valley_by_itself_is_not_what_an_edge_cuts_off():
     """Stretches that weigh next to nothing change nothing: as the edge lifts off, all passes into one footprint."""
     whole, apart = np.linspace(1.5, 2.1, 7), np.linspace(1.4, 1.9, 5)
