@@ -77,6 +77,9 @@ def test_cycles_are_those_of_the_standard():
     np.testing.assert_allclose(found["count"], [0.5, 1.5, 0.5, 1.0, 0.5])
     # -2 to 1; half of 1 to -3 and one of -1 to 3; -2 to 4; halves of -3 to 5 and of -4 to 4; 5 to -4
     np.testing.assert_allclose(found["mean"], [-0.5, 1 / 3, 1.0, 0.5, 0.5])
+    # levels up to 2.25, 4.5, 6.75 and 9
+    coarse = sw.measured_load([-2.0, 1, -3, 5, -1, 3, -4, 4, -2]).cycles(levels=4)
+    np.testing.assert_allclose(coarse["count"], [2.0, 0.5, 1.5])
     slow = np.interp(np.linspace(0, 8, 801), np.arange(9), [-2.0, 1, -3, 5, -1, 3, -4, 4, -2])
     np.testing.assert_allclose(sw.measured_load(slow).cycles(levels=9)["count"], found["count"])
 
