@@ -84,7 +84,7 @@ class Annulus:
         exact = np.array([solve(m) for m in range(_EXACT)])
         beyond = np.geomspace(_EXACT - 1, max(harmonics, _EXACT), _BETWEEN)
         known = np.concatenate([wanted[2 : _EXACT - 1], beyond])
-        values = np.concatenate([exact[2 : _EXACT - 1], [solve(m) for m in beyond]])
+        values = np.concatenate([exact[2:], [solve(m) for m in beyond[1:]]])
         # for short waves the flexibility is that of a half-space, inverse to m
         spline = make_interp_spline(np.log(known), values * (1.0 + known)[:, None, None], k=3)
         further = spline(np.log(wanted[_EXACT:])) / (1.0 + wanted[_EXACT:])[:, None, None]

@@ -136,19 +136,20 @@ class Stretch:
         """
         integrals = section_integrals(self.mesh, self.youngs_modulus, self.poissons_ratio, along, lean)
         k00, k01, k11 = (k.tocsr() * (self.width / along) for k in integrals)
-        stiffness = _Stiffness(k00, k01, k11, derivatives(ORDERS) / self.width)
         levels = list(_levels(self.mesh))
+        joined = _joined(k00, k01, k11, derivatives(ORDERS) / self.width, levels)
         load = self._on_flank()
         moved, deflection = np.zeros_like(load), np.zeros((load.shape[1],) * 2)
         bending = np.zeros_like(deflection)
         # after half a turn the other flank is this one: z is turned, and so is what bends the tooth
         turned = np.repeat((-1.0) ** np.arange(ORDERS), HEIGHTS)
         for sign, free in self._fields(square=lean == 0.0, mirrored=mirrored):
-            unknowns = [own[free[own]] for own in levels]
+            chosen = [np.flatnonzero(free[own]) for own in levels]
+            forces = [load[own[some]] for own, some in zip(levels, chosen, strict=True)]
             answer = np.zeros_like(deflection)
-            for own, part in zip(unknowns, _solved(stiffness, unknowns, load), strict=True):
-                moved[own] += 0.5 * part
-                answer += load[own].T @ (0.5 * part)
+            for own, some, force, part in zip(levels, chosen, forces, _solved(joined, chosen, forces), strict=True):
+                moved[own[some]] += 0.5 * part
+                answer += force.T @ (0.5 * part)
             deflection += answer
             shared = 0.5 * (1.0 - sign * turned)
             bending += shared[:, None] * answer * shared
@@ -231,45 +232,47 @@ def _levels(mesh: SectionMesh) -> Iterator[IntArray]:
         level = level[left[level]]
 
 
-@dataclass(frozen=True)
-class _Stiffness:
-    """Stiffness of the stretch from integrals over its section and the derivative D (P, P) [1/mm]."""
+def _joined(
+    k00: csr_matrix, k01: csr_matrix, k11: csr_matrix, slope: FloatArray, levels: list[IntArray]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Stiffness of every level, and between it and the next: all unknowns, of which a field takes some.
 
-    k00: csr_matrix
-    k01: csr_matrix
-    k11: csr_matrix
-    slope: FloatArray
+    From integrals over the section and the derivative D (P, P) [1/mm].
+    """
+    basis = np.hstack([np.eye(ORDERS), _AXIAL])
+    along = np.array([0, 0, 1])  # which half of it u, v and w take
+    terms = []
+    for k, product in ((k00, np.eye(ORDERS)), (k01, slope), (k01.T.tocsr(), slope.T), (k11, slope.T @ slope)):
+        parts = (basis.T @ product @ basis).reshape(2, ORDERS, 2, ORDERS)
+        terms.append((k, parts[along][:, :, along]))
+    places = [level[::ORDERS] // ORDERS for level in levels]  # in the integrals
 
-    def between(self, rows: IntArray, columns: IntArray) -> FloatArray:
-        """Block of unknowns, each of section times polynomial."""
-        (row, order), (column, other) = divmod(rows, ORDERS), divmod(columns, ORDERS)
-        some, at_row = np.unique(row, return_inverse=True)
-        others, at_column = np.unique(column, return_inverse=True)
-        pick = np.ix_(at_row, at_column)
-        along = np.ix_((row % 3 == 2) * ORDERS + order, (column % 3 == 2) * ORDERS + other)
-        basis = np.hstack([np.eye(ORDERS), _AXIAL])
-        block = np.zeros((rows.size, columns.size))
-        for k, product in (
-            (self.k00, np.eye(ORDERS)),
-            (self.k01, self.slope),
-            (self.k01.T.tocsr(), self.slope.T),
-            (self.k11, self.slope.T @ self.slope),
-        ):
-            block += k[some][:, others].toarray()[pick] * (basis.T @ product @ basis)[along]
-        return block
+    def between(rows: IntArray, columns: IntArray) -> FloatArray:
+        block = np.zeros((rows.size // 3, 3, ORDERS, columns.size // 3, 3, ORDERS))
+        for k, product in terms:
+            part = k[rows][:, columns].toarray().reshape(rows.size // 3, 3, 1, columns.size // 3, 3, 1)
+            block += part * product[:, :, None]
+        return block.reshape(rows.size * ORDERS, -1)
+
+    following = [*places[1:], places[-1][:0]]
+    return [(between(own, own), between(own, after)) for own, after in zip(places, following, strict=True)]
 
 
-def _solved(stiffness: _Stiffness, levels: list[IntArray], load: FloatArray) -> list[FloatArray]:
-    """Displacement of the unknowns of every level under loads (unknowns, loads): elimination from tip to ground."""
-    own, force = stiffness.between(levels[0], levels[0]), load[levels[0]]
+def _solved(
+    joined: list[tuple[FloatArray, FloatArray]], chosen: list[IntArray], forces: list[FloatArray]
+) -> list[FloatArray]:
+    """Displacement of the chosen unknowns of every level under forces on them: elimination from tip to ground."""
+    own, force = joined[0][0][np.ix_(chosen[0], chosen[0])], forces[0]
     passed = []
-    for level, following in pairwise(levels):
+    for (_, coupling), (stiffness, _), (some, after), given in zip(
+        joined, joined[1:], pairwise(chosen), forces[1:], strict=False
+    ):
         factor = cho_factor(own, lower=True, overwrite_a=True, check_finite=False)
-        coupling = stiffness.between(level, following)
+        coupling = coupling[np.ix_(some, after)]
         carried = cho_solve(factor, coupling, check_finite=False)
         passed.append((factor, carried, force))
-        own = stiffness.between(following, following) - coupling.T @ carried
-        force = load[following] - carried.T @ force
+        own = stiffness[np.ix_(after, after)] - coupling.T @ carried
+        force = given - carried.T @ force
     moved = [cho_solve(cho_factor(own, lower=True, check_finite=False), force, check_finite=False)]
     for factor, carried, force in reversed(passed):
         moved.append(cho_solve(factor, force, check_finite=False) - carried @ moved[-1])
