@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import splu
 from skfem import ElementHexS2
 from skfem.quadrature import get_quadrature
 
+from fem_reference.solvers import factorise
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.polynomials import along_width
 from semiwear.compliance.prism import prism_section
@@ -124,12 +124,7 @@ class HexahedralTooth:
         if end_held:
             fixed[self.number[0][self.number[0] >= 0], 2] = True
         free = np.flatnonzero(~fixed.ravel())
-        factor = splu(
-            self.stiffness[free][:, free],
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        factor = factorise(self.stiffness[free][:, free], places=np.repeat(self.nodes, 3, axis=0)[free])
         moved = np.zeros((3 * len(self.nodes), loads.shape[2]))
         moved[free] = factor.solve(loads.reshape(-1, loads.shape[2])[free])
         return moved.reshape(loads.shape)
