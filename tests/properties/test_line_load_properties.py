@@ -6,7 +6,7 @@ from math import cos, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
@@ -20,6 +20,7 @@ SPUR = sw.load_scene("spur_fzg_c").replace(
         "numerics.roll_positions": 8,
         "numerics.harmonics": 3,
         "numerics.profile_points": 41,
+        "numerics.tooth_compliance": "rigid",  # how loads spread is no matter, and an inclined wheel takes its time
     }
 )
 few = settings(max_examples=max(settings.default.max_examples // 3, 4), suppress_health_check=[HealthCheck.too_slow])
@@ -41,6 +42,7 @@ def helical(draw: st.DrawFn) -> sw.Scene:
 
 @pytest.mark.slow
 @given(helical())
+@example(SPUR.replace({"gear_pair.helix_angle_deg": 20.0, "numerics.tooth_compliance": "prism"}))
 @few
 def test_line_loads_times_lengths_times_levers_are_the_torque(scene):
     engagement = sw.loaded_contact(scene)["engagement"].to_dataset()
