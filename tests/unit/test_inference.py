@@ -310,7 +310,7 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
 @pytest.mark.slow
 def test_what_wore_a_flank_is_found_again(tmp_path):
     """k, torque and offset of a simulated flank, through points of a displaced tooth; and k alone as `calibrate`."""
-    scene = SCENE.replace({"numerics.profile_points": 51, "wear.until.meshes": 5e8})
+    scene = SCENE.replace({"numerics.profile_points": 51, "numerics.wear_steps": 12, "wear.until.meshes": 5e8})
     truth = {K: 1.3e-13, TORQUE: 1450.0, OFFSET: 0.03}
     tree = sw.simulate(scene.replace(truth | {"numerics.wear_steps": 32}))
     flank = nominal_flank(scene)
