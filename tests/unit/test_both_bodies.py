@@ -109,7 +109,7 @@ class TestWorn:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("worn", [("pinion",), ("gear",), BODIES])
-    def test_every_body_has_its_pictures_and_key_number(self, tmp_path, worn):
+    def test_every_body_has_its_pictures_and_key_number(self, tmp_path, worn, unseen):
         text = write_report(tree_of(worn), tmp_path / "r.html").read_text(encoding="utf-8")
         for body in BODIES:
             for words in ("Wear of the {}'s flank", "Sections through the wear of the {}", "Worn flank of the {}"):
@@ -153,7 +153,7 @@ class TestMarks:
         ("kind", "name"),
         [("face_gear", "pitch cone"), ("cylindrical", "pitch cylinder"), ("flank_points", "pitch surface")],
     )
-    def test_pitch_surfaces_have_their_own_names(self, tmp_path, kind, name):
+    def test_pitch_surfaces_have_their_own_names(self, tmp_path, kind, name, unseen):
         scene = SCENE.replace('reference = "seed_paper"\n', "").replace('"face_gear"', f'"{kind}"')
         tree = tree_of(BODIES, scene)
         assert pitch_name(tree) == name and worn_bodies(tree) == BODIES
@@ -175,7 +175,7 @@ class TestMarks:
 
 
 @pytest.mark.slow
-def test_each_work_is_listed_once_and_none_of_solvers(tmp_path):
+def test_each_work_is_listed_once_and_none_of_solvers(tmp_path, unseen):
     """Archard's paper, Johnson's book and Litvin's are named by the physics and by quantities, in other words."""
     tree = tree_of(BODIES)
     tree.attrs["references"] = "Archard 1953, J. Appl. Phys. 24\nJohnson 1985, Contact Mechanics, ch. 4\nISO 21771"

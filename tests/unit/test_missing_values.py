@@ -77,7 +77,7 @@ def test_missing_values_say_why_and_outlive_a_file(without_pitch, tmp_path):
 
 
 @pytest.mark.slow
-def test_table_report_and_pictures_cope_and_say_why(without_pitch, tmp_path):
+def test_table_report_and_pictures_cope_and_say_why(without_pitch, tmp_path, unseen):
     table = wear_table(without_pitch)
     assert "nan" not in table
     assert "- p pitch [MPa]: no roll position has its greatest pressure within the pitch band" in table

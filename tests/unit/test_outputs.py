@@ -179,6 +179,7 @@ def test_a_result_is_on_disk_whatever_its_table_or_report_does(tmp_path, capsys,
 QUICK = """
 import sys
 import semiwear as sw
+from matplotlib import figure
 from semiwear import cli
 from tests.strategies.results import synthetic_tree
 def simulate(scene, progress=None, **_):
@@ -186,6 +187,7 @@ def simulate(scene, progress=None, **_):
         progress.step(k + 1, 200, "a step")
     return synthetic_tree(2)
 sw.simulate = simulate
+figure.Figure.savefig = lambda *_, **__: None
 sys.exit(cli.main(sys.argv[1:]))
 """
 
@@ -209,7 +211,7 @@ def test_a_broken_pipe_and_a_full_standard_output_lose_nothing(stream, tmp_path)
 
 
 @pytest.mark.slow
-def test_a_full_disk_names_the_file(tmp_path):
+def test_a_full_disk_names_the_file(tmp_path, unseen):
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limit[1]))
     try:

@@ -83,7 +83,7 @@ def test_relief_is_more_only_where_some_is_there_or_wear_has_taken_some(pressed)
 
 
 @pytest.mark.slow
-def test_run_and_report_say_it(tmp_path, capsys):
+def test_run_and_report_say_it(tmp_path, capsys, unseen):
     scene = tmp_path / "scene.toml"
     scene.write_text(SPUR.to_toml(), encoding="utf-8")
     assert main(["run", str(scene), "--report", str(tmp_path / "a.html")]) == 0

@@ -110,7 +110,7 @@ def test_contact_patterns_of_one_result_share_their_colours(tree):
 
 
 @pytest.mark.slow
-def test_what_only_some_results_have_is_left_out_without_a_word(tmp_path):
+def test_what_only_some_results_have_is_left_out_without_a_word(tmp_path, unseen):
     text = write_report(line_tree(3), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Contact pattern" not in text and "contact_pattern" not in text and "below the surface" not in text
     with pytest.raises(SemiwearError, match="/flank/contact_pattern"):
@@ -204,14 +204,14 @@ def test_the_page_shows_inputs_physics_steps_and_diagnostics(page):
 
 
 @pytest.mark.slow
-def test_text_of_the_scene_is_escaped(tmp_path):
+def test_text_of_the_scene_is_escaped(tmp_path, unseen):
     scene = NO_REFERENCE.replace("face_gear_25x160", "<script>alert(1)</script>")
     text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "<script>alert" not in text
 
 
 @pytest.mark.slow
-def test_no_paper_without_a_reference(tmp_path):
+def test_no_paper_without_a_reference(tmp_path, unseen):
     path = write_report(synthetic_tree(3, scene_toml=NO_REFERENCE), tmp_path / "r.html")
     text = path.read_text(encoding="utf-8")
     words = plain(text.split("</style>")[1])
@@ -220,18 +220,18 @@ def test_no_paper_without_a_reference(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["", "this is = no toml = at all", 'reference = "another"'])
-def test_odd_scenes_give_a_page(tmp_path, scene):
+def test_odd_scenes_give_a_page(tmp_path, scene, unseen):
     text = write_report(synthetic_tree(2, scene_toml=scene), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "Against the paper" not in text
 
 
-def test_one_wear_step_gives_a_page_without_curves_over_the_life(tmp_path):
+def test_one_wear_step_gives_a_page_without_curves_over_the_life(tmp_path, unseen):
     text = write_report(synthetic_tree(1), tmp_path / "r.html").read_text(encoding="utf-8")
     assert "NOT COMPARED" in text and "DISAGREE" not in text
     assert "Left out" in text
 
 
-def test_loaded_contact_alone_gives_a_page(tmp_path, tree):
+def test_loaded_contact_alone_gives_a_page(tmp_path, tree, unseen):
     copy = tree.copy(deep=True)
     for group in ("flank", "history", "diagnostics"):
         del copy[group]
@@ -240,7 +240,7 @@ def test_loaded_contact_alone_gives_a_page(tmp_path, tree):
 
 
 @pytest.mark.slow
-def test_a_failing_report_leaves_the_old_page(tmp_path, tree, monkeypatch):
+def test_a_failing_report_leaves_the_old_page(tmp_path, tree, monkeypatch, unseen):
     path = tmp_path / "r.html"
     path.write_text("old")
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))

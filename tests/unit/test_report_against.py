@@ -260,7 +260,7 @@ def test_other_engagements_for_the_same_depth_are_told(line, patch):
 
 
 @pytest.mark.slow
-def test_the_section_stands_in_the_page(tmp_path, line, patch):
+def test_the_section_stands_in_the_page(tmp_path, line, patch, unseen):
     other = changed(patch, "engagement/contact_pressure_max_edge", lambda v: 0.5 * v)
     text = section(sw.report(line, tmp_path / "r.html", against=other))
     assert "Against fidelity “patch”" in text and "<code>numerics.fidelity</code> only" in text
@@ -294,7 +294,7 @@ def test_fields_that_differ_are_listed(line, monkeypatch):
         ("history", "wear_depth_max_root", Kind.WEAR),
     ],
 )
-def test_missing_variables_are_not_compared(line, patch, group, name, kind):
+def test_missing_variables_are_not_compared(line, patch, group, name, kind, unseen):
     lacking = without(patch, group, name)
     rows = rows_of(line, lacking, mark=Mark.NOT_COMPARED)
     assert rows and {row.kind for row in rows} == {kind}
@@ -310,7 +310,7 @@ def test_without_line_loads_the_borders_have_no_width(line, patch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("swapped", [False, True])
-def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patch, swapped):
+def test_loaded_contact_alone_is_compared_in_what_both_have(tmp_path, line, patch, swapped, unseen):
     contact = patch
     for group in ("flank", "history", "diagnostics"):
         contact = without(contact, group)
@@ -371,7 +371,7 @@ def test_pictures_of_two_results(line, patch):
 
 
 @pytest.mark.slow
-def test_both_fidelities_of_a_real_scene(real, tmp_path):
+def test_both_fidelities_of_a_real_scene(real, tmp_path, unseen):
     rows = rows_of(real["line"], real["patch"])
     unworn = [row for row in rows if row.when == "unworn" and not row.border]
     assert unworn and {row.mark for row in unworn} == {Mark.AGREE}
@@ -393,7 +393,7 @@ def files(real, tmp_path):
 
 
 @pytest.mark.slow
-def test_report_against_a_file(files, tmp_path, capsys):
+def test_report_against_a_file(files, tmp_path, capsys, unseen):
     assert cli.main(["report", str(files["line"]), "--against", str(files["patch"])]) == 0
     assert "Against fidelity “patch”" in (tmp_path / "line.html").read_text(encoding="utf-8")
     assert cli.main(["report", str(files["line"]), "--against", str(tmp_path / "none.nc")]) == 2
@@ -406,7 +406,7 @@ def changes():
 
 
 @pytest.mark.slow
-def test_run_with_a_fidelity_against_a_file(files, tmp_path, capsys):
+def test_run_with_a_fidelity_against_a_file(files, tmp_path, capsys, unseen):
     page = tmp_path / "p.html"
     options = ["--fidelity", "patch", "--report", str(page), "--against", str(files["line"])]
     assert cli.main(["run", "face_gear_25x160", *changes(), *options]) == 0
