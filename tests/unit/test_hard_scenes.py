@@ -356,6 +356,8 @@ def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity,
     changes = {
         **TINY,
         **UNTIL_MESHES,
+        "numerics.face_slices": 7,
+        "numerics.profile_points": 21,
         "wear.until.meshes": 6e12,
         "wear.worn_bodies": bodies,
         "numerics.wear_steps": 2,
