@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 
 import semiwear as sw
 from semiwear.plan import plan
@@ -13,6 +12,7 @@ from semiwear.wear.swept_line import sweep, wear_of_mesh
 PINION_TEETH, GEAR_TEETH = 25, 160
 AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
 LOAD = 300.0  # N/mm
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
 # ---------------------------------------------------------------- kinematics, from the motions alone
@@ -43,20 +43,14 @@ class Valley:
     def __init__(self, pair, roll, face):
         self.pair, self.roll, self.face = pair, roll, face
         borders = pair.borders(face)
-        self.profile = np.array(
-            [
-                [
-                    minimize_scalar(
-                        lambda p, f=f, r=r: float(pair.meeting(np.array(f), np.array(p), np.array(r)).separation),
-                        bounds=(low, high),
-                        method="bounded",
-                        options={"xatol": 1e-9},
-                    ).x
-                    for f, low, high in zip(face, borders.root - 1.0, borders.tip + 1.0, strict=True)
-                ]
-                for r in roll
-            ]
-        )
+        # golden section, of all lines at once
+        shape = roll.size, face.size
+        low, high = (np.broadcast_to(end, shape).copy() for end in (borders.root - 1.0, borders.tip + 1.0))
+        while (high - low).max() > 1e-9:
+            left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+            first, second = (pair.meeting(face, place, roll[:, None]).separation for place in (left, right))
+            low, high = np.where(first < second, low, left), np.where(first < second, right, high)
+        self.profile = 0.5 * (low + high)
 
     def specific_sliding(self):
         """|v_s| / v_n of the gear at every inner roll position: v_n from where the line lies on the gear itself."""
