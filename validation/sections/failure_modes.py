@@ -21,7 +21,7 @@ __all__ = ["TITLE", "build"]
 TITLE = "Failure modes: local safeties beside global ones"
 COARSE = {"numerics.face_slices": 21, "numerics.roll_positions": 16, "numerics.profile_points": 61}
 COARSE |= {"numerics.harmonics": 5}
-QUICK = 6
+QUICK = 4
 """Pairs of either draw in a quick run, with `COARSE` numerics."""
 
 CAUSES = {
