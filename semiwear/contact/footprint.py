@@ -56,6 +56,8 @@ __all__ = [
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
 _BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
+_FEW = 12  # cells: of no more it does not pay to look for the closed ones
+_CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
@@ -173,6 +175,28 @@ def reach_space(nodes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
+    """Whether the gap is above a height in all of a cell: the fresh one at one node, what is removed at the other."""
+    node = first + cell
+    return min(g[cell], g[cell + 1]) - abs(removed[node] - removed[node + 1]) > highest
+
+
+@njit(cache=True, error_model="numpy")
+def _closed_cells(gap, first, end, depth, u, g):  # type: ignore[no-untyped-def]
+    """Of the cells from `first` up to `end`, those between the outermost ones that a footprint can close."""
+    nodes, removed, cells = gap.nodes[first : end + 1], gap.removed, end - first
+    fresh = fresh_curve(gap.derivatives)
+    _along_row(fresh, gap.at, nodes, removed[first : end + 1], u[: cells + 1], g[: cells + 1])
+    highest = _lowest(g, cells + 1) + _CLOSED * depth
+    low, high = 0, cells
+    while low < high - 1 and _above(removed, g, first, low, highest):
+        low += 1
+    while high > low + 1 and _above(removed, g, first, high - 1, highest):
+        high -= 1
+    return first + low, first + high
+
+
+@njit(cache=True, error_model="numpy")
 def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in `space`: depth, number of places and least gap.
 
@@ -187,6 +211,8 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     stop = min(gap.high, max(gap.at + reach, gap.low))
     parts = parts_of_cells(nodes, _FINE * width)
     first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
+    if start > gap.low and stop < gap.high and end - first > _FEW:
+        first, end = _closed_cells(gap, first, end, depth, u, g)
     fill_row(row, gap, parts, first, end)
     p, q, count = first * parts, end * parts + 1, ZERO
     if start <= gap.low and gap.low_radius > 0.0:

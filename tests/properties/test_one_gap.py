@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from semiwear.contact import patch_gap, slice_pressure
-from semiwear.contact.footprint import reach_space, reached
+from semiwear.contact.footprint import depth_of, reach_space, reached
 from semiwear.contact.gap import FlankGap, SliceGap
 from semiwear.meshing.finer_grid import finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
@@ -66,6 +66,15 @@ def test_all_kernels_see_one_gap(depth: np.ndarray, at: float, bend: float) -> N
         assert place.size > 2
         inside = np.abs(place - np.clip(place, LOW, HIGH)) < RADIUS
         np.testing.assert_allclose(found[inside], gap(place[inside], at, bend, depth), atol=1e-12)
+
+
+@given(DEPTHS, st.floats(-0.8, 0.8), st.floats(0.01, 0.08))
+def test_an_outline_holds_all_that_a_footprint_can_close(depth: np.ndarray, at: float, bend: float) -> None:
+    place = np.linspace(LOW, HIGH, 4001)
+    fine = gap(place, at, bend, depth)
+    closed = place[fine < fine.min() + depth_of(bend, HALF_WIDTH)]
+    outline, _ = by_footprint(at, bend, depth)
+    assert outline[0] <= closed[0] and closed[-1] <= outline[-1]
 
 
 @given(st.floats(-0.01, 0.01), st.floats(0.0, 1.0))
