@@ -279,7 +279,7 @@ def wear_runs(draw: st.DrawFn) -> dict[str, Any]:
         "numerics.wear_scheme": draw(st.sampled_from(["implicit", "two-stage", "explicit"])),
         "numerics.wear_mapping": mapping,
         "numerics.fidelity": fidelity,
-        "numerics.face_slices": 7,
+        "numerics.face_slices": draw(st.sampled_from([7, 11])),
         "numerics.profile_points": draw(st.sampled_from([21, 41])),
         "operation.pinion_torque_Nm": NOMINAL_TORQUE * draw(st.one_of(st.just(1.0), _power(-3.0, 1.0))),
     }
