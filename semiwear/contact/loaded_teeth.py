@@ -130,14 +130,22 @@ class LoadedTeeth:
         return Removed.met(grid, depth, self.fine.roll.size)
 
     def removed_in_footprints(
-        self, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, slices: IntArray
+        self,
+        wear: FloatArray,
+        driving_wear: FloatArray,
+        loaded: BoolArray,
+        slices: IntArray,
+        before: Removed | None = None,
     ) -> Removed:
-        """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only."""
+        """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only.
+
+        `before`, found for the same slices on flanks that were worn less, gives its memory away.
+        """
         assert self.driving is not None
         grid, own, unworn = self.driving.driven, self.driving.driven.from_grid(wear), self._finer_modification
         deepest = sum(float(depth.max()) for depth in (own, unworn, driving_wear))  # nothing else stands at zero
         windows = footprint_windows(self.fine, grid, loaded, deepest, self.half_width)
-        depth = self.driving.met(driving_wear, own, unworn, slices, windows)
+        depth = self.driving.met(driving_wear, own, unworn, slices, windows, before.depth if before else None)
         return Removed.met(grid, depth, self.fine.roll.size)
 
     @cached_property

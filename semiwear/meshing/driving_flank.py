@@ -17,6 +17,7 @@ from semiwear.threads import in_shares
 __all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
+_FOR_SLOPES = 2  # nodes to either side that the slope at a node takes in
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
@@ -44,28 +45,46 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
     return low, x - low
 
 
+@njit(cache=True, error_model="numpy")
+def _at_station(depth, low, weight, own, split, first, end, here, slope):  # type: ignore[no-untyped-def]
+    """Fill in depths between two stations and their slopes at nodes from `first` up to `end`."""
+    for n in range(max(first - _FOR_SLOPES, 0), min(end + _FOR_SLOPES, own.shape[0])):
+        here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
+    for n in range(first, end):
+        slope[n] = slope_at(here, own, split, n)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
     for i in slices:
-        before_low, before_weight = -1, 0.0
+        before_low, before_weight, known, known_end = -1, 0.0, 0, 0
         for k in range(profile.shape[0]):
             first, end = windows[k, i]
             lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
+            out[k, i, :first] = 0.0
+            out[k, i, end:] = 0.0
             if first == end:
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
-            if low != before_low or weight != before_weight:  # on a spur gear a slice meets one and the same
-                for n in range(own.shape[0]):
-                    here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
-                for n in range(own.shape[0]):
-                    slope[n] = slope_at(here, own, split, n)
-                before_low, before_weight = low, weight
+            on_line, turns = driving_profile[k, i], driving_slope[k, i]
+            start = on_line + turns * (nodes[i, first] - profile[k, i])
+            stop = on_line + turns * (nodes[i, end - 1] - profile[k, i])
+            lowest, highest = locate(own, split, min(start, stop))[0], locate(own, split, max(start, stop))[0] + 2
+            if low != before_low or weight != before_weight or lowest > known_end or highest < known:
+                before_low, before_weight, known, known_end = low, weight, lowest, lowest
+            # on a spur gear a slice meets one and the same
+            if lowest < known:
+                _at_station(depth, low, weight, own, split, lowest, known, here, slope)
+                known = lowest
+            if highest > known_end:
+                _at_station(depth, low, weight, own, split, known_end, highest, here, slope)
+                known_end = highest
             for p in range(first, end):
-                place = driving_profile[k, i] + driving_slope[k, i] * (nodes[i, p] - profile[k, i])
+                place = on_line + turns * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
                 theirs = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
@@ -99,6 +118,7 @@ class DrivingFlank:
         unworn: FloatArray,
         slices: IntArray | None = None,
         windows: IntArray | None = None,
+        into: FloatArray | None = None,
     ) -> FloatArray:
         """Depth of both flanks where the nodes of `driven` meet, (roll, face, profile) [mm].
 
@@ -114,13 +134,15 @@ class DrivingFlank:
             Slices to do; the others have no wear of the driving flank, as have slices that cannot touch.
         windows : (roll, face, 2) int array, optional
             First node and the one behind the last to do; everything else is zero.
+        into : array, changed, optional
+            What was found for the same slices before: with windows, memory that is used again.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:
             out = np.array(np.broadcast_to(unworn + driven, shape), order="C")
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         else:
-            out = np.zeros(shape)
+            out = np.zeros(shape) if into is None else into
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 

@@ -9,10 +9,10 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.gap import gap_of_flanks, slice_gap
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
-from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_grid import FlankGrid, locate
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 from semiwear.wear.between_rolls import lay, lay_points, lies_within, node_width, shifts_of, step_of
@@ -68,7 +68,7 @@ def _lay_apart(driving, place, shift, rising, part, pieces, into):  # type: igno
 def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out, taken):  # type: ignore[no-untyped-def]
     """Add a footprint to the stations of the driving flank that it meets, and to what is taken, (2,)."""
     mass, middle, shift = space.mass, space.middle, space.shift
-    place, amount, part = memory
+    (place, amount, part), once = memory
     stations, places, rate = driving.stations.shape[0], driving.places, what.rate[:, i]
     step = driving.stations[1] - driving.stations[0]
     below, above = max(i - 1, 0), min(i + 1, stations - 1)
@@ -88,18 +88,26 @@ def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out
         amount[at] = scale * mass[c] * factor_at(factor, middle[c])
         total += amount[at]
     together = alike and lies_within(driving.nodes, place, pieces, shift[0])
+    first = last = ZERO
+    if together:
+        reach = abs(shift[0])
+        first = locate(driving.nodes, driving.split, place[0] - reach)[0]
+        last = locate(driving.nodes, driving.split, place[pieces - 1] + reach)[0] + 2
+        once[first:last] = 0.0
+        lay_points(driving.nodes, driving.split, place, amount, pieces, reach, once)
     for side in range(2):
         # nothing is kept beyond the width of the last station
         share = max(1.0 - abs(weight - side), 0.0)
         if share == 0.0:
             continue
-        for c in range(pieces):
-            part[c] = share * amount[c]
         into = out[station + side]
         if together:
-            lay_points(driving.nodes, driving.split, place, part, pieces, abs(shift[0]), into)
+            for p in range(first, last):
+                into[p] += share * once[p]
             laid += share * total
         else:
+            for c in range(pieces):
+                part[c] = share * amount[c]
             laid += _lay_apart(driving, place, shift, rising, part, pieces, into)
     whole = rate[k] * length / scale  # what a unit laid stands for
     taken[0] += whole * total
@@ -109,7 +117,7 @@ def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out
 @njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, what, half_width, slices, driving, grid, length, out, own, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
-    memory = np.empty((3, space.mass.size))
+    memory = np.empty((3, space.mass.size)), np.empty(driving.nodes.size)
     for i in slices:
         for k in range(flank.profile.shape[0]):
             if k == 0 or flank.row[k] != flank.row[k - 1]:

@@ -175,14 +175,16 @@ class InterpolatedWear:
             # twice: over the cycles the wear of slices beside follows that of their own neighbours
             slices = teeth.driving.beside(teeth.driving.beside(slices))
         what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
+        removed: Removed | None = None
 
         def swept(worn: Worn) -> tuple[Worn, FloatArray]:
             """Sum of p |v_s| dt over one mesh on both flanks as they are, and what is taken."""
+            nonlocal removed
             taken = np.zeros((len(BODIES), 2))
             if worn.driving is None or teeth.driving is None:
                 mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(worn.driven), *what, taken[DRIVEN])
                 return Worn(mesh), taken
-            removed = teeth.removed_in_footprints(worn.driven, worn.driving, line_load > 0.0, slices)
+            removed = teeth.removed_in_footprints(worn.driven, worn.driving, line_load > 0.0, slices, removed)
             driving, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
             return Worn(mesh, driving), taken
 

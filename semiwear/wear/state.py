@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
@@ -116,6 +116,20 @@ class Trial:
     pace: float
     volume: WearVolume = field(default_factory=WearVolume.none)
     law_residual: float = 0.0
+
+    def scaled(self, share: float) -> Trial:
+        """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""
+        before, after = self.start.worn, self.worn
+        driving = None
+        if before.driving is not None and after.driving is not None:
+            driving = before.driving + share * (after.driving - before.driving)
+        return replace(
+            self,
+            meshes=share * self.meshes,
+            worn=Worn(before.driven + share * (after.driven - before.driven), driving),
+            pace=share * self.pace,
+            volume=WearVolume(share * self.volume.driven, share * self.volume.on_edges),
+        )
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,8 @@ _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
-_DEPTH_MISSED = 3e-4  # of it: then all mesh positions are solved; a smaller jump of the depth is let be
+_DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
+_NEARLY = 3e-3  # of it: with so much less or more worn the loads of a step stay as they are
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
 _SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
@@ -132,12 +133,16 @@ class WearStepper:
     ) -> Trial:
         """Trial of a step to a depth of the control point [mm]; `near` as in `trial`."""
         step = _Step(self, state, near)
-        trial = self._tried(step, step.meshes_to(point, depth, nearby=True))
-        missed = abs(self.depth_at(point, point.wear(trial.worn)) - depth)
-        if missed > _DEPTH_MISSED * (depth - self.depth_at(point, point.wear(state.worn))):
-            # a long step brings to the point what was far from it
-            trial = self._tried(step, step.meshes_to(point, depth, nearby=False))
-        return trial
+        wanted = depth - self.depth_at(point, point.wear(state.worn))
+        first = step.meshes_to(point, depth, nearby=True)
+        trial = self._tried(step, first)
+        missed = self.depth_at(point, point.wear(trial.worn)) - depth
+        if abs(missed) <= _DEPTH_MISSED * wanted:
+            return trial
+        # a long step brings to the point what was far from it
+        if abs(missed) <= _NEARLY * wanted:
+            return trial.scaled(wanted / (wanted + missed))
+        return self._tried(step, step.meshes_to(point, depth, nearby=False, first=first))
 
     def foreseen_depth(self, state: WearState, meshes: float) -> float:
         """Greatest wear depth on either flank after a step of a length [mm], estimated at a quarter of its price.
@@ -289,10 +294,10 @@ class _Step:
             cycles or self.cycles, slices,
         )  # fmt: skip
 
-    def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool) -> float:
+    def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool, first: float | None = None) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
 
-        With `nearby` only the mesh positions are solved whose contact passes near the point.
+        With `nearby` only the mesh positions are solved whose contact passes near the point; `first` is tried first.
         """
         stepper, teeth = self.stepper, self.teeth
         low, weight = teeth.grid.bracket(point.face)
@@ -319,7 +324,7 @@ class _Step:
         known = [(0.0, -wanted)]
         promised = wanted / rate
         tolerance = _SMOOTH_DEPTH_TOLERANCE if teeth.smooth else _DEPTH_TOLERANCE
-        trial = self.state.pace * promised
+        trial = self.state.pace * promised if first is None else first
         for _ in range(_DEPTH_ITERATIONS):
             loads = self.loads(trial, positions, loads)
             value = stepper.depth_at(point, point.wear(self.worn(loads, trial, slices))) - depth

@@ -123,6 +123,9 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     motion = sweep(loaded_teeth.fine, state.fine, loaded_teeth.pair.roll_per_time)
     slices = np.arange(loaded_teeth.grid.face.size)
     few = loaded_teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices)
+    before = loaded_teeth.removed_in_footprints(0.3 * driven, 0.6 * driving, line_load > 0.0, slices)
+    again = loaded_teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices, before)
+    assert again.depth is before.depth and (again.depth == few.depth).all()
     every = loaded_teeth.removed(driven, driving, slices)
     assert (few.depth == every.depth).mean() < 0.7  # windows leave something out
     what = (motion, line_load, loaded_teeth.half_width, loaded_teeth.problem.modulus, slices)

@@ -1,0 +1,56 @@
+"""Steps to a depth: their length is searched for where contact passes the control point; others move it a little."""
+
+import numpy as np
+import pytest
+
+from semiwear.plan import plan
+from semiwear.wear.stepping import ControlPoint, WearStepper, _Step
+from tests.scenes import TINY
+
+DEPTH = 4e-3  # mm
+
+
+@pytest.fixture(scope="module", params=[["gear"], ["pinion", "gear"]], ids=" and ".join)
+def to_depth(request, shipped) -> tuple[WearStepper, ControlPoint]:
+    physics = plan(shipped.replace(TINY | {"wear.worn_bodies": request.param}))
+    teeth = physics.loaded_teeth()
+    stepper, point = physics.wear_stepper(teeth), physics.control_point(teeth)
+    assert isinstance(stepper, WearStepper) and point is not None
+    return stepper, point
+
+
+def searched(monkeypatch, off: float) -> list[bool]:
+    """Let the search near the point end at a length that is off by a share of itself; tells what was searched."""
+    search, tried = _Step.meshes_to, []
+
+    def meshes_to(self, point, depth, *, nearby, first=None):
+        tried.append(nearby)
+        meshes, share = search(self, point, depth, nearby=nearby, first=first), 1.0 + off if nearby else 1.0
+        self.pace *= share
+        return share * meshes
+
+    monkeypatch.setattr(_Step, "meshes_to", meshes_to)
+    return tried
+
+
+def test_a_step_that_nearly_ends_at_the_depth_is_scaled_to_it(monkeypatch, to_depth):
+    stepper, point = to_depth
+    state = stepper.start()
+    exact = stepper.trial_to_depth(state, point, DEPTH)
+    tried = searched(monkeypatch, 1.5e-3)
+    trial = stepper.trial_to_depth(state, point, DEPTH)
+    assert tried == [True] and trial.pace == pytest.approx(exact.pace, rel=5e-4)
+    assert stepper.depth_at(point, point.wear(trial.worn)) == pytest.approx(DEPTH, rel=1e-12)
+    assert trial.volume.driven == pytest.approx(exact.volume.driven, rel=5e-4)
+    for one, other in zip(trial.worn, exact.worn, strict=True):
+        if one is not None:
+            np.testing.assert_allclose(one, other, atol=1e-3 * other.max())
+
+
+def test_a_step_that_ends_far_off_is_searched_for_again(monkeypatch, to_depth):
+    stepper, point = to_depth
+    state = stepper.start()
+    tried = searched(monkeypatch, -0.1)
+    trial = stepper.trial_to_depth(state, point, DEPTH)
+    assert tried == [True, False]
+    assert stepper.depth_at(point, point.wear(trial.worn)) == pytest.approx(DEPTH, rel=1e-4)
