@@ -79,25 +79,68 @@ def active_set_work(n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _factor_row(a, i, x, y):  # type: ignore[no-untyped-def]
+    """Row i of a Cholesky factor in place, and of both solutions of it; False where its pivot is not positive."""
+    for j in range(i):
+        total = a[i, j]
+        for k in range(j):
+            total -= a[i, k] * a[j, k]
+        a[i, j] = total / a[j, j]
+    pivot, first, second = a[i, i], x[i], y[i]
+    for k in range(i):
+        pivot -= a[i, k] * a[i, k]
+        first -= a[i, k] * x[k]
+        second -= a[i, k] * y[k]
+    if pivot <= 0.0:
+        return False
+    a[i, i] = sqrt(pivot)
+    x[i], y[i] = first / a[i, i], second / a[i, i]
+    return True
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _factor_two_rows(a, i, x, y):  # type: ignore[no-untyped-def]
+    """Rows i (even) and i + 1 of the same, by two columns at a time: what is read serves twice."""
+    n = i + 1
+    for j in range(0, i, 2):
+        m = j + 1
+        ij, im, nj, nm = a[i, j], a[i, m], a[n, j], a[n, m]
+        for k in range(j):
+            upper, lower, left, right = a[i, k], a[n, k], a[j, k], a[m, k]
+            ij -= upper * left
+            im -= upper * right
+            nj -= lower * left
+            nm -= lower * right
+        ij, nj = ij / a[j, j], nj / a[j, j]
+        a[i, j], a[i, m] = ij, (im - ij * a[m, j]) / a[m, m]
+        a[n, j], a[n, m] = nj, (nm - nj * a[m, j]) / a[m, m]
+    ii, ni, nn = a[i, i], a[n, i], a[n, n]
+    first, second, third, fourth = x[i], y[i], x[n], y[n]
+    for k in range(i):
+        upper, lower = a[i, k], a[n, k]
+        ii -= upper * upper
+        ni -= upper * lower
+        nn -= lower * lower
+        first -= upper * x[k]
+        second -= upper * y[k]
+        third -= lower * x[k]
+        fourth -= lower * y[k]
+    if ii <= 0.0 or nn - ni * ni / ii <= 0.0:
+        return False
+    a[i, i], a[n, i], a[n, n] = sqrt(ii), ni / sqrt(ii), sqrt(nn - ni * ni / ii)
+    x[i], y[i] = first / a[i, i], second / a[i, i]
+    x[n], y[n] = (third - a[n, i] * x[i]) / a[n, n], (fourth - a[n, i] * y[i]) / a[n, n]
+    return True
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     """Solve two right-hand sides in place with the lower triangle of a; False when a is not positive definite."""
-    for i in range(n):
-        for j in range(i):
-            total = a[i, j]
-            for k in range(j):
-                total -= a[i, k] * a[j, k]
-            a[i, j] = total / a[j, j]
-        total = a[i, i]
-        for k in range(i):
-            total -= a[i, k] * a[i, k]
-        if total <= 0.0:
+    for i in range(0, n - 1, 2):
+        if not _factor_two_rows(a, i, x, y):
             return False
-        a[i, i] = sqrt(total)
-        first, second = x[i], y[i]
-        for k in range(i):
-            first -= a[i, k] * x[k]
-            second -= a[i, k] * y[k]
-        x[i], y[i] = first / a[i, i], second / a[i, i]
+    if n % 2 == 1 and not _factor_row(a, n - 1, x, y):
+        return False
     for i in range(n - 1, -1, -1):
         x[i] /= a[i, i]
         y[i] /= a[i, i]
