@@ -6,10 +6,11 @@ p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Fla
 
 from __future__ import annotations
 
-from math import log, sqrt
+from math import log
 
 import numpy as np
 
+from semiwear.contact.active_set import cholesky_solve
 from semiwear.kernel_cache import njit
 
 __all__ = ["influences", "mean_log", "plane_contact", "respond"]
@@ -38,27 +39,15 @@ def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
             out[j, i] = out[i, j]
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@njit(cache=True, error_model="numpy")
 def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
-    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y)."""
+    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y); False if undefined."""
     m = on.shape[0]
     for i in range(m):
         for j in range(i + 1):
-            value = influence[on[i], on[j]]
-            for k in range(j):
-                value -= a[i, k] * a[j, k]
-            a[i, j] = sqrt(max(value, 1e-300)) if i == j else value / a[j, j]
-        first, second = gap[on[i]], 1.0
-        for k in range(i):
-            first -= a[i, k] * x[k]
-            second -= a[i, k] * y[k]
-        x[i], y[i] = first / a[i, i], second / a[i, i]
-    for i in range(m - 1, -1, -1):
-        x[i] /= a[i, i]
-        y[i] /= a[i, i]
-        for k in range(i):
-            x[k] -= a[i, k] * x[i]
-            y[k] -= a[i, k] * y[i]
+            a[i, j] = influence[on[i], on[j]]
+        x[i], y[i] = gap[on[i]], 1.0
+    return cholesky_solve(a, m, x, y)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -86,7 +75,8 @@ def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type
                 points[m] = i
                 m += 1
         on = points[:m]
-        respond(gap, influence, on, a, x, y)
+        if not respond(gap, influence, on, a, x, y):
+            break
         top, bottom = load, 0.0
         for i in range(m - 1, -1, -1):
             top += x[i]
