@@ -139,7 +139,7 @@ class LoadedTeeth:
     ) -> Removed:
         """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only.
 
-        `before`, found for the same slices on flanks that were worn less, gives its memory away.
+        `before`, found for the same slices and the same of them loaded, gives its memory away.
         """
         assert self.driving is not None
         grid, own, unworn = self.driving.driven, self.driving.driven.from_grid(wear), self._finer_modification

@@ -64,10 +64,10 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
         for k in range(profile.shape[0]):
             first, end = windows[k, i]
             lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
-            out[k, i, :first] = 0.0
-            out[k, i, end:] = 0.0
             if first == end:
                 continue
+            out[k, i, :first] = 0.0
+            out[k, i, end:] = 0.0
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
             on_line, turns = driving_profile[k, i], driving_slope[k, i]
@@ -135,7 +135,7 @@ class DrivingFlank:
         windows : (roll, face, 2) int array, optional
             First node and the one behind the last to do; everything else is zero.
         into : array, changed, optional
-            What was found for the same slices before: with windows, memory that is used again.
+            With windows, what was found before in some of the same slices: memory that is used again.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:

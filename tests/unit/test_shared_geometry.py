@@ -127,12 +127,14 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     again = loaded_teeth.removed_in_footprints(driven, driving, line_load > 0.0, slices, before)
     assert again.depth is before.depth and (again.depth == few.depth).all()
     every = loaded_teeth.removed(driven, driving, slices)
+    flank = loaded_teeth.driving
+    assert flank is not None
+    alone = every.depth == flank.driven.from_grid(driven)
+    assert alone[~flank.near].all() and not alone[flank.near].all()
     assert (few.depth == every.depth).mean() < 0.7  # windows leave something out
     what = (motion, line_load, loaded_teeth.half_width, loaded_teeth.problem.modulus, slices)
-    assert loaded_teeth.driving is not None
     found, expected = (
-        wear_of_both_flanks(loaded_teeth.fine, loaded_teeth.grid, loaded_teeth.driving, removed, *what)
-        for removed in (few, every)
+        wear_of_both_flanks(loaded_teeth.fine, loaded_teeth.grid, flank, removed, *what) for removed in (few, every)
     )
     for one, other in zip(found, expected, strict=True):
         assert other.max() > 0.0
