@@ -41,7 +41,10 @@ def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
-    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y); False if undefined."""
+    """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y).
+
+    False when the influence is not positive definite.
+    """
     m = on.shape[0]
     for i in range(m):
         for j in range(i + 1):

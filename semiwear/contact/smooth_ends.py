@@ -12,15 +12,14 @@ __all__ = ["smooth_rate"]
 
 @njit(cache=True, error_model="numpy")
 def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-untyped-def]
-    """Change of the approach by the load while these cells are pressed; a given one where none is."""
+    """Change of the approach by the load while these cells are pressed; a given one where that is undefined."""
     m = 0
     for i in range(active.shape[0]):
         if active[i]:
             points[m] = i
             m += 1
-    if m == 0:
+    if m == 0 or not respond(force, influence, points[:m], a, x, y):
         return none
-    respond(force, influence, points[:m], a, x, y)
     return 1.0 / y[:m].sum()
 
 
