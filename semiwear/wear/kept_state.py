@@ -20,7 +20,7 @@ from semiwear.wear.volume import WearVolume
 __all__ = ["restored_state", "state_arrays"]
 
 _PRESSED = ("gap", "curvature", "profile")  # of footprints, where edges press
-_NUMBERS = ("meshes", "pace", "error", "law_residual")  # of a state
+_NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # of a state
 
 
 def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray]:

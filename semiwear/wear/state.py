@@ -55,6 +55,8 @@ class WearState:
     law_residual : float
         Change of the wear coefficient in the last iteration with the loads of the step that led here, over the
         greatest coefficient; 0 where no wear law makes it depend on loads.
+    depth_ratio : float
+        What the last step to a depth wore off at the control point, over what the mesh positions near it foretold.
     """
 
     meshes: float
@@ -65,6 +67,7 @@ class WearState:
     stride: tuple[float, ...] = ()
     volume: WearVolume = field(default_factory=WearVolume.none)
     law_residual: float = 0.0
+    depth_ratio: float = 1.0
 
     @property
     def wear(self) -> FloatArray:
@@ -101,7 +104,7 @@ class Trial:
         Loads of every case that hold over the step.
     worn : Worn
         Wear depths at its end [mm].
-    pace : float
+    pace, depth_ratio : float
         As in `WearState`.
     volume : WearVolume
         That the step wears off.
@@ -116,6 +119,7 @@ class Trial:
     pace: float
     volume: WearVolume = field(default_factory=WearVolume.none)
     law_residual: float = 0.0
+    depth_ratio: float = 1.0
 
     def scaled(self, share: float) -> Trial:
         """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""

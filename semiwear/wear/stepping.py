@@ -134,13 +134,16 @@ class WearStepper:
         """Trial of a step to a depth of the control point [mm]; `near` as in `trial`."""
         step = _Step(self, state, near)
         wanted = depth - self.depth_at(point, point.wear(state.worn))
-        first = step.meshes_to(point, depth, nearby=True)
+        foretold = wanted / state.depth_ratio
+        first = step.meshes_to(point, depth - wanted + foretold, nearby=True)
         trial = self._tried(step, first)
         missed = self.depth_at(point, point.wear(trial.worn)) - depth
         if abs(missed) <= _DEPTH_MISSED * wanted:
             return trial
-        # a long step brings to the point what was far from it
+        # a long step brings to the point what was far from it, and the next one about as much again
+        step.depth_ratio = (wanted + missed) / foretold
         if abs(missed) <= _NEARLY * wanted:
+            trial = replace(trial, depth_ratio=step.depth_ratio)
             return trial.scaled(wanted / (wanted + missed))
         return self._tried(step, step.meshes_to(point, depth, nearby=False, first=first))
 
@@ -175,7 +178,9 @@ class WearStepper:
         contact = self.teeth.load(worn.driven, loads[0], worn.driving)
         volume = trial.start.volume + trial.volume
         meshes, residual = trial.start.meshes + trial.meshes, trial.law_residual
-        return WearState(meshes, contact, trial.pace, cases, volume=volume, law_residual=residual)
+        return WearState(
+            meshes, contact, trial.pace, cases, volume=volume, law_residual=residual, depth_ratio=trial.depth_ratio
+        )
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
@@ -185,7 +190,7 @@ class WearStepper:
         work = sliding_work(step.weighted_loads(loads), step.motion, self.teeth)
         multipliers = self.multipliers(meshes)
         volume = WearVolume(work * np.array([multipliers.driving, multipliers.driven]), on_edges)
-        return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual)
+        return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual, step.depth_ratio)
 
     def _require_teeth(self, worn: Worn, state: WearState, meshes: float) -> None:
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
@@ -211,7 +216,7 @@ class _Step:
             for case, loaded in zip(stepper.load_cases, state.loaded, strict=True)
         ]
         self.cycles = 0.0
-        self.pace = state.pace
+        self.pace, self.depth_ratio = state.pace, state.depth_ratio
 
     def loads(
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None

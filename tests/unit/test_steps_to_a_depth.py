@@ -54,3 +54,14 @@ def test_a_step_that_ends_far_off_is_searched_for_again(monkeypatch, to_depth):
     trial = stepper.trial_to_depth(state, point, DEPTH)
     assert tried == [True, False]
     assert stepper.depth_at(point, point.wear(trial.worn)) == pytest.approx(DEPTH, rel=1e-4)
+
+
+def test_what_the_search_missed_is_foreseen_in_the_next_step(monkeypatch, to_depth):
+    stepper, point = to_depth
+    tried = searched(monkeypatch, -0.02)
+    state = stepper.step_to_depth(stepper.start(), point, DEPTH)
+    assert tried == [True, False] and state.depth_ratio == pytest.approx(0.98, abs=5e-3)
+    tried.clear()
+    state = stepper.step_to_depth(state, point, 2.0 * DEPTH)
+    assert tried == [True] and state.depth_ratio == pytest.approx(0.98, abs=5e-3)
+    assert stepper.depth_at(point, point.wear(state.worn)) == pytest.approx(2.0 * DEPTH, rel=3e-4)
