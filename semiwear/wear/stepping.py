@@ -39,6 +39,8 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 _CYCLES = (4, 64)  # within an implicit step
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
+_ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
+_BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
@@ -250,7 +252,7 @@ class _Step:
         """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
 
         A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
-        come out greater on the other side.
+        come out greater on the other side. Nor does a long step take many more.
         """
         lines, loaded = self.teeth.lines, self.state.contact.loads.force > 0.0
         bend = float(np.median(lines.separation[2][loaded] / lines.spacing[loaded] ** 2))
@@ -261,7 +263,9 @@ class _Step:
         )
         cycles = depth / reach if self.teeth.smooth else np.ceil(depth / reach)
         stable = float(np.clip(cycles, _LEAST_CYCLES, _MOST_CYCLES))
-        self.cycles = max(stable, self.cycles)
+        finer = _DEPTH_A_CYCLE / self.stepper.depth_a_cycle
+        most = finer * max(_BEYOND_STABLE * stable, _ALWAYS)
+        self.cycles = max(stable, min(self.cycles, most if self.teeth.smooth else np.ceil(most)))
         return stable
 
     @property

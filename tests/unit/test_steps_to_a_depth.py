@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from semiwear.plan import plan
+from semiwear.wear.mapping import Worn
 from semiwear.wear.stepping import ControlPoint, WearStepper, _Step
 from tests.scenes import TINY
 
@@ -65,3 +66,22 @@ def test_what_the_search_missed_is_foreseen_in_the_next_step(monkeypatch, to_dep
     state = stepper.step_to_depth(state, point, 2.0 * DEPTH)
     assert tried == [True] and state.depth_ratio == pytest.approx(0.98, abs=5e-3)
     assert stepper.depth_at(point, point.wear(state.worn)) == pytest.approx(2.0 * DEPTH, rel=3e-4)
+
+
+def test_a_step_that_wears_much_takes_few_more_cycles_than_are_stable(to_depth):
+    stepper, _ = to_depth
+    step = _Step(stepper, stepper.start())
+
+    def cycles(depth: float, asked: float) -> tuple[float, float]:
+        step.cycles = asked
+        stable = step._stable_cycles(Worn(*(None if one is None else one + depth for one in step.state.worn)))
+        return stable, step.cycles
+
+    at_once = cycles(0.1, 4.0)[0] * 10.0  # cycles in a mm
+    stable, most = cycles(20.0 / at_once, 64.0)
+    assert most == np.ceil(1.5 * stable) < 64.0
+    assert cycles(20.0 / at_once, 22.0)[1] == max(stable, 22.0)
+    assert cycles(2.0 / at_once, 64.0)[1] == 16.0
+    assert cycles(2.0 / at_once, 12.0)[1] == 12.0
+    deep = cycles(40.0 / at_once, 4.0)
+    assert deep[0] == deep[1] > 20.0
