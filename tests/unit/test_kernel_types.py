@@ -9,8 +9,10 @@ RUN = """
 import sys
 from numba.core.registry import CPUDispatcher
 import semiwear as sw
+from semiwear.commands.late_kernels import compile_late_kernels
 from tests.scenes import TINY, scene_of
 
+compile_late_kernels()  # must be the very ones of a run
 worn = {"wear.until.control_depths_um": (6.0, 12.0), "numerics.threads": 1}
 for changes in ({}, {"wear.worn_bodies": ("pinion", "gear")}):
     sw.simulate(scene_of(TINY, worn, changes, wears=True))
