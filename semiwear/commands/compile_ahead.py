@@ -13,7 +13,7 @@ from semiwear.threads import available_threads
 
 __all__ = ["compiling_ahead"]
 
-_LATE = (sys.executable, "-m", "semiwear.commands.late_kernels")
+_LATE = ("-m", "semiwear.commands.late_kernels")
 
 
 @contextmanager
@@ -23,7 +23,7 @@ def compiling_ahead(scene: Scene) -> Iterator[None]:
     Only for a scene that needs them: wear at fidelity line.
     """
     threads = scene.numerics.threads or available_threads()
-    if threads == 1 or scene.wear is None or scene.numerics.fidelity != "line":
+    if threads == 1 or scene.wear is None or scene.numerics.fidelity != "line" or not sys.executable:
         yield
         return
     started: list[subprocess.Popen[bytes]] = []
@@ -31,7 +31,8 @@ def compiling_ahead(scene: Scene) -> Iterator[None]:
     def start() -> None:
         with suppress(OSError):  # then all is compiled here
             nowhere = subprocess.DEVNULL
-            started.append(subprocess.Popen(_LATE, stdin=nowhere, stdout=nowhere, stderr=nowhere))
+            command = [sys.executable, *_LATE]
+            started.append(subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere))
 
     with telling_of_compilation(start):
         try:

@@ -13,15 +13,17 @@ under loads that are not).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse import coo_matrix, csc_matrix
 from skfem import Basis, ElementQuad2, MeshQuad
 
 from semiwear.arrays import FloatArray
-from semiwear.compliance.pitch_chain import symmetric_factor, unknowns_of
+from semiwear.compliance.pitch_chain import unknowns_of
 from semiwear.compliance.section_elements import elasticity
 
 __all__ = ["Annulus"]
@@ -109,16 +111,15 @@ class Annulus:
         basis = Basis(mesh, ElementQuad2(), intorder=4)
         matrices = _matrices(basis, self.youngs_modulus, self.poissons_ratio)
         radius, along = basis.doflocs
-        near = 1e-9 * abs(self.held - self.loaded)
-        surface = np.flatnonzero(abs(radius - self.loaded) < near)
-        surface = surface[np.argsort(along[surface])]
-        free = unknowns_of(np.flatnonzero(abs(radius - self.held) > near))
-        loaded = unknowns_of(surface)
-        inner = np.setdiff1d(free, loaded)
-        # in an order that keeps the factor sparse, the loaded cylinder last
-        steady = (matrices[0] + matrices[2])[inner][:, inner].tocsc()
-        order = np.concatenate([inner[np.argsort(symmetric_factor(steady, "MMD_AT_PLUS_A").perm_c)], loaded])
-        return _Harmonic([k[order][:, order].tocsc() for k in matrices], inner.size)
+        # cylinders of nodes from the held one to the loaded one, the nodes of each along the axis
+        ends = np.sort(abs(self._wall() - self.held))
+        cylinder = np.rint(2.0 * np.interp(abs(radius - self.held), ends, np.arange(ends.size)))
+        order = np.lexsort((along, cylinder)).reshape(2 * ends.size - 1, -1)
+        layers = [unknowns_of(two.ravel()) for two in order[1:].reshape(-1, 2, order.shape[1])]
+        upper = layers[0].size // 2
+        own = [[k[layer][:, layer].toarray() for k in matrices] for layer in layers]
+        below = [[k[layer][:, beneath[upper:]].toarray() for k in matrices] for beneath, layer in pairwise(layers)]
+        return _Harmonic(np.array(own), np.array(below).reshape(-1, len(matrices), 2 * upper, upper))
 
 
 def _growing(first: float, last: float, count: int) -> FloatArray:
@@ -129,18 +130,38 @@ def _growing(first: float, last: float, count: int) -> FloatArray:
 class _Harmonic:
     """Flexibility of the loaded cylinder at a harmonic, which need not be whole.
 
-    The end of the factor is that of the cylinder's own stiffness: a few dozen columns need not be solved for.
+    A layer of elements has two cylinders of nodes with n unknowns each, one through its middle and one on its upper
+    face. Layer by layer from the held cylinder on they are condensed to the stiffness of the upper one.
+
+    Attributes
+    ----------
+    own : (layers, 3, 2 n, 2 n) array
+        K0, K1, K2 of each layer's two cylinders.
+    below : (layers - 1, 3, 2 n, n) array
+        Those between the two of a layer and the upper one of the layer beneath.
     """
 
-    matrices: list[csc_matrix]
-    inner: int
+    own: FloatArray
+    below: FloatArray
 
     def __call__(self, m: float) -> FloatArray:
-        k0, k1, k2 = self.matrices
         # the integral over the circumference of cos^2 or sin^2
-        factor = symmetric_factor((k0 + m * k1 + m * m * k2) * (pi if m else 2.0 * pi), "NATURAL")
-        own = (factor.L[self.inner :, self.inner :] @ factor.U[self.inner :, self.inner :]).toarray()
-        return np.asarray(np.linalg.inv(own))
+        powers = np.array([1.0, m, m * m]) * (pi if m else 2.0 * pi)
+        own, below = np.tensordot(powers, self.own, (0, 1)), np.tensordot(powers, self.below, (0, 1))
+        n = own.shape[-1] // 2
+        condensed = own[0]
+        for k, layer in enumerate(own):
+            if k:
+                condensed = layer - _yielding(condensed, below[k - 1].T)
+            condensed = condensed[n:, n:] - _yielding(condensed[:n, :n], condensed[:n, n:])
+        return np.asarray(cho_solve(cho_factor(condensed, check_finite=False), np.eye(n), check_finite=False))
+
+
+def _yielding(stiffness: FloatArray, coupling: FloatArray) -> FloatArray:
+    """Stiffness that is lost as what is coupled yields: C^T K^-1 C."""
+    factor = cholesky(stiffness, lower=True, check_finite=False)
+    half = solve_triangular(factor, coupling, lower=True, check_finite=False)
+    return np.asarray(half.T @ half)
 
 
 def _matrices(basis: Basis, youngs_modulus: float, poissons_ratio: float) -> tuple[csc_matrix, ...]:

@@ -25,7 +25,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.sparse import csr_matrix
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
@@ -267,13 +267,15 @@ def _solved(
     for (_, coupling), (stiffness, _), (some, after), given in zip(
         joined, joined[1:], pairwise(chosen), forces[1:], strict=False
     ):
-        factor = cho_factor(own, lower=True, overwrite_a=True, check_finite=False)
-        coupling = coupling[np.ix_(some, after)]
-        carried = cho_solve(factor, coupling, check_finite=False)
-        passed.append((factor, carried, force))
-        own = stiffness[np.ix_(after, after)] - coupling.T @ carried
-        force = given - carried.T @ force
+        factor = cholesky(own, lower=True, overwrite_a=True, check_finite=False)
+        # halves of the symmetric products C^T K^-1 C and C^T K^-1 F
+        half = solve_triangular(factor, coupling[np.ix_(some, after)], lower=True, check_finite=False)
+        force = solve_triangular(factor, force, lower=True, check_finite=False)
+        passed.append((factor, half, force))
+        own = stiffness[np.ix_(after, after)] - half.T @ half
+        force = given - half.T @ force
     moved = [cho_solve(cho_factor(own, lower=True, check_finite=False), force, check_finite=False)]
-    for factor, carried, force in reversed(passed):
-        moved.append(cho_solve(factor, force, check_finite=False) - carried @ moved[-1])
+    for factor, half, force in reversed(passed):
+        force = force - half @ moved[-1]
+        moved.append(solve_triangular(factor, force, trans="T", lower=True, check_finite=False))
     return moved[::-1]
