@@ -46,6 +46,7 @@ _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of t
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
 _NEARLY = 3e-3  # of it: with so much less or more worn the loads of a step stay as they are
+_DEPTH_RATIO = (0.8, 1.25)  # of what a step wears to what is foretold: beyond, it says nothing of the next one
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
 _SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
@@ -143,7 +144,7 @@ class WearStepper:
         if abs(missed) <= _DEPTH_MISSED * wanted:
             return trial
         # a long step brings to the point what was far from it, and the next one about as much again
-        step.depth_ratio = (wanted + missed) / foretold
+        step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
         if abs(missed) <= _NEARLY * wanted:
             trial = replace(trial, depth_ratio=step.depth_ratio)
             return trial.scaled(wanted / (wanted + missed))

@@ -68,6 +68,14 @@ def test_what_the_search_missed_is_foreseen_in_the_next_step(monkeypatch, to_dep
     assert stepper.depth_at(point, point.wear(state.worn)) == pytest.approx(2.0 * DEPTH, rel=3e-4)
 
 
+def test_a_step_that_went_wrong_says_little_of_the_next(monkeypatch, to_depth):
+    stepper, point = to_depth
+    searched(monkeypatch, -0.9)
+    state = stepper.step_to_depth(stepper.start(), point, DEPTH)
+    assert state.depth_ratio == 0.8
+    assert stepper.depth_at(point, point.wear(state.worn)) == pytest.approx(DEPTH, rel=3e-4)
+
+
 def test_a_step_that_wears_much_takes_few_more_cycles_than_are_stable(to_depth):
     stepper, _ = to_depth
     step = _Step(stepper, stepper.start())
