@@ -146,8 +146,7 @@ class WearStepper:
         # a long step brings to the point what was far from it, and the next one about as much again
         step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
         if abs(missed) <= _NEARLY * wanted:
-            trial = replace(trial, depth_ratio=step.depth_ratio)
-            return trial.scaled(wanted / (wanted + missed))
+            return replace(trial, depth_ratio=step.depth_ratio).scaled(wanted / (wanted + missed))
         return self._tried(step, step.meshes_to(point, depth, nearby=False, first=first))
 
     def foreseen_depth(self, state: WearState, meshes: float) -> float:
@@ -242,7 +241,7 @@ class _Step:
         """
         growth = max(case.prepare(meshes) for case in self.cases)
         cycles = growth / (self.stepper.depth_a_cycle * self.teeth.pair.base_pitch)
-        self.cycles = float(np.clip(cycles if self.teeth.smooth else np.ceil(cycles), *_CYCLES))
+        self.cycles = float(np.clip(self._whole(cycles), *_CYCLES))
         loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
         worn = self.worn(loads, meshes, cycles=self._stable_cycles)
         for case, one in zip(self.cases, loads, strict=True):
@@ -262,12 +261,15 @@ class _Step:
         depth = sum(
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
         )
-        cycles = depth / reach if self.teeth.smooth else np.ceil(depth / reach)
-        stable = float(np.clip(cycles, _LEAST_CYCLES, _MOST_CYCLES))
+        stable = float(np.clip(self._whole(depth / reach), _LEAST_CYCLES, _MOST_CYCLES))
         finer = _DEPTH_A_CYCLE / self.stepper.depth_a_cycle
         most = finer * max(_BEYOND_STABLE * stable, _ALWAYS)
-        self.cycles = max(stable, min(self.cycles, most if self.teeth.smooth else np.ceil(most)))
+        self.cycles = max(stable, min(self.cycles, self._whole(most)))
         return stable
+
+    def _whole(self, cycles: float) -> float:
+        """So many cycles or a part of one more; results that are to be smooth take parts."""
+        return cycles if self.teeth.smooth else float(np.ceil(cycles))
 
     @property
     def law_residual(self) -> float:
