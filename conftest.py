@@ -1,7 +1,7 @@
 """Hypothesis profiles, and the scenes and the worn tree that many tests share.
 
-Most properties are tried on the same examples at every run. Those with the settings `strategies.fresh` draw new ones;
-the seed is printed at the end and given again with ``--hypothesis-seed``.
+Properties are tried on the same examples at every run. ``HYPOTHESIS_PROFILE=nightly`` draws new ones, and more; their
+seed is printed at the end and given again with ``--hypothesis-seed``.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from hypothesis import settings
 import semiwear as sw
 
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, max_examples=25)
-settings.register_profile("nightly", max_examples=500, deadline=None)
+settings.register_profile("nightly", derandomize=False, deadline=None, print_blob=True, max_examples=500)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
+_DRAWS_ANEW = not settings.default.derandomize
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -35,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ["SEMIWEAR_CACHE_DIR"] = str(_kept_teeth(config.rootpath))
-    if config.getoption("--hypothesis-seed") is None:
+    if _DRAWS_ANEW and config.getoption("--hypothesis-seed") is None:
         config.option.hypothesis_seed = str(random.SystemRandom().randrange(2**32))
 
 
@@ -56,6 +57,8 @@ def _kept_teeth(root: Path) -> Path:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Say by which seed new examples were drawn."""
+    if not _DRAWS_ANEW:
+        return
     seed = config.getoption("--hypothesis-seed")
     terminalreporter.write_line(f"new examples were drawn with --hypothesis-seed={seed}")
 

@@ -16,7 +16,6 @@ from semiwear.closed_forms.love import love_coefficients
 from semiwear.compliance.half_space import HalfSpace
 from semiwear.contact import HalfSpaceContact, solve_half_space
 from tests.strategies.contact import Surface, compliance_matrix, surfaces
-from tests.strategies.fresh import fresh
 
 
 def solve(surface: Surface, **more: object) -> HalfSpaceContact:
@@ -31,7 +30,6 @@ def differ(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
-@fresh
 @given(surfaces())
 def test_complementarity(surface):
     result = solve(surface)
@@ -46,7 +44,6 @@ def test_complementarity(surface):
     assert_allclose(result.displacement, displacement.reshape(surface.gap.shape), rtol=1e-11)
 
 
-@fresh
 @given(surfaces(), st.integers(0, 2**32 - 1))
 def test_operator_is_the_direct_sum(surface, seed):
     pressure = np.random.default_rng(seed).standard_normal(surface.gap.shape)
@@ -56,7 +53,6 @@ def test_operator_is_the_direct_sum(surface, seed):
     assert_allclose(operator.apply(pressure).ravel(), direct, atol=1e-13 * (matrix @ np.abs(pressure).ravel()).max())
 
 
-@fresh
 @given(surfaces(), st.integers(0, 2**32 - 1))
 def test_superposition_and_reciprocity(surface, seed):
     operator = HalfSpace(surface.gap.shape, surface.cell, surface.modulus)
@@ -69,7 +65,6 @@ def test_superposition_and_reciprocity(surface, seed):
     assert np.vdot(one, step) > 0.0
 
 
-@fresh
 @given(surfaces(most=12))
 def test_preconditioner_is_nearly_the_inverse(surface):
     operator = HalfSpace(surface.gap.shape, surface.cell)
@@ -79,7 +74,6 @@ def test_preconditioner_is_nearly_the_inverse(surface):
     assert values.min() > 0.4 and values.max() < 5.0
 
 
-@fresh
 @given(surfaces(), st.integers(0, 2**32 - 1))
 def test_single_precision_is_near_double(surface, seed):
     operator = HalfSpace(surface.gap.shape, surface.cell, surface.modulus)
@@ -104,7 +98,6 @@ def test_operator_for_every_factor_of_the_length(shape):
     assert_allclose(result, direct, atol=1e-13 * coefficients[0, 0] * pressure.size)
 
 
-@fresh
 @given(st.sampled_from([(0.1, 0.3), (3.0, 0.1)]), st.integers(1, 40), st.integers(1, 40))
 def test_what_earlier_grids_left_does_not_matter(cell, nx, ny):
     """Coefficients are kept and shared by cells of the same aspect, whichever grid came first."""
@@ -138,7 +131,6 @@ def test_stack_is_grid_after_grid():
         assert_allclose(stack.precondition(pressure)[k], alone.precondition(pressure[k]), rtol=1e-14)
 
 
-@fresh
 @given(surfaces(), st.sampled_from([1e-3, 25.4, 1e6]), st.sampled_from([1e-6, 6.894757e-3, 1e9]))
 def test_units_do_not_matter(surface, length, stress):
     result = solve(surface, tolerance=3e-13)
@@ -157,7 +149,6 @@ def test_units_do_not_matter(surface, length, stress):
     assert scaled.approach / length - surface.gap.min() == pytest.approx(relative, rel=1e-12, abs=1e-14)
 
 
-@fresh
 @given(surfaces())
 def test_load_and_approach_control_agree(surface):
     by_load = solve(surface)
@@ -166,7 +157,6 @@ def test_load_and_approach_control_agree(surface):
     assert differ(by_approach.pressure, by_load.pressure) < 1e-6
 
 
-@fresh
 @given(surfaces())
 def test_mirrored_surface_has_mirrored_pressure(surface):
     result = solve(surface)
@@ -176,7 +166,6 @@ def test_mirrored_surface_has_mirrored_pressure(surface):
     assert differ(turned.pressure.T, result.pressure) < 5e-9
 
 
-@fresh
 @given(surfaces(), st.integers(1, 5), st.integers(0, 5))
 def test_position_in_the_grid_does_not_matter(surface, before, after):
     if solve(surface).edge_contact:
@@ -188,7 +177,6 @@ def test_position_in_the_grid_does_not_matter(surface, before, after):
     assert differ(inside, solve(surface).pressure) < 5e-9
 
 
-@fresh
 @given(surfaces(), st.floats(1.01, 5.0))
 def test_more_load_more_approach(surface, factor):
     little, much = solve(surface), solve(surface, load=factor * surface.load)
@@ -198,7 +186,6 @@ def test_more_load_more_approach(surface, factor):
     assert much.approach - base <= factor * (little.approach - base) * (1.0 + 1e-8)
 
 
-@fresh
 @given(surfaces(), st.floats(0.5, 2.0))
 def test_start_changes_only_the_way(surface, factor):
     cold = solve(surface)

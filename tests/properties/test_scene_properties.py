@@ -16,7 +16,6 @@ from semiwear.errors import SceneError
 from semiwear.scene import Placement, Scene, parse_scene, scene_from_dict
 from semiwear.scene.schema import SCHEMAS
 from tests.strategies import placements, scenes
-from tests.strategies.fresh import fresh
 from tests.strategies.scenes import SHIPPED, effects, named_changes
 
 TEXT = (resources.files("semiwear.scene") / "scenes" / "face_gear_25x160.toml").read_text(encoding="utf-8")
@@ -70,7 +69,6 @@ def mutated_scenes(draw: st.DrawFn) -> dict[str, Any]:
     return data
 
 
-@fresh
 @given(scenes())
 def test_writing_and_reading_gives_the_same_scene(scene: Scene) -> None:
     again = parse_scene(scene.to_toml())
@@ -81,7 +79,6 @@ def test_writing_and_reading_gives_the_same_scene(scene: Scene) -> None:
     assert scene.replace({}) == scene
 
 
-@fresh
 @given(st.data(), scenes())
 def test_effects_survive_writing_and_reading(data: st.DataObject, scene: Scene) -> None:
     changes = data.draw(effects(scene))
@@ -100,7 +97,6 @@ def test_effects_survive_writing_and_reading(data: st.DataObject, scene: Scene) 
 
 
 @pytest.mark.slow
-@fresh
 @given(mutated_scenes())
 def test_any_content_gives_a_scene_or_every_problem(data: dict[str, Any]) -> None:
     before = repr(data)
@@ -115,7 +111,6 @@ def test_any_content_gives_a_scene_or_every_problem(data: dict[str, Any]) -> Non
     assert repr(data) == before
 
 
-@fresh
 @given(st.dictionaries(st.one_of(st.sampled_from([*RULES, *TABLES]), st.text(max_size=9)), values, max_size=4))
 def test_any_change_gives_a_scene_or_every_problem(changes: dict[str, Any]) -> None:
     try:
@@ -126,7 +121,6 @@ def test_any_change_gives_a_scene_or_every_problem(changes: dict[str, Any]) -> N
         assert parse_scene(scene.to_toml()) == scene
 
 
-@fresh
 @given(
     start=st.integers(0, len(TEXT)),
     length=st.integers(0, 30),
@@ -139,7 +133,6 @@ def test_any_damage_to_the_text_gives_a_scene_or_every_problem(start: int, lengt
         assert str(error)
 
 
-@fresh
 @given(placements())
 def test_placements_are_values(placement: Placement) -> None:
     assert placement == copy.copy(placement)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from semiwear.meshing.flank_grid import smooth_value
-from tests.strategies.fresh import fresh
 
 DEPTHS = arrays(float, st.integers(2, 12), elements=st.floats(0.0, 2.0, allow_subnormal=False))
 PLACES = np.linspace(0.0, 1.0, 21)
@@ -20,7 +19,6 @@ def between(values: np.ndarray) -> np.ndarray:
     return np.array([[smooth_value(values, nodes, last, cell, x) for x in PLACES] for cell in range(last)])
 
 
-@fresh
 @given(DEPTHS)
 def test_nodes_keep_their_values(values: np.ndarray) -> None:
     found = between(values)
@@ -28,14 +26,12 @@ def test_nodes_keep_their_values(values: np.ndarray) -> None:
     np.testing.assert_allclose(found[:, -1], values[1:], atol=1e-15)
 
 
-@fresh
 @given(DEPTHS)
 def test_a_row_that_rises_rises_between_its_nodes(values: np.ndarray) -> None:
     values = np.sort(values)
     assert (np.diff(between(values), axis=1) > -1e-15).all()
 
 
-@fresh
 @given(DEPTHS, st.integers(0, 10), st.integers(0, 10), st.floats(0.0, 2.0))
 def test_what_lies_beside_a_groove_stays_level(depths: np.ndarray, before: int, after: int, level: float) -> None:
     values = np.concatenate([np.full(2 + before, level), level + depths, np.full(2 + after, level)])
@@ -44,7 +40,6 @@ def test_what_lies_beside_a_groove_stays_level(depths: np.ndarray, before: int, 
     np.testing.assert_array_equal(found[found.shape[0] - 1 - after :], level)
 
 
-@fresh
 @given(DEPTHS)
 def test_between_nodes_it_leaves_them_by_less_than_their_bends(values: np.ndarray) -> None:
     """An extremum between nodes is as far beyond them as that of a parabola with a bend like one of both nodes'."""
@@ -57,13 +52,11 @@ def test_between_nodes_it_leaves_them_by_less_than_their_bends(values: np.ndarra
     assert (found <= high + beyond + 1e-15).all()
 
 
-@fresh
 @given(DEPTHS)
 def test_a_row_and_its_mirror_image_agree(values: np.ndarray) -> None:
     np.testing.assert_allclose(between(values[::-1].copy()), between(values)[::-1, ::-1], atol=1e-15)
 
 
-@fresh
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.1, 0.1))
 def test_a_parabola_comes_again_with_its_top(level: float, slope: float, bend: float) -> None:
     u = np.arange(12.0) - 5.5

@@ -34,8 +34,9 @@ def _wear_changes() -> st.SearchStrategy[dict[str, object]]:
         {
             "wear.coefficient_mm2_per_N": coefficient,
             "wear.until.control_depths_um": depths,
+            # on the active flank of every pair drawn below: from -4.48 mm on where the pinion's tip edge is round
             "wear.control_point.radius_mm": _between(495.0, 520.0),
-            "wear.control_point.height_mm": _between(-5.0, 4.0),
+            "wear.control_point.height_mm": _between(-4.4, 4.0),
         }
     )
     return st.one_of(st.just({"wear": None}), until_meshes, until_depths)
@@ -64,7 +65,7 @@ def scenes(draw: st.DrawFn) -> Scene:
                 "numerics.harmonics": st.integers(1, 9),
                 "numerics.tooth_compliance": st.sampled_from(["prism", "rigid"]),
                 "numerics.tooth_pairs": st.one_of(st.just("auto"), st.integers(3, 5)),
-                # A face that misses part of the gear must still cover the control points drawn below.
+                # a face that misses part of the gear must still cover the control points drawn above
                 "gear_pair.pinion_centre_mm": _between(515.0, 523.0),
             }
         )
