@@ -74,7 +74,7 @@ class CaseStep:
         self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self.elastic = float(np.abs(teeth.problem.approach(state.loads)).mean())
         self.rate = np.zeros(0)
-        self.factor: FloatArray | None = None if factor is None else factor(teeth, state.loads, state)
+        self.factor: FloatArray | None = None if factor is None else self._factor_under(state.loads)
         self.law_residual = 0.0
 
     def prepare(self, meshes: float) -> float:
@@ -118,7 +118,7 @@ class CaseStep:
         ratio = np.clip(ratio, *_CORRECTION)
         if teeth.smooth:
             # a slice that comes to be felt is so by and by
-            ratio = 1.0 + (ratio - 1.0) * np.clip(force / (_FELT * force.max()) - 1.0, 0.0, 1.0)
+            ratio = 1.0 + (ratio - 1.0) * _share_felt(force, 1.0)
         self.rate = self.rate * ratio
 
     def foreseen_loads(self, meshes: float) -> TeethLoads:
@@ -159,8 +159,15 @@ class CaseStep:
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """By how much the factor that the loads make differs from the one under which they were found."""
-        assert self.factor is not None and self.factor_of is not None
-        return np.where(loads.force > 0.0, self.factor_of(self.case.teeth, loads, self.state) - self.factor, 0.0)
+        assert self.factor is not None
+        return np.where(loads.force > 0.0, self._factor_under(loads) - self.factor, 0.0)
+
+    def _factor_under(self, loads: TeethLoads) -> FloatArray:
+        """Factor on the wear coefficient that the loads make; 1 where there is none."""
+        assert self.factor_of is not None
+        factor = self.factor_of(self.case.teeth, loads, self.state)
+        # a power of the pressure is far from 1 under the least load: it, too, is felt by and by
+        return 1.0 + (factor - 1.0) * _share_felt(loads.force, 0.0) if self.case.teeth.smooth else factor
 
     def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
         rate = self.rate if self.factor is None else self.rate * self.factor
@@ -171,6 +178,11 @@ class CaseStep:
         """Part of the case in the wear."""
         weight = self.case.share if self.factor is None else self.case.share * self.factor
         return WeightedLoads(self.case.teeth, loads, weight)
+
+
+def _share_felt(force: FloatArray, least: float) -> FloatArray:
+    """Part in which a slice counts where results are to be smooth: from `least` times the force that is felt on."""
+    return np.asarray(np.clip(force / (_FELT * force.max()) - least, 0.0, 1.0))
 
 
 def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray]) -> FloatArray:
