@@ -37,6 +37,7 @@ from semiwear.optimise.quantity import measure_of_quantities, quantity_of
 from semiwear.optimise.space import scene_value
 from semiwear.plan import Compared
 from semiwear.scene import Scene
+from semiwear.scene.load import parse_scene
 from semiwear.sweep.outcome import Status
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
@@ -126,12 +127,12 @@ def found_for(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew, pro
     clock = time.process_time if processor else time.perf_counter
     times = [clock()]
     for _ in range(2):
-        tree = sw.simulate(scene)
+        sw.simulate(scene)
         times.append(clock())
     told = sw.sensitivities(scene, QUANTITIES, fields, workers=0 if processor else None)
     first, again, whole = np.diff([*times, clock()])
-    fixed = scene.replace({"numerics.wear_steps": tree["history"].sizes["wear_step"] - 1})
-    reference, error = differences(fixed, fields, smooth, crew)
+    settled = parse_scene(told.attrs["scene_toml"])  # whose number of wear steps is that of the smooth run
+    reference, error = differences(settled, fields, smooth, crew)
     runs = 1 + int(told["runs"].sum())
     own = np.abs(told["error"].values * told["field_value"].values / told["value"].values[:, None])
     slopes, doubtful = told["relative"].values, told["doubtful"].values

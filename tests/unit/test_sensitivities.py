@@ -17,6 +17,7 @@ from semiwear.plan import Compared, plan
 from semiwear.sweep.measure import Measured
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.scenes import Task
+from semiwear.wear.stepping import _Step
 
 TORQUE, YOUNG = "operation.pinion_torque_Nm", "material.gear.youngs_modulus_MPa"
 OFFSET = "effects.misalignment.offset_mm"
@@ -110,8 +111,8 @@ def test_wear_coefficient_and_meshes_share_runs_or_take_none(scene: sw.Scene, by
 def test_errors_have_the_scatter_between_runs(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: 2.0 + torque(s))
     found = public(scene, "wear_depth_max", {TORQUE: 1.6}, workers=0)
-    # 5e-8 of the value over a step of 1e-3, and 2e-3 of the derivative
-    np.testing.assert_allclose(found["error"].values, 3.0 * 5e-8 / 1.6 + 2e-3 / 1600.0, rtol=1e-3)
+    # 1e-8 of the value over a step of 1e-3, and 2e-3 of the derivative
+    np.testing.assert_allclose(found["error"].values, 3.0 * 1e-8 / 1.6 + 2e-3 / 1600.0, rtol=1e-3)
     assert not found["doubtful"].any()
 
 
@@ -135,7 +136,7 @@ def test_polynomials_of_the_third_degree_are_exact_by_three_runs(coefficients: l
 
 def test_an_even_bend_takes_three_runs(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: torque(s) ** 8)
-    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    found = public(scene, "wear_depth_max", {TORQUE: 16.0}, workers=0)
     assert found["runs"].values.tolist() == [3]
     assert found["relative"].values[0, 0] == pytest.approx(8.0, rel=1e-4)
     assert not found["doubtful"].any()
@@ -150,7 +151,7 @@ def test_a_kink_is_told_and_a_bend_is_none(scene: sw.Scene, by_formula: Callable
 
 def test_a_kink_between_one_step_and_two_is_told(scene: sw.Scene, by_formula: Callable) -> None:
     by_formula(lambda s: torque(s) + 3.0 * (torque(s) - 1.0) ** 2 + 5.0 * max(torque(s) - 1.015, 0.0))
-    found = public(scene, "wear_depth_max", [TORQUE], workers=0)
+    found = public(scene, "wear_depth_max", {TORQUE: 16.0}, workers=0)
     assert found["kink"].all() and found["doubtful"].all()
     assert found["error"].values[0, 0] > abs(found["derivative"].values[0, 0] - 1.0 / 1600.0)
 
@@ -262,3 +263,31 @@ def test_an_edge_that_just_comes_near_is_felt_by_and_by(small: sw.Scene) -> None
     approach = teeth.problem.typical_approach
     assert moved(-1e-6 * approach) == 0.0
     assert 0.0 < moved(1e-6 * approach) < 1e-4 * moved(approach)
+
+
+def test_a_slice_that_comes_to_bear_is_felt_by_and_by(small: sw.Scene) -> None:
+    """A power of the pressure is far from 1 under the least load; a median is of one slice more."""
+    law = {"effects.wear_law.load": {"exponent": 0.8, "reference_pressure_MPa": 1000.0}}
+    scene = small.replace(law)
+    physics = replace(plan(scene), compared=Compared.with_runs_of(scene))
+    teeth = physics.loaded_teeth()
+    stepper = physics.wear_stepper(teeth)
+    start = stepper.start()
+    force = start.contact.loads.force
+    unloaded = np.nonzero((force == 0.0) & np.isfinite(teeth.lines.separation[0]))
+
+    def rehearsed(share: float) -> tuple[np.ndarray, np.ndarray]:
+        """Factors on the wear coefficient, and wear, where unloaded slices bear a share of the greatest force."""
+        pressed, width = force.copy(), start.contact.loads.half_width.copy()
+        pressed[unloaded], width[unloaded] = share * force.max(), np.sqrt(share) * width.max()
+        loads = replace(start.contact.loads, force=pressed, half_width=width)
+        step = _Step(stepper, replace(start, contact=replace(start.contact, loads=loads)))
+        factor = step.cases[0].factor
+        assert factor is not None
+        told = factor.copy()
+        return told, step.rehearsed(1e9).driven
+
+    factors, depths = zip(*(rehearsed(share) for share in (0.0, 1e-9, 1e-3)), strict=True)
+    changed = [np.abs(one - factors[0]).max() for one in factors[1:]]
+    assert changed[0] < 1e-5 and changed[1] > 0.5
+    np.testing.assert_allclose(depths[1], depths[0], rtol=0.0, atol=1e-7 * depths[0].max())
