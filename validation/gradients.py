@@ -131,8 +131,8 @@ def found_for(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew, pro
         times.append(clock())
     told = sw.sensitivities(scene, QUANTITIES, fields, workers=0 if processor else None)
     first, again, whole = np.diff([*times, clock()])
-    settled = parse_scene(told.attrs["scene_toml"])  # whose number of wear steps is that of the smooth run
-    reference, error = differences(settled, fields, smooth, crew)
+    steps = parse_scene(told.attrs["scene_toml"]).numerics.wear_steps  # of the smooth run
+    reference, error = differences(scene.replace({"numerics.wear_steps": steps}), fields, smooth, crew)
     runs = 1 + int(told["runs"].sum())
     own = np.abs(told["error"].values * told["field_value"].values / told["value"].values[:, None])
     slopes, doubtful = told["relative"].values, told["doubtful"].values
