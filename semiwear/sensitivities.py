@@ -100,7 +100,7 @@ def sensitivities(
         Dotted keys of up to 30 fields that are numbers; a mapping gives the step of each, in the field's unit.
         Default step: 0.2 % of the value.
     workers : int, optional
-        Processes; 0: in this one. Default: one a core.
+        Processes, this one among them; 0: in this one, with all its threads. Default: one a core.
     progress : Progress or bool, optional
         Hears of every run; True shows a bar (extra ``progress``).
 
@@ -154,7 +154,7 @@ def sensitivities(
         raise SceneError(problems, "sensitivities")
     measure = measure_of_quantities(quantities)
     count = available_threads() if workers is None else workers
-    with hearing(progress) as hears, Crew(count) as crew:
+    with hearing(progress) as hears, Crew(count, helped=True) as crew:
         crew.call()  # while the scene itself is solved
         runs = _Runs(crew, hears, 1 + len(_NEAR) * len(steps))
         settled, base = _settled(scene, replace(measure, last=False), runs)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO, Self, cast
 
 from semiwear.errors import SemiwearError
-from semiwear.sweep.outcome import Outcome, Status, solve
+from semiwear.sweep.outcome import Outcome, Status, solve, solve_on_one_thread
 from semiwear.sweep.pipe import READY, receive, send
 from semiwear.sweep.scenes import Task
 from semiwear.sweep.shares import Shares
@@ -36,10 +36,14 @@ class Crew:
     ----------
     workers : int
         Processes; 0: everything is solved in this one.
+    helped : bool
+        Whether this process stands for one of them: it has at hand what it solved before. A scene that kills its
+        process then takes this one with it.
     """
 
-    def __init__(self, workers: int) -> None:
-        self._hands = [_Hand() for _ in range(workers)]
+    def __init__(self, workers: int, *, helped: bool = False) -> None:
+        self._helped = helped and workers > 0
+        self._hands = [_Hand() for _ in range(workers - self._helped)]
 
     def __enter__(self) -> Self:
         return self
@@ -62,13 +66,16 @@ class Crew:
             No process can be started.
         """
         shares = Shares(tasks)
-        if not self._hands:
+        if not (self._hands or self._helped):
             while (task := shares.take(0)) is not None:
                 yield solve(task)
             return
         found: queue.Queue[Outcome | BaseException] = queue.Queue()
-        with _at_work(self._hands[: len(tasks)], shares, found):
+        with _at_work(self._hands[: len(tasks) - self._helped], shares, found):
             for _ in tasks:
+                if self._helped and found.empty() and (task := shares.take(self)) is not None:
+                    yield solve_on_one_thread(task)
+                    continue
                 one = found.get()
                 if isinstance(one, BaseException):
                     raise one

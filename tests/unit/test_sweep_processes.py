@@ -82,6 +82,25 @@ def test_a_crew_keeps_its_processes_from_one_piece_of_work_to_the_next(folder):
         os.kill(began(folder)[0], 0)
 
 
+def test_a_crew_that_is_helped_has_a_process_less(folder, monkeypatch):
+    here = []
+
+    def solve(task: Task) -> Outcome:
+        here.append(task.key)
+        return Outcome(task.key, Status.DONE, "", 1.0, MEASURED)
+
+    monkeypatch.setattr(processes, "solve_on_one_thread", solve)
+    tasks = torques(800, 900, 1000, 1100)
+    keys = {task.key for task in tasks}
+    for workers in (2, 1):
+        here.clear()
+        with processes.Crew(workers, helped=True) as crew:
+            assert {one.key for one in crew.solve(tasks)} == keys
+            assert list(crew.solve([])) == []
+        assert len(began(folder)) == 1  # of the first crew alone
+        assert here and (workers > 1 or set(here) == keys)
+
+
 def test_a_crew_that_is_left_midway_works_again(folder):
     with processes.Crew(1) as crew:
         work = crew.solve(torques(800, 900, 1000))
