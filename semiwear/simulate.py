@@ -29,7 +29,7 @@ from semiwear.threads import in_threads, using_threads
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, state_arrays
 from semiwear.wear.mapping import Worn
-from semiwear.wear.step_count import steps_for_depth
+from semiwear.wear.step_count import depth_of_step, steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
@@ -228,6 +228,7 @@ def _result(
     clock.lap("stress and results")
     groups["diagnostics"] |= {"seconds": np.array(list(clock.seconds.values()))}
     told = groups["history"] if rated is None else groups["history"] | rated.quantities
+    groups["diagnostics"] |= _usual_step(physics, teeth)
     estimates = _step_errors(physics, told_states, told)
     if estimates:
         groups["diagnostics"]["error_estimate"] = np.array(list(estimates.values()))
@@ -290,6 +291,13 @@ def _parts(
         if stepper.depth_factor is None:
             part["diagnostics"] |= collect.volume_residual(teeth, state)
     return parts
+
+
+def _usual_step(physics: Plan, teeth: LoadedTeeth) -> collect.Arrays:
+    """Depth that one wear step is meant for, unless steps follow an accuracy."""
+    if "wear_steps" in physics.scene.numerics.chosen_for_accuracy:
+        return {}
+    return {"usual_step_depth": np.asarray(1e3 * depth_of_step(teeth.pair.base_pitch))}
 
 
 def _step_errors(physics: Plan, states: Sequence[WearState], history: collect.Arrays) -> Errors:

@@ -20,6 +20,7 @@ from semiwear.commands.run_files import checkpoint_of, kept_steps, require_optio
 from semiwear.commands.wear_table import life_sentence, wear_table
 from semiwear.errors import ConvergenceError
 from semiwear.results.checkpoint import peek, remove_checkpoint
+from semiwear.results.deep_steps import deep_steps
 from semiwear.results.pressing_tips import pressing_tips
 from semiwear.untyped import Table
 
@@ -91,7 +92,7 @@ def _end_of_run(tree: xr.DataTree, options: argparse.Namespace, spent: float) ->
 def _tell(tree: xr.DataTree, spent: float, options: argparse.Namespace, against: xr.DataTree | None) -> None:
     """Print a result, and write its report."""
     print(wear_table(tree))
-    for text in pressing_tips(tree):
+    for text in [*deep_steps(tree), *pressing_tips(tree)]:
         print(f"\n{text}")
     if "life" in tree.children:
         print(f"\n{life_sentence(tree)}")

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear.report.markup import element, figure_text, tiles, with_unit
+from semiwear.results.deep_steps import deep_steps
 from semiwear.results.life_axis import hours_of
 from semiwear.results.missing import away_from_edges, group_of
 from semiwear.results.pressing_tips import pressing_tips
@@ -31,9 +32,13 @@ def other_numbers(tree: xr.DataTree) -> str:
 
 
 def advice(tree: xr.DataTree) -> str:
-    """Sentences on tips that press, where, and the relief that frees them; empty where none does."""
-    sentences = "".join(element("li", text.replace(" um ", " µm ")) for text in pressing_tips(tree))
-    return f"<h3>Advice: tips that press</h3><ul>{sentences}</ul>" if sentences else ""
+    """Sentences on wear steps that are too deep, and on tips that press and the relief that frees them."""
+    return _advised("wear steps", deep_steps(tree)) + _advised("tips that press", pressing_tips(tree))
+
+
+def _advised(about: str, texts: list[str]) -> str:
+    sentences = "".join(element("li", text.replace(" um ", " µm ")) for text in texts)
+    return f"<h3>Advice: {about}</h3><ul>{sentences}</ul>" if sentences else ""
 
 
 def _wear(tree: xr.DataTree) -> Iterator[Number]:

@@ -12,6 +12,7 @@ __all__ = [
     "LEAST_STEPS",
     "MOST_STEPS",
     "SEARCH_STEPS",
+    "depth_of_step",
     "steps_for_depth",
     "steps_of_life",
     "two_stage_steps_for_depth",
@@ -23,9 +24,14 @@ SEARCH_STEPS = 3  # that a search for the end of a life takes, about, besides th
 _PLAIN_STEPS = 2.0  # that one in two stages is worth to a life: four leave 0.3 % of one until 50 um
 
 
+def depth_of_step(base_pitch: float) -> float:
+    """Greatest wear depth of either body that one step is meant for [mm], on teeth of a base pitch [mm]."""
+    return _DEPTH_A_STEP * base_pitch
+
+
 def steps_for_depth(depth: float, base_pitch: float) -> int:
     """Steps until the greatest wear depth of either body [mm] is `depth`, on teeth of a base pitch [mm]."""
-    return min(max(ceil(depth / (_DEPTH_A_STEP * base_pitch)), LEAST_STEPS), MOST_STEPS)
+    return min(max(ceil(depth / depth_of_step(base_pitch)), LEAST_STEPS), MOST_STEPS)
 
 
 def two_stage_steps_for_depth(depth: float, base_pitch: float) -> int:

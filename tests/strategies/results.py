@@ -195,6 +195,7 @@ def _tree(wear_steps: int, profiles: int, faces: int, mesh_positions: int, scene
         "elements_across": 4.0 + 0.0 * engagement["load_share"],
         "reaches_border": 0.0 * engagement["load_share"],
         "edge_contact": 1.0 * (np.abs(roll) > 0.8) + 0.0 * engagement["load_share"],
+        "usual_step_depth": np.asarray(6.0),
         "smallest_gap": -1e-7 + 0.0 * mesh_cycle["transmission_error_loaded"],
         "effect_seconds": np.array([0.1, 0.2]),
         "error_estimate": np.array([0.004, 0.02]),

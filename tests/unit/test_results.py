@@ -72,8 +72,8 @@ def test_names_of_the_design_are_there():
         "ratings": "required_safety safety safety_error safety_height safety_face damage_sum safety_on_flank "
         "meshes_to_failure meshes_to_failure_error hours_to_failure wear_step_of_failure fails_first hours",
         "diagnostics": "iterations load_balance_residual complementarity_residual edge_residual wear_law_residual "
-        "wear_volume_residual elements_across reaches_border edge_contact smallest_gap seconds effect_seconds "
-        "error_estimate",
+        "wear_volume_residual elements_across reaches_border edge_contact smallest_gap usual_step_depth seconds "
+        "effect_seconds error_estimate",
         "tooth_contact": "path_of_contact transmission_error principal_relative_curvature "
         "contact_ellipse_angle contact_ratio undercut_radius pointing_radius",
     }

@@ -1,0 +1,39 @@
+"""Wear steps that take off more than a step should: a sentence from a result."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from semiwear.results.missing import group_of
+from semiwear.results.wearing import scene_tables
+
+__all__ = ["deep_steps"]
+
+# errors at three times: of the greatest depth 0.6 % (face gear, until 60 um), 1.1 % (spur pair), 5 % (helical pair)
+_DEEP = {"implicit": 3.0, "two-stage": 6.0, "explicit": 3.0}  # times the usual depth of a step, by the scheme
+
+
+def deep_steps(tree: xr.DataTree) -> list[str]:
+    """A sentence where wear steps are several times deeper than usual ones, which errors grow with; else none.
+
+    Parameters
+    ----------
+    tree : DataTree
+        With `/history` of every wear step, and `/diagnostics` that tell the usual depth of a step.
+    """
+    history, diagnostics = group_of(tree, "history"), group_of(tree, "diagnostics")
+    if "wear_depth_max" not in history or "usual_step_depth" not in diagnostics:
+        return []
+    scene, usual = scene_tables(tree), float(diagnostics["usual_step_depth"])
+    worn = history["wear_depth_max"].diff("wear_step").transpose("wear_step", "body").values
+    deep = int((worn.max(axis=1, initial=0.0) > _DEEP[scene["numerics"]["wear_scheme"]] * usual).sum())
+    if not deep:
+        return []
+    _, body = np.unravel_index(int(worn.argmax()), worn.shape)
+    name = history["body"].values[body]
+    more = "numerics.wear_steps" if "meshes" in scene["wear"]["until"] else "wear.until.control_depths_um"
+    return [
+        f"{deep} of {len(worn)} wear steps take up to {worn.max():.2g} um off the {name}, where {usual:.2g} um a "
+        f"step are usual: depths and pressures may be off by several per cent. Give more {more}."
+    ]
