@@ -26,13 +26,15 @@ def deep_steps(tree: xr.DataTree) -> list[str]:
     if "wear_depth_max" not in history or "usual_step_depth" not in diagnostics:
         return []
     scene, usual = scene_tables(tree), float(diagnostics["usual_step_depth"])
+    most = _DEEP.get(str(scene.get("numerics", {}).get("wear_scheme")), _DEEP["implicit"]) * usual
     worn = history["wear_depth_max"].diff("wear_step").transpose("wear_step", "body").values
-    deep = int((worn.max(axis=1, initial=0.0) > _DEEP[scene["numerics"]["wear_scheme"]] * usual).sum())
+    deep = int((worn.max(axis=1, initial=0.0) > most).sum())
     if not deep:
         return []
     _, body = np.unravel_index(int(worn.argmax()), worn.shape)
     name = history["body"].values[body]
-    more = "numerics.wear_steps" if "meshes" in scene["wear"]["until"] else "wear.until.control_depths_um"
+    to_depths = "control_depths_um" in scene.get("wear", {}).get("until", {})
+    more = "wear.until.control_depths_um" if to_depths else "numerics.wear_steps"
     return [
         f"{deep} of {len(worn)} wear steps take up to {worn.max():.2g} um off the {name}, where {usual:.2g} um a "
         f"step are usual: depths and pressures may be off by several per cent. Give more {more}."
