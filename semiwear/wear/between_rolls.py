@@ -129,14 +129,21 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
 
 
 @njit(cache=True, error_model="numpy")
-def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]  # noqa: C901
+def _share_held(distance, slack):  # type: ignore[no-untyped-def]
+    """Part in which an end of the slice that is so near holds a footprint: all of one that it cuts off."""
+    return min(max(1.0 - distance / slack, 0.0), 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def shifts_of(middle, ends, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
     """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
 
     A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
-    border. Returns whether all of them are one stretch that moves as a whole.
+    border. It comes to be held over a slack, and its own ends count, not the places of its last stretches: wear would
+    jump as a stretch is added that weighs nothing. Returns whether all of them are one stretch that moves as a whole.
     """
     plain = pieces > 0 and at_edge[0] == 0 and at_edge[pieces - 1] == 0  # no edge presses, and places rise
-    if plain and middle[0] > low + slack and middle[pieces - 1] < high - slack:
+    if plain and ends[0, 0] > low + slack and ends[pieces - 1, 1] < high - slack:
         shift[:pieces] = moves
         return True
     alike = pieces > 0 and at_edge[0] == at_edge[pieces - 1]
@@ -144,19 +151,14 @@ def shifts_of(middle, at_edge, pieces, low, high, slack, moves, low_moves, high_
         first, last = np.inf, -np.inf
         for c in range(pieces):
             if at_edge[c] == whole:
-                first, last = min(first, middle[c]), max(last, middle[c])
-        alike &= not (last >= high - slack or first <= low + slack)
+                first, last = min(first, ends[c, 0]), max(last, ends[c, 1])
+        at_low, at_high = _share_held(first - low, slack), _share_held(high - last, slack)
+        alike &= at_low == 0.0 and at_high == 0.0
+        to_low, to_high = at_low * (low_moves - moves), at_high * (high_moves - moves)
         for c in range(pieces):
-            if at_edge[c] != whole:
-                continue
-            if last >= high - slack:
-                lever = max(high - first, slack)
-                shift[c] = high_moves + (moves - high_moves) * max(high - middle[c], 0.0) / lever
-            elif first <= low + slack:
-                lever = max(last - low, slack)
-                shift[c] = low_moves + (moves - low_moves) * max(middle[c] - low, 0.0) / lever
-            else:
-                shift[c] = moves
+            if at_edge[c] == whole:
+                shift[c] = moves + to_high * (1.0 - max(high - middle[c], 0.0) / max(high - first, slack))
+                shift[c] += to_low * (1.0 - max(middle[c] - low, 0.0) / max(last - low, slack))
     for c in range(pieces):
         if at_edge[c] == -1:
             shift[c] = low_moves

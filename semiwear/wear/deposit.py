@@ -68,11 +68,12 @@ class Nodes(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Memory for one footprint: its outline, and the shares, middles, edges and shifts of its stretches."""
+    """Memory for one footprint: its outline, and the shares, middles, ends, edges and shifts of its stretches."""
 
     reach: Reach
     mass: FloatArray
     middle: FloatArray
+    ends: FloatArray
     at_edge: IntArray
     shift: FloatArray
 
@@ -82,7 +83,9 @@ def piece_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
     reach = reach_space(nodes)
     most = 2 * reach.u.shape[0]
-    return Pieces(reach, np.empty(most), np.empty(most), np.empty(most, dtype=np.int64), np.empty(most))
+    return Pieces(
+        reach, np.empty(most), np.empty(most), np.empty((most, 2)), np.empty(most, dtype=np.int64), np.empty(most)
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -102,9 +105,9 @@ def factor_at(factor, place):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _add_pieces(u, g, start, stop, least, depth, share, edge, mass, middle, at_edge, pieces):  # type: ignore[no-untyped-def]
+def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  # type: ignore[no-untyped-def]
     """Append the stretches of a footprint between two points of the outline, whose shares sum up to `share`."""
-    area, begin = 0.0, pieces
+    area, begin, mass, middle = 0.0, pieces, space.mass, space.middle
     b = depth - (g[start] - least)
     t_b = root_of(b)
     for c in range(start, stop):
@@ -121,7 +124,8 @@ def _add_pieces(u, g, start, stop, least, depth, share, edge, mass, middle, at_e
             per = width / (5.0 * even * (t_a + t_b))
             mass[pieces] = 10.0 / 3.0 * even * even * per
             middle[pieces] = u_a + per * (t_b * (t_b * (3.0 * t_b + 6.0 * t_a) + 4.0 * t_a * t_a) + 2.0 * t_a**3)
-            at_edge[pieces] = edge
+            space.ends[pieces, 0], space.ends[pieces, 1] = u_a, u_a + width
+            space.at_edge[pieces] = edge
             area += mass[pieces]
             pieces += 1
     if area <= 0.0:
@@ -137,13 +141,12 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
 
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
-    mass, middle, at_edge = space.mass, space.middle, space.at_edge
     depth, count, least = reached(gap, half_width, space.reach)
     u, g = space.reach.u, space.reach.g
     edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
     pieces = ZERO
     if apart < 1.0:
-        pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, mass, middle, at_edge, pieces)
+        pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, space, pieces)
     if apart > 0.0:
         for side in (-1, 1):
             start, stop = (ZERO, ridge) if side < 0 else (ridge, count - 1)
@@ -151,9 +154,7 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
             if own > 0.0:
                 bottom = g[start : stop + 1].min()
                 mark = edge if side == edge else VALLEY
-                pieces = _add_pieces(
-                    u, g, start, stop, bottom, depth, apart * own, mark, mass, middle, at_edge, pieces
-                )
+                pieces = _add_pieces(u, g, start, stop, bottom, depth, apart * own, mark, space, pieces)
     return pieces
 
 
@@ -163,7 +164,7 @@ def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, out, take
     mass, middle, shift = space.mass, space.middle, space.shift
     nodes, split, rate = grid.nodes[i], grid.split[i], what.rate[:, i]
     whole = shifts_of(
-        middle, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
+        middle, space.ends, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
         step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
         step_of(flank.high[:, i], rate, k), shift,
     )  # fmt: skip

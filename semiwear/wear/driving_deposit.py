@@ -76,7 +76,7 @@ def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out
     wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
     station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
     alike = shifts_of(
-        middle, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
+        middle, space.ends, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
         step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
         step_of(places[2, :, i], rate, k), shift,
     )  # fmt: skip

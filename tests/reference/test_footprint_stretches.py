@@ -37,10 +37,10 @@ def test_nothing_touches_where_the_gap_is_open():
 def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(gaps, share):
     g = np.array(gaps)
     u, depth = np.linspace(0.0, 0.1 * g.size, g.size), 1.2e-3
-    mass, middle = np.empty((2, g.size))
-    pieces = deposit._add_pieces(
-        u, g, 0, g.size - 1, g.min(), depth, share, 1, mass, middle, np.empty(g.size, dtype=np.int64), 0
-    )
+    space = deposit.piece_space(np.stack([NODES, NODES]))
+    pieces = deposit._add_pieces(u, g, 0, g.size - 1, g.min(), depth, share, 1, space, 0)
+    mass, middle, ends = space.mass, space.middle, space.ends[:pieces]
+    assert np.all(ends[:, 0] < middle[:pieces]) and np.all(middle[:pieces] < ends[:, 1])
     assert mass[:pieces].sum() == pytest.approx(share, rel=1e-12)
     assert np.all(np.diff(middle[:pieces]) > 0.0)
 

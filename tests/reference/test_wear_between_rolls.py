@@ -87,12 +87,17 @@ def test_nodes_stand_for_all_of_the_height_between_them():
     np.testing.assert_allclose(widths, np.convolve(np.diff(NODES), [0.5, 0.5], mode="full"))
 
 
+def at(places: np.ndarray) -> np.ndarray:
+    """Ends of stretches that are points."""
+    return np.stack([places, places], axis=1)
+
+
 def test_only_one_stretch_moves_as_a_whole():
     middle, shift = np.array([-1.0, 0.0, 1.0]), np.zeros(3)
     ends = (-3.0, 4.0, 0.1, 0.5, 0.0, 0.0)
     for marks, alike in (([0, 0, 0], True), ([VALLEY] * 3, True), ([0, 0, VALLEY], False), ([0, 0, 1], False)):
-        assert shifts_of(middle, np.array(marks), 3, *ends, shift) == alike
-    assert not shifts_of(middle, np.zeros(3, dtype=np.int64), 3, -3.0, 1.0, *ends[2:], shift)
+        assert shifts_of(middle, at(middle), np.array(marks), 3, *ends, shift) == alike
+    assert not shifts_of(middle, at(middle), np.zeros(3, dtype=np.int64), 3, -3.0, 1.0, *ends[2:], shift)
 
 
 def test_what_lies_beyond_a_border_wears_no_flank():
@@ -105,18 +110,45 @@ def test_what_lies_beyond_a_border_wears_no_flank():
 
 def test_a_footprint_cut_off_stays_at_its_end():
     middle, at_edge, shift = np.linspace(1.0, 2.0, 11), np.zeros(11, dtype=np.int64), np.zeros(11)
-    shifts_of(middle, at_edge, 11, -3.0, 2.0, 0.1, 0.5, 0.0, 0.0, shift)
+    shifts_of(middle, at(middle), at_edge, 11, -3.0, 2.0, 0.1, 0.5, 0.0, 0.0, shift)
     np.testing.assert_allclose(shift, 0.5 * (2.0 - middle), atol=1e-12)
     # the lower end moves by itself
-    shifts_of(middle, at_edge, 11, 1.0, 4.0, 0.1, 0.5, -0.2, 0.0, shift)
+    shifts_of(middle, at(middle), at_edge, 11, 1.0, 4.0, 0.1, 0.5, -0.2, 0.0, shift)
     np.testing.assert_allclose(shift, -0.2 + 0.7 * (middle - 1.0), atol=1e-12)
-    shifts_of(middle, at_edge, 11, -3.0, 4.0, 0.1, 0.5, 0.0, 0.0, shift)
+    shifts_of(middle, at(middle), at_edge, 11, -3.0, 4.0, 0.1, 0.5, 0.0, 0.0, shift)
     np.testing.assert_allclose(shift, 0.5)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_a_footprint_comes_to_be_held_by_and_by(end):
+    """As it nears an end of the slice, and as a stretch is added there that weighs nothing."""
+    slack, border = 0.1, -3.0 if end == "low" else 4.0
+
+    def shifts(distance: float, added: float) -> np.ndarray:
+        """Of ten stretches and perhaps a short one, the last of which ends at a distance from the border."""
+        places = np.append(np.arange(10) * 0.1 + 0.05, [0.1 * 9 + 0.1 + 0.5 * added] * (added > 0.0))
+        width = np.append(np.full(10, 0.1), [added] * (added > 0.0))
+        places = places + 4.0 - 1.0 - distance
+        stretches = np.stack([places - 0.5 * width, places + 0.5 * width], axis=1)
+        if end == "low":
+            places, stretches = 1.0 - places[::-1], 1.0 - stretches[::-1, ::-1]
+        shift = np.zeros(places.size)
+        none = np.zeros(places.size, dtype=np.int64)
+        shifts_of(places, stretches, none, places.size, -3.0, 4.0, slack, 0.5, -0.2, 0.1, shift)
+        return (shift if end == "high" else shift[::-1])[:10]
+
+    distances = np.linspace(-0.05, 0.15, 81)
+    path = np.array([shifts(distance, 0.0) for distance in distances])
+    assert np.abs(np.diff(path, axis=0)).max() < 0.7 * (distances[1] - distances[0]) / slack * 1.2
+    np.testing.assert_array_equal(path[-1], 0.5)
+    assert path[0, -1] == pytest.approx(-0.2 if border < 0.0 else 0.1, abs=0.1)
+    for distance in distances:
+        np.testing.assert_allclose(shifts(distance, 1e-9), shifts(distance, 0.0), atol=1e-7)
 
 
 def test_a_pressed_edge_moves_with_its_end_of_the_slice():
     middle, at_edge, shift = np.array([-3.0, 0.0, 0.5, 4.0]), np.array([-1, 0, 0, 1]), np.zeros(4)
-    assert not shifts_of(middle, at_edge, 4, -3.0, 4.0, 0.1, 0.5, -0.2, 0.1, shift)
+    assert not shifts_of(middle, at(middle), at_edge, 4, -3.0, 4.0, 0.1, 0.5, -0.2, 0.1, shift)
     np.testing.assert_array_equal(shift, [-0.2, 0.5, 0.5, 0.1])
 
 
@@ -127,8 +159,8 @@ def test_a_valley_by_itself_is_not_what_an_edge_cuts_off():
     at_edge = np.array([0] * 7 + [VALLEY] * 5 + [1], dtype=np.int64)
     alone, together = np.zeros(7), np.zeros(13)
     ends = (-3.0, 2.0, 0.05, 0.5, 0.0, 0.1)
-    shifts_of(whole, at_edge[:7], 7, *ends, alone)
-    shifts_of(middle, at_edge, 13, *ends, together)
+    shifts_of(whole, at(whole), at_edge[:7], 7, *ends, alone)
+    shifts_of(middle, at(middle), at_edge, 13, *ends, together)
     np.testing.assert_array_equal(together[:7], alone)
     np.testing.assert_array_equal(together[7:], [0.5] * 5 + [0.1])
 
