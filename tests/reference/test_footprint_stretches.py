@@ -40,7 +40,8 @@ def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(g
     space = deposit.piece_space(np.stack([NODES, NODES]))
     pieces = deposit._add_pieces(u, g, 0, g.size - 1, g.min(), depth, share, 1, space, 0)
     mass, middle, ends = space.mass, space.middle, space.ends[:pieces]
-    assert np.all(ends[:, 0] < middle[:pieces]) and np.all(middle[:pieces] < ends[:, 1])
+    rounding = 1e-12  # a stretch may be no longer than that
+    assert np.all(ends[:, 0] <= middle[:pieces] + rounding) and np.all(middle[:pieces] <= ends[:, 1] + rounding)
     assert mass[:pieces].sum() == pytest.approx(share, rel=1e-12)
     assert np.all(np.diff(middle[:pieces]) > 0.0)
 
