@@ -49,7 +49,8 @@ def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(g
         return float(np.sqrt(max(depth - np.interp(x, u, g) + g.min(), 0.0)) * x**power)
 
     area, moment = (
-        sum(quad(density, *ends, args=(power,), limit=200)[0] for ends in pairwise(u)) for power in (0, 1)
+        sum(quad(density, *cell, args=(power,), limit=200, epsabs=1e-14)[0] for cell in pairwise(u))
+        for power in (0, 1)
     )
     assert mass[:pieces] @ middle[:pieces] == pytest.approx(share * moment / area, rel=1e-5)
 
