@@ -12,14 +12,29 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 
-from semiwear.contact.footprint import open_part, root_of, segment
+from semiwear.arrays import FloatArray
+from semiwear.contact.footprint import CLOSED, open_part, root_of, segment
 from semiwear.kernel_cache import njit
 
-__all__ = ["share_of_edge"]
+__all__ = ["closed_alone", "highest_that_bears", "share_of_edge"]
 
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
 _LEAST = 1e-9  # of a load, what a contact that just lifts off bears
+
+
+def closed_alone(line_load: FloatArray, modulus: float) -> FloatArray:
+    """Gap that a Hertz contact under a line load [N/mm] closes, 2 q/(pi E*) [mm]."""
+    return 2.0 / (pi * modulus) * line_load
+
+
+@njit(cache=True, error_model="numpy")
+def highest_that_bears(least, depth, closes):  # type: ignore[no-untyped-def]
+    """Gap beyond which nothing bears beside an edge or a valley at the least gap.
+
+    One that shares their load may lie by what decides higher, and its own footprint reaches up from there.
+    """
+    return least + CLOSED * depth + (1.0 + _FAR) * closes
 
 
 @njit(cache=True, error_model="numpy")
@@ -46,7 +61,7 @@ def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-untyped-def]  # noqa: C901
+def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignore[no-untyped-def]  # noqa: C901
     """Share of a slice's load that an edge bears.
 
     Parameters
@@ -59,6 +74,8 @@ def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-un
         Ends of the slice; beyond them lies the rounding of an edge.
     per_mm : float
         Distance across the line per profile coordinate.
+    depth : float [mm]
+        Of the footprint.
     closes : float [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
 
@@ -75,6 +92,7 @@ def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-un
     """
     if count < 3 or closes <= 0.0:
         return 0, 0, 0.0, 0.0
+    highest = highest_that_bears(g[:count].min(), depth, closes)
     for edge in (-1, 1):
         # from the edge into the slice
         first, step = (0, 1) if edge < 0 else (count - 1, -1)
@@ -85,13 +103,16 @@ def share_of_edge(u, g, count, low, high, per_mm, closes):  # type: ignore[no-un
             if g[c] < g[foot]:
                 foot = c
             c += step
+        if g[foot] > highest:
+            continue
         # the valley is where the gap has fallen most from the ridge before it
         valley, ridge, top, fall, c = -1, foot, foot, 0.0, foot
         while 0 <= c < count:
             if g[c] > g[top]:
                 top = c
-            if (u[c] > low if edge < 0 else u[c] < high) and g[top] - g[c] > fall:
-                valley, ridge, fall = c, top, g[top] - g[c]
+            falls = min(g[top], highest) - min(g[c], highest)
+            if (u[c] > low if edge < 0 else u[c] < high) and falls > fall:
+                valley, ridge, fall = c, top, falls
             c += step
         if valley < 0 or ridge == foot:
             continue

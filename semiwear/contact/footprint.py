@@ -36,15 +36,16 @@ from semiwear.contact.gap import (
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 
 __all__ = [
+    "CLOSED",
     "Footprints",
     "Reach",
+    "above",
     "depth_of",
-    "footprint_windows",
     "footprints",
     "open_part",
     "reach_space",
@@ -55,9 +56,8 @@ __all__ = [
 
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
-_BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
 _FEW = 12  # cells: of no more it does not pay to look for the closed ones
-_CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
+CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
@@ -159,11 +159,21 @@ def _along_row(curve, at, place, removed, u, g):  # type: ignore[no-untyped-def]
 
 
 class Reach(NamedTuple):
-    """Memory for the outline of what a footprint may reach, (places,) arrays of profile coordinate and gap."""
+    """Memory for the outline of what a footprint may reach.
+
+    Attributes
+    ----------
+    row : FineRow
+    u, g : (places,) arrays [mm]
+        Profile coordinate and gap.
+    within : (2,) int array
+        First and last node up to which a footprint is looked for: all, until somebody knows better.
+    """
 
     row: FineRow
     u: FloatArray
     g: FloatArray
+    within: IntArray
 
 
 @njit(cache=True, error_model="numpy")
@@ -171,11 +181,11 @@ def reach_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
     row = fine_row(nodes.shape[1])
     most = row.place.shape[0] + ON_EDGES
-    return Reach(row, np.empty(most), np.empty(most))
+    return Reach(row, np.empty(most), np.empty(most), np.array([0, nodes.shape[1] - 1]))
 
 
 @njit(cache=True, error_model="numpy")
-def _above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
+def above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
     """Whether the gap is above a height in all of a cell: the fresh one at one node, what is removed at the other."""
     node = first + cell
     return min(g[cell], g[cell + 1]) - abs(removed[node] - removed[node + 1]) > highest
@@ -187,11 +197,11 @@ def _closed_cells(gap, first, end, depth, u, g):  # type: ignore[no-untyped-def]
     nodes, removed, cells = gap.nodes[first : end + 1], gap.removed, end - first
     fresh = fresh_curve(gap.derivatives)
     _along_row(fresh, gap.at, nodes, removed[first : end + 1], u[: cells + 1], g[: cells + 1])
-    highest = _lowest(g, cells + 1) + _CLOSED * depth
+    highest = _lowest(g, cells + 1) + CLOSED * depth
     low, high = 0, cells
-    while low < high - 1 and _above(removed, g, first, low, highest):
+    while low < high - 1 and above(removed, g, first, low, highest):
         low += 1
-    while high > low + 1 and _above(removed, g, first, high - 1, highest):
+    while high > low + 1 and above(removed, g, first, high - 1, highest):
         high -= 1
     return first + low, first + high
 
@@ -211,11 +221,16 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     stop = min(gap.high, max(gap.at + reach, gap.low))
     parts = parts_of_cells(nodes, _FINE * width)
     first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
-    if start > gap.low and stop < gap.high and end - first > _FEW:
+    to_low, to_high = start <= gap.low, stop >= gap.high
+    if space.within[0] > first:
+        first, to_low = space.within[0], False
+    if space.within[1] < end:
+        end, to_high = space.within[1], False
+    if not to_low and not to_high and end - first > _FEW:
         first, end = _closed_cells(gap, first, end, depth, u, g)
     fill_row(row, gap, parts, first, end)
     p, q, count = first * parts, end * parts + 1, ZERO
-    if start <= gap.low and gap.low_radius > 0.0:
+    if to_low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
     if row.place[p] <= gap.low:
         u[count], g[count] = start, gap_at(gap, start)
@@ -231,7 +246,7 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     if cut and (count == 0 or stop > u[count - 1]):
         u[count], g[count] = stop, gap_at(gap, stop)
         count += 1
-    if stop >= gap.high and gap.high_radius > 0.0:
+    if to_high and gap.high_radius > 0.0:
         count = add_arc(gap, 1.0, depth, u, g, count)
     return depth, count, _lowest(g, count)
 
@@ -329,56 +344,6 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.curvature[k, i] = 2.0 * depth / found.half_width[k, i] ** 2
             found.profile[k, i] = min(max(moment / area, gap.low), gap.high)
             found.cut[k, i] = cut
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _windows(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore[no-untyped-def]
-    last = nodes.shape[1]
-    for k in range(loaded.shape[0]):
-        for i in range(loaded.shape[1]):
-            if not loaded[k, i] or not np.isfinite(flank.separation[0, k, i]):
-                continue
-            bend, width = flank.separation[2, k, i], half_width / flank.spacing[k, i]
-            reach = width + rises_within(deepest + depth_of(bend, width), bend)  # as in `reached`
-            low, high = flank.low[k, i], flank.high[k, i]
-            start = max(low, min(flank.profile[k, i] - reach, high))
-            stop = min(high, max(flank.profile[k, i] + reach, low))
-            # an edge is followed on its rounding, and into the flank for as far
-            if start <= low:
-                start = low - flank.low_radius[k, i] / flank.spacing[k, i]
-                stop = max(stop, low + flank.low_radius[k, i] / flank.spacing[k, i])
-            if stop >= high:
-                stop = high + flank.high_radius[k, i] / flank.spacing[k, i]
-                start = min(start, high - flank.high_radius[k, i] / flank.spacing[k, i])
-            windows[k, i, 0] = max(np.searchsorted(nodes[i], start) - _BESIDE, 0)
-            windows[k, i, 1] = min(np.searchsorted(nodes[i], stop) + _BESIDE, last)
-
-
-def footprint_windows(
-    lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float
-) -> IntArray:
-    """Nodes between which the footprints of loaded slices lie: the first, and the one behind the last.
-
-    Parameters
-    ----------
-    lines : ContactLines
-    grid : FlankGrid
-        Whose nodes.
-    loaded : (roll, face) bool array
-    deepest : float [mm]
-        What the shape of the flanks varies by, at most.
-    half_width : float [mm]
-        As in `footprints`.
-
-    Returns
-    -------
-    (roll, face, 2) int array
-        Equal where a slice is not loaded.
-    """
-    windows = np.zeros((*loaded.shape, 2), dtype=np.int64)
-    fresh = Removed(grid, np.zeros((1, *grid.profile.shape)), np.zeros(len(loaded), dtype=np.int64))
-    _windows(loaded, gap_of_flanks(lines, fresh), grid.profile, deepest, half_width, windows)
-    return windows
 
 
 def footprints(lines: ContactLines, removed: Removed, half_width: float, near: BoolArray) -> Footprints:

@@ -9,7 +9,8 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.fidelity import Fidelity
-from semiwear.contact.footprint import Footprints, footprint_windows, footprints
+from semiwear.contact.footprint import Footprints, footprints
+from semiwear.contact.footprint_windows import widest
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 from semiwear.meshing.contact_lines import ContactLines
@@ -129,24 +130,33 @@ class LoadedTeeth:
         depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification, slices)
         return Removed.met(grid, depth, self.fine.roll.size)
 
-    def removed_in_footprints(
+    def removed_at_nodes(
         self,
         wear: FloatArray,
         driving_wear: FloatArray,
-        loaded: BoolArray,
         slices: IntArray,
+        windows: IntArray,
         before: Removed | None = None,
     ) -> Removed:
-        """The same with wear of both flanks, right where footprints of loaded slices (roll, face) may lie only.
+        """The same with wear of both flanks, between the nodes of windows only, (roll, face, 2).
 
-        `before`, found for the same slices and the same of them loaded, gives its memory away.
+        `before`, found for the same slices and windows where those are, gives its memory away.
         """
         assert self.driving is not None
-        grid, own, unworn = self.driving.driven, self.driving.driven.from_grid(wear), self._finer_modification
-        deepest = sum(float(depth.max()) for depth in (own, unworn, driving_wear))  # nothing else stands at zero
-        windows = footprint_windows(self.fine, grid, loaded, deepest, self.half_width)
-        depth = self.driving.met(driving_wear, own, unworn, slices, windows, before.depth if before else None)
-        return Removed.met(grid, depth, self.fine.roll.size)
+        grid, unworn = self.driving.driven, self._finer_modification
+        into = before.depth if before else None
+        depth = self.driving.met(driving_wear, grid.from_grid(wear), unworn, slices, windows, into)
+        return replace(Removed.met(grid, depth, self.fine.roll.size), windows=windows)
+
+    def widest_windows(
+        self, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, wears: float = 0.0
+    ) -> IntArray:
+        """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more."""
+        assert self.driving is not None
+        grid = self.driving.driven
+        worn = grid.from_grid(wear), self._finer_modification, driving_wear
+        deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
+        return widest(self.fine, grid, loaded, deepest, self.half_width)
 
     @cached_property
     def _finer_modification(self) -> FloatArray:

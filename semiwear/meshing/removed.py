@@ -29,11 +29,14 @@ class Removed:
         Along the common normal, >= 0.
     row : (roll,) int array
         Which row each roll position meets.
+    windows : (roll, face, 2) int array or None
+        First node and the one behind the last between which the depth is known; None: everywhere.
     """
 
     grid: FlankGrid
     depth: FloatArray
     row: IntArray
+    windows: IntArray | None = None
 
     @classmethod
     def alike(cls, grid: FlankGrid, depth: FloatArray, rolls: int) -> Removed:

@@ -143,7 +143,7 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     """
     depth, count, least = reached(gap, half_width, space.reach)
     u, g = space.reach.u, space.reach.g
-    edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, closes)
+    edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, depth, closes)
     pieces = ZERO
     if apart < 1.0:
         pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, space, pieces)

@@ -8,6 +8,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
+from semiwear.contact.footprint_windows import look_within
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -115,9 +116,9 @@ def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, what, half_width, slices, driving, grid, length, out, own, taken):  # type: ignore[no-untyped-def]
+def _spread(flank, windows, what, half_width, slices, driving, grid, length, out, own, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
-    memory = np.empty((3, space.mass.size)), np.empty(driving.nodes.size)
+    memory, within = (np.empty((3, space.mass.size)), np.empty(driving.nodes.size)), space.reach.within
     for i in slices:
         for k in range(flank.profile.shape[0]):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
@@ -125,6 +126,7 @@ def _spread(flank, what, half_width, slices, driving, grid, length, out, own, ta
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
+            within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
             pieces = pieces_of(gap, half_width, what.closes[k, i], space)
             _lay_on_driving(what, driving, gap, k, i, length[k, i], pieces, space, memory, out, taken[0])
             lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, own[i], taken[1])
@@ -156,11 +158,14 @@ def spread_over_both_flanks(
         lines.driving_profile, lines.driving_slope, lines.driving_face, places, driving.grid.face,
         driving.grid.profile[0], int(driving.grid.split[0]),
     )  # fmt: skip
+    windows = removed.windows
+    if windows is None:
+        windows = np.tile(np.array([0, removed.depth.shape[-1]]), (*what.rate.shape, 1))
     flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
 
     def spread(share: IntArray) -> tuple[FloatArray, FloatArray]:
         out, part = np.zeros(driving.grid.profile.shape), np.zeros((2, 2))
-        _spread(flank, what, half_width, share, met, nodes, lines.length, out, own, part)
+        _spread(flank, windows, what, half_width, share, met, nodes, lines.length, out, own, part)
         return out, part
 
     out = np.zeros(driving.grid.profile.shape)

@@ -24,6 +24,7 @@ from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
+from semiwear.wear.followed_gap import FollowedGap
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 
@@ -175,16 +176,15 @@ class InterpolatedWear:
             # twice: over the cycles the wear of slices beside follows that of their own neighbours
             slices = teeth.driving.beside(teeth.driving.beside(slices))
         what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
-        removed: Removed | None = None
+        gap = FollowedGap(teeth, line_load, slices)
 
         def swept(worn: Worn) -> tuple[Worn, FloatArray]:
             """Sum of p |v_s| dt over one mesh on both flanks as they are, and what is taken."""
-            nonlocal removed
             taken = np.zeros((len(BODIES), 2))
             if worn.driving is None or teeth.driving is None:
                 mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(worn.driven), *what, taken[DRIVEN])
                 return Worn(mesh), taken
-            removed = teeth.removed_in_footprints(worn.driven, worn.driving, line_load > 0.0, slices, removed)
+            removed = gap.removed(worn.driven, worn.driving)
             driving, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
             return Worn(mesh, driving), taken
 

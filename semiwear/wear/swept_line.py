@@ -19,11 +19,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import pi
 
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
+from semiwear.contact.edge_share import closed_alone
 from semiwear.contact.footprint import Footprints
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -120,8 +120,8 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
 
 
 def _what(motion: Sweep, line_load: FloatArray, modulus: float) -> Spread:
-    closes = 2.0 / (pi * modulus) * line_load
-    return Spread(motion.place, line_load * motion.time[:, None], motion.sliding, motion.sliding_slope, closes)
+    rate, closes = line_load * motion.time[:, None], closed_alone(line_load, modulus)
+    return Spread(motion.place, rate, motion.sliding, motion.sliding_slope, closes)
 
 
 def wear_of_mesh(

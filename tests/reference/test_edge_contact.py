@@ -158,7 +158,7 @@ def test_shares_of_edge_and_valley(line_load):
         terms = lines.separation[:, 0, 0]
         gap = SliceGap(0.0, EDGE, 8.0, terms, 1.0, RADIUS, 0.0, wear[0], grid.profile[0], 1600)
         count = outline(gap, EDGE, 0.9, 3e-3, u, g)
-        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, closes)
+        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, 3e-3, closes)
         assert edge == -1 and apart == 1.0
         found.append(share)
         exact.append(solved_evenly(grid, wear, line_load).share)
@@ -168,19 +168,33 @@ def test_shares_of_edge_and_valley(line_load):
 
 def test_no_edge_no_share():
     u, g = np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41) ** 2
-    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3) == (0, 0, 0.0, 0.0)
-    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 0.0)[3] == 0.0
+    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3, 1e-3) == (0, 0, 0.0, 0.0)
+    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 1e-3, 0.0)[3] == 0.0
 
 
 def test_the_upper_edge_mirrors_the_lower():
     u = np.linspace(-3.0, 0.5, 701)
     g = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
-    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3)
-    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3)
+    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3)
+    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3)
     assert lower[0] == -1 and upper[0] == 1
     assert 0.5 < lower[2] < 1.0
     assert upper[2:] == pytest.approx(lower[2:], rel=1e-9)
     assert upper[1] == u.size - 1 - lower[1]
+
+
+def test_what_nothing_closes_takes_no_part_in_the_share_of_an_edge():
+    """A far hollow behind a high ridge, though the gap falls most there, and another edge."""
+    u = np.linspace(-3.0, 9.5, 2501)
+    near = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
+    far = np.where(u > 3.0, 0.2 + 0.1 * np.abs(u - 7.0), near)
+    share = share_of_edge(u, near, np.searchsorted(u, 3.0), -2.5, 12.0, 1.0, 1e-3, 1e-3)
+    assert 0.5 < share[2] < 1.0
+    assert share_of_edge(u, far, u.size, -2.5, 12.0, 1.0, 1e-3, 1e-3) == share
+    assert share_of_edge(u, far, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3) == share
+    edge, *others = share_of_edge(-u[::-1], far[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3)
+    assert edge == 1
+    assert others[1:] == pytest.approx(share[2:], rel=1e-9)
 
 
 def test_an_outline_holds_every_node_of_a_fine_flank():

@@ -1,0 +1,161 @@
+"""Where the footprints of loaded slices may lie while both flanks wear.
+
+What is removed from the driving flank is met elsewhere at every roll position, so that it is read anew in every cycle
+of a wear step: at those nodes alone that a footprint can close.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.contact.edge_share import highest_that_bears
+from semiwear.contact.footprint import CLOSED, above, depth_of
+from semiwear.contact.gap import (
+    ON_EDGES,
+    add_arc,
+    fresh_curve,
+    fresh_on,
+    gap_at,
+    gap_of_flanks,
+    rises_within,
+    slice_gap,
+)
+from semiwear.kernel_cache import ZERO, njit
+from semiwear.meshing.contact_lines import ContactLines
+from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.removed import Removed
+from semiwear.threads import in_shares
+
+__all__ = ["look_within", "narrow", "widest"]
+
+_BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
+
+
+@njit(cache=True, error_model="numpy")
+def look_within(window, points):  # type: ignore[no-untyped-def]
+    """First and last node between which a footprint is looked for in a window of a slice of so many points."""
+    first = window[0] + _BESIDE - 1 if window[0] > 0 else ZERO
+    return first, (window[1] - _BESIDE if window[1] < points else points - 1)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _widest(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore[no-untyped-def]
+    last = nodes.shape[1]
+    for k in range(loaded.shape[0]):
+        for i in range(loaded.shape[1]):
+            if not loaded[k, i] or not np.isfinite(flank.separation[0, k, i]):
+                continue
+            bend, width = flank.separation[2, k, i], half_width / flank.spacing[k, i]
+            reach = width + rises_within(deepest + depth_of(bend, width), bend)  # as in `reached`
+            low, high = flank.low[k, i], flank.high[k, i]
+            start = max(low, min(flank.profile[k, i] - reach, high))
+            stop = min(high, max(flank.profile[k, i] + reach, low))
+            # an edge is followed on its rounding, and into the flank for as far
+            if start <= low:
+                start = low - flank.low_radius[k, i] / flank.spacing[k, i]
+                stop = max(stop, low + flank.low_radius[k, i] / flank.spacing[k, i])
+            if stop >= high:
+                stop = high + flank.high_radius[k, i] / flank.spacing[k, i]
+                start = min(start, high - flank.high_radius[k, i] / flank.spacing[k, i])
+            windows[k, i, 0] = max(np.searchsorted(nodes[i], start) - _BESIDE, 0)
+            windows[k, i, 1] = min(np.searchsorted(nodes[i], stop) + _BESIDE, last)
+
+
+def widest(lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float) -> IntArray:
+    """Nodes between which the footprints of loaded slices lie: the first, and the one behind the last.
+
+    Parameters
+    ----------
+    lines : ContactLines
+    grid : FlankGrid
+        Whose nodes.
+    loaded : (roll, face) bool array
+    deepest : float [mm]
+        What the shape of the flanks varies by, at most.
+    half_width : float [mm]
+        As in `footprints`.
+
+    Returns
+    -------
+    (roll, face, 2) int array
+        Equal where a slice is not loaded.
+    """
+    windows = np.zeros((*loaded.shape, 2), dtype=np.int64)
+    fresh = Removed(grid, np.zeros((1, *grid.profile.shape)), np.zeros(len(loaded), dtype=np.int64))
+    _widest(loaded, gap_of_flanks(lines, fresh), grid.profile, deepest, half_width, windows)
+    return windows
+
+
+@njit(cache=True, error_model="numpy")
+def _least_on_edge(gap, direction, depth, u, g):  # type: ignore[no-untyped-def]
+    """Least gap on the rounding of the lower (-1) or upper edge; infinite where there is none."""
+    border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
+    if radius <= 0.0:
+        return np.inf
+    least = gap_at(gap, border)
+    for c in range(add_arc(gap, direction, depth, u, g, ZERO)):
+        least = min(least, g[c])
+    return least
+
+
+@njit(cache=True, error_model="numpy")
+def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignore[no-untyped-def]
+    nodes, removed, points = gap.nodes, gap.removed, gap.nodes.shape[0]
+    low, high = look_within(window, points)
+    curve, depth = fresh_curve(gap.derivatives), depth_of(gap.derivatives[2], half_width / gap.per_mm)
+    least = np.inf
+    for p in range(low, high + 1):
+        g[p] = fresh_on(curve, nodes[p] - gap.at) + removed[p]
+        if gap.low <= nodes[p] <= gap.high:
+            least = min(least, g[p])
+    at_low, at_high = low == 0 or nodes[low] <= gap.low, high == points - 1 or nodes[high] >= gap.high
+    low_edge = _least_on_edge(gap, -1.0, depth, edge[0], edge[1]) if at_low else np.inf
+    high_edge = _least_on_edge(gap, 1.0, depth, edge[0], edge[1]) if at_high else np.inf
+    least = min(least, min(low_edge, high_edge)) + wears
+    # an edge that does not press yet may take a share of the load of the valley beside it, and the other way round
+    bears = highest_that_bears(least, depth, closes)
+    at_low, at_high = low_edge <= bears, high_edge <= bears
+    highest = bears if at_low or at_high else least + CLOSED * depth
+    # in a cell what is removed may be as little as at either of its nodes
+    while not at_low and low < high - 1 and above(removed, g, ZERO, low, highest):
+        low += 1
+    while not at_high and high > low + 1 and above(removed, g, ZERO, high - 1, highest):
+        high -= 1
+    window[0], window[1] = max(low - _BESIDE + 1, 0), min(high + _BESIDE, points)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _narrow(flank, half_width, closes, wears, slices, windows):  # type: ignore[no-untyped-def]
+    g, edge = np.empty(flank.nodes.shape[1]), np.empty((2, ON_EDGES))
+    for i in slices:
+        for k in range(flank.profile.shape[0]):
+            if windows[k, i, 0] < windows[k, i, 1]:
+                gap = slice_gap(flank, k, i)
+                _narrow_one(gap, half_width, closes[k, i], wears, windows[k, i], g, edge)
+
+
+def narrow(
+    lines: ContactLines, removed: Removed, half_width: float, closes: FloatArray, wears: float, slices: IntArray
+) -> IntArray:
+    """Windows of `removed` less the nodes that no footprint closes before the flanks have worn by so much more.
+
+    Parameters
+    ----------
+    lines : ContactLines
+    removed : Removed
+        With windows.
+    half_width : float [mm]
+        As in `footprints`.
+    closes : (roll, face) array [mm]
+        Gap that a Hertz contact under the line load closes.
+    wears : float [mm]
+        That is removed from both flanks together at most, anywhere. As nothing comes back, a gap that is so much
+        more than a footprint's depth above the lowest one stays open.
+    slices : int array
+        To do; the windows of the others stay.
+    """
+    assert removed.windows is not None
+    windows, flank = removed.windows.copy(), gap_of_flanks(lines, removed)
+    in_shares(lambda share: _narrow(flank, half_width, closes, wears, share, windows), slices)
+    return windows
