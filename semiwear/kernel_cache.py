@@ -25,7 +25,7 @@ from semiwear.errors import SemiwearError
 __all__ = ["ZERO", "ensure_cache", "keep_apart", "njit", "telling_of_compilation"]
 
 njit = partial(numba.njit, no_cfunc_wrapper=True)
-"""The decorator of kernels: without an entry for C, which nothing calls and which takes an eighth of the compilation."""
+"""The decorator of kernels: without an entry for C, which nothing calls and an eighth of compilation goes to."""
 ZERO = np.int64(0)
 """Where kernels begin to count: numba compiles anew for a plain 0 that is handed on, which is a type of its own."""
 
