@@ -101,7 +101,7 @@ def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untype
     for band in range(bands):
         first, last = work.first[band], work.last[band]
         work.begin[band], work.end[band] = u[first], u[last]
-        if not smooth:
+        if smooth is None:
             continue
         over, under = g[first] - least - depth, depth - (g[first + 1] - least)
         if over > 0.0 and under >= 0.0:
@@ -245,7 +245,7 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
             continue
         beyond = _pressed_beyond(work, count, least, bands, n, gap.per_mm, span, approach, load, unit)
         if beyond == 0.0:
-            if smooth:
+            if smooth is not None:
                 rate = smooth_rate(
                     work.gap[:n], influence, approach, rate, work.active[:n], work.force[:n], work.factor, work.x,
                     work.y, work.on, _CELLS[bands - 1],
@@ -331,8 +331,10 @@ def solve_slices(
     flank = gap_of_flanks(lines, worn.removed)
     places = most_places(flank.nodes)
 
+    ends = True if smooth else None  # None is a type of its own: what it skips is not compiled
+
     def solve(slices: IntArray) -> int:
-        return int(_solve(line_load, flank, modulus, margin, _INFLUENCE, smooth, slices, _work_space(places), found))
+        return int(_solve(line_load, flank, modulus, margin, _INFLUENCE, ends, slices, _work_space(places), found))
 
     unsettled = sum(in_shares(solve, np.arange(line_load.shape[1])))
     if unsettled:
