@@ -167,7 +167,7 @@ class Reach(NamedTuple):
     u, g : (places,) arrays [mm]
         Profile coordinate and gap.
     within : (2,) int array
-        First and last node up to which a footprint is looked for: all, until somebody knows better.
+        First and last node between which a footprint is looked for: all of them, unless the caller sets others.
     """
 
     row: FineRow

@@ -115,12 +115,12 @@ def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignor
     least = min(least, min(low_edge, high_edge)) + wears
     # an edge that does not press yet may take a share of the load of the valley beside it, and the other way round
     bears = highest_that_bears(least, depth, closes)
-    at_low, at_high = low_edge <= bears, high_edge <= bears
-    highest = bears if at_low or at_high else least + CLOSED * depth
+    low_bears, high_bears = low_edge <= bears, high_edge <= bears
+    highest = bears if low_bears or high_bears else least + CLOSED * depth
     # in a cell what is removed may be as little as at either of its nodes
-    while not at_low and low < high - 1 and above(removed, g, ZERO, low, highest):
+    while not low_bears and low < high - 1 and above(removed, g, ZERO, low, highest):
         low += 1
-    while not at_high and high > low + 1 and above(removed, g, ZERO, high - 1, highest):
+    while not high_bears and high > low + 1 and above(removed, g, ZERO, high - 1, highest):
         high -= 1
     window[0], window[1] = max(low - _BESIDE + 1, 0), min(high + _BESIDE, points)
 

@@ -50,7 +50,8 @@ class Removed:
 
     def every(self, step: int) -> Removed:
         """That of every `step`-th roll position."""
-        return Removed(self.grid, self.depth, self.row[::step])
+        windows = None if self.windows is None else self.windows[::step]
+        return Removed(self.grid, self.depth, self.row[::step], windows)
 
     @property
     def varies(self) -> BoolArray:

@@ -39,7 +39,7 @@ class FollowedGap:
     _last: Removed | None = field(default=None, init=False)
 
     def removed(self, driven: FloatArray, driving: FloatArray) -> Removed:
-        """Of flanks as worn as this [mm]; what it gave before is overwritten."""
+        """Of flanks as worn as this [mm], in arrays that nobody changes; what it gave before is overwritten."""
         if self._since is None or self._windows is None or self._worn_since(driven, driving) > self.margin:
             wide = self.teeth.widest_windows(driven, driving, self.line_load > 0.0, self.margin)
             whole = self.teeth.removed_at_nodes(driven, driving, self.slices, wide, self._last)
