@@ -83,6 +83,11 @@ class ContactLines:
     low_edge_radius: FloatArray
     high_edge_radius: FloatArray
 
+    @property
+    def curvature(self) -> FloatArray:
+        """Curvature of the fresh separation across the line, (roll, face) [1/mm]."""
+        return np.asarray(self.separation[2] / self.spacing**2)
+
     def on_driving(self, profile: FloatArray) -> FloatArray:
         """Profile coordinate of the driving flank that meets one of the driven flank [mm], (roll, face) both."""
         return self.driving_profile + self.driving_slope * (profile - self.profile)

@@ -185,5 +185,5 @@ def _lines(
     places = traced.profile if passed is None else passed.read(traced.driving_profile)
     rows = np.arange(nodes.shape[1], dtype=float)
     line = np.stack([np.interp(places[:, i], nodes[i], rows) for i in range(stations.size)], axis=1)
-    curvature = np.maximum(traced.separation[2], 0.0) / traced.spacing**2
+    curvature = np.maximum(traced.curvature, 0.0)
     return line, np.sqrt(physics.modulus * curvature / pi), passed

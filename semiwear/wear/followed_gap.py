@@ -35,20 +35,19 @@ class FollowedGap:
     line_load: FloatArray
     slices: IntArray
     _since: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
-    _windows: IntArray | None = field(default=None, init=False)
     _last: Removed | None = field(default=None, init=False)
 
     def removed(self, driven: FloatArray, driving: FloatArray) -> Removed:
         """Of flanks as worn as this [mm], in arrays that nobody changes; what it gave before is overwritten."""
-        if self._since is None or self._windows is None or self._worn_since(driven, driving) > self.margin:
-            wide = self.teeth.widest_windows(driven, driving, self.line_load > 0.0, self.margin)
-            whole = self.teeth.removed_at_nodes(driven, driving, self.slices, wide, self._last)
-            self._since = driven, driving
-            closes = closed_alone(self.line_load, self.teeth.problem.modulus)
-            self._windows = narrow(self.teeth.fine, whole, self.teeth.half_width, closes, self.margin, self.slices)
-            self._last = replace(whole, windows=self._windows)
-        else:
-            self._last = self.teeth.removed_at_nodes(driven, driving, self.slices, self._windows, self._last)
+        teeth, last = self.teeth, self._last
+        if last is not None and last.windows is not None and self._worn_since(driven, driving) <= self.margin:
+            self._last = teeth.removed_at_nodes(driven, driving, self.slices, last.windows, last)
+            return self._last
+        wide = teeth.widest_windows(driven, driving, self.line_load > 0.0, self.margin)
+        whole = teeth.removed_at_nodes(driven, driving, self.slices, wide, last)
+        closes = closed_alone(self.line_load, teeth.problem.modulus)
+        windows = narrow(teeth.fine, whole, teeth.half_width, closes, self.margin, self.slices)
+        self._since, self._last = (driven, driving), replace(whole, windows=windows)
         return self._last
 
     def _worn_since(self, driven: FloatArray, driving: FloatArray) -> float:
@@ -59,6 +58,5 @@ class FollowedGap:
     @cached_property
     def margin(self) -> float:
         """Wear of both flanks together after which their nodes are looked for anew [mm]."""
-        lines, loaded = self.teeth.fine, self.line_load > 0.0
-        bends = lines.separation[2][loaded] / lines.spacing[loaded] ** 2
+        bends = self.teeth.fine.curvature[self.line_load > 0.0]
         return float(_FOLLOWED * depth_of(float(np.median(bends)), self.teeth.half_width))

@@ -254,9 +254,9 @@ class _Step:
         A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
         come out greater on the other side. Nor does a long step take many more.
         """
-        lines, force = self.teeth.lines, self.state.contact.loads.force
+        force = self.state.contact.loads.force
         loaded = force > 0.0
-        bends = lines.separation[2][loaded] / lines.spacing[loaded] ** 2
+        bends = self.teeth.lines.curvature[loaded]
         # a median jumps as a slice comes to bear
         bend = float(np.average(bends, weights=force[loaded]) if self.teeth.smooth else np.median(bends))
         reach = depth_of(bend, self.teeth.half_width)
