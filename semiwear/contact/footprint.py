@@ -44,7 +44,7 @@ __all__ = [
     "CLOSED",
     "Footprints",
     "Reach",
-    "above",
+    "closed_between",
     "depth_of",
     "footprints",
     "open_part",
@@ -185,10 +185,20 @@ def reach_space(nodes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
+def _above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
     """Whether the gap is above a height in all of a cell: the fresh one at one node, what is removed at the other."""
     node = first + cell
     return min(g[cell], g[cell + 1]) - abs(removed[node] - removed[node + 1]) > highest
+
+
+@njit(cache=True, error_model="numpy")
+def closed_between(removed, g, first, low, high, highest, from_low, from_high):  # type: ignore[no-untyped-def]
+    """Nodes of `g` from `low` up to `high`, less cells above a height at those ends from which it is looked for."""
+    while from_low and low < high - 1 and _above(removed, g, first, low, highest):
+        low += 1
+    while from_high and high > low + 1 and _above(removed, g, first, high - 1, highest):
+        high -= 1
+    return low, high
 
 
 @njit(cache=True, error_model="numpy")
@@ -198,11 +208,7 @@ def _closed_cells(gap, first, end, depth, u, g):  # type: ignore[no-untyped-def]
     fresh = fresh_curve(gap.derivatives)
     _along_row(fresh, gap.at, nodes, removed[first : end + 1], u[: cells + 1], g[: cells + 1])
     highest = _lowest(g, cells + 1) + CLOSED * depth
-    low, high = 0, cells
-    while low < high - 1 and above(removed, g, first, low, highest):
-        low += 1
-    while high > low + 1 and above(removed, g, first, high - 1, highest):
-        high -= 1
+    low, high = closed_between(removed, g, first, ZERO, cells, highest, True, True)
     return first + low, first + high
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.edge_share import highest_that_bears
-from semiwear.contact.footprint import CLOSED, above, depth_of
+from semiwear.contact.footprint import CLOSED, closed_between, depth_of
 from semiwear.contact.gap import (
     ON_EDGES,
     add_arc,
@@ -117,11 +117,7 @@ def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignor
     bears = highest_that_bears(least, depth, closes)
     low_bears, high_bears = low_edge <= bears, high_edge <= bears
     highest = bears if low_bears or high_bears else least + CLOSED * depth
-    # in a cell what is removed may be as little as at either of its nodes
-    while not low_bears and low < high - 1 and above(removed, g, ZERO, low, highest):
-        low += 1
-    while not high_bears and high > low + 1 and above(removed, g, ZERO, high - 1, highest):
-        high -= 1
+    low, high = closed_between(removed, g, ZERO, low, high, highest, not low_bears, not high_bears)
     window[0], window[1] = max(low - _BESIDE + 1, 0), min(high + _BESIDE, points)
 
 
