@@ -14,7 +14,7 @@ TOLERANCE = 1e-9  # of a variable's greatest value
 ELSEWHERE = 1e-6  # of it, on a processor that adds in another order: 1.2e-7 at most between AVX-512 and AVX2
 _VALUES = 3
 _CHANCE = ("seconds", "effect_seconds")
-_NOTHING = {"/transmission_error": 1e-6}  # [arcsec]: less than that is the rounding of a conjugate pair's
+_NOTHING = {"/transmission_error": 1e-6}  # [arcsec]: less than that is a conjugate pair's, whose digits are rounding
 _ROUNDING = ("load_balance_residual", "complementarity_residual", "wear_volume_residual")
 
 
@@ -48,6 +48,10 @@ def _of_array(name: str, values: np.ndarray) -> dict[str, Any]:
     }
 
 
+def _greatest(told: dict[str, Any]) -> float:
+    return max(abs(told["least"]), abs(told["greatest"]))
+
+
 def _short(number: float) -> float:
     """To a hundredth of the tolerance, so that files stay small."""
     return float(f"{number:.12g}")
@@ -67,7 +71,9 @@ def differences(
             continue
         if "text" in two:
             continue
-        scale = max(abs(two["least"]), abs(two["greatest"]), _NOTHING.get(name, 0.0))
+        scale, now = _greatest(two), _greatest(one)
+        if max(scale, now) < _NOTHING.get(name, 0.0):
+            continue
         for key in ("least", "greatest", "values", "projections"):
             change = float(np.max(np.abs(np.subtract(one[key], two[key])), initial=0.0))
             if not change <= tolerance * scale:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -30,3 +32,12 @@ def test_a_change_of_any_value_is_seen() -> None:
     missing[0, 0] = np.nan
     assert differences(digest(xr.Dataset({"wear_depth": (("a", "b"), missing)})), stored)
     assert differences(digest(xr.Dataset({"wear": (("a", "b"), values)})), stored)
+
+
+def test_of_a_conjugate_pairs_error_the_size_counts_and_not_the_digits() -> None:
+    def told(error: float) -> dict[str, dict[str, Any]]:
+        return digest(xr.Dataset({"transmission_error": ("roll", error * np.array([1.0, -0.3, 0.2]))}))
+
+    assert not differences(told(1e-8), told(2e-9))
+    assert differences(told(2e-6), told(2e-9)) and differences(told(2e-9), told(2e-6))
+    assert differences(told(1.0 + 20.0 * TOLERANCE), told(1.0))
