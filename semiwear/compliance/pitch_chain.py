@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import floor
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, hstack
+from scipy.sparse import block_array, coo_matrix, csc_matrix, csr_matrix, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
 from semiwear.arrays import FloatArray, IntArray
@@ -90,21 +90,21 @@ class PitchRows:
 
 @dataclass(frozen=True)
 class Pitch:
-    """Stiffness of one pitch whose sides are free, and what is observed on it; held unknowns are left out.
+    """Stiffness of one pitch whose sides are free, bordered by what is observed on it; held unknowns are left out.
 
-    Unknowns are the inner ones, in an order that keeps their factor sparse, and then the sides: the end of the
-    factor is that of the sides' own stiffness.
+    Unknowns are the inner ones, in an order that keeps their factor sparse, then the sides, then one for each row of
+    `PitchRows`: the end of the factor is that of the sides' own stiffness and of what loads do with the sides held.
 
     Attributes
     ----------
     data : (3, z) array
-        Entries of K0, K1, K2 in the order of ...
+        Entries that go with 1, k and k^2 at wave number k, in the order of ...
     places, starts : (z,), (m + 1,) arrays
         ... a sparse matrix by columns.
     sides : int
         Number 2 s of side unknowns, in the sides' own axes.
-    rows : (2, m, R) array
-        `PitchRows.fixed` and `along`, as columns.
+    observed : int
+        Number R of rows.
     load, deflection, stress : slices
         See `PitchRows`.
     """
@@ -113,7 +113,7 @@ class Pitch:
     places: IntArray
     starts: IntArray
     sides: int
-    rows: FloatArray
+    observed: int
     load: slice
     deflection: slice
     stress: slice
@@ -140,32 +140,27 @@ class Pitch:
         order = np.argsort(symmetric_factor(matrices[0].tocsr()[inner].tocsc()[:, inner], "MMD_AT_PLUS_A").perm_c)
         among = coo_matrix((np.ones(inner.size), (inner[order], np.arange(inner.size))), shape=(size, inner.size))
         turned = hstack([among, _turned(left, -angle, size), _turned(right, angle, size)]).tocsr()
-        data, places, starts = _on_one_pattern([(turned.T @ (matrix @ turned)).tocsc() for matrix in matrices])
-        return cls(
-            data=data,
-            places=places,
-            starts=starts,
-            sides=3 * (left.size + right.size),
-            rows=np.stack([(part @ turned).toarray().T for part in (rows.fixed, rows.along)]),
-            load=rows.load,
-            deflection=rows.deflection,
-            stress=rows.stress,
-        )
+        observed = rows.fixed.shape[0]
+        borders = (rows.fixed @ turned, rows.along @ turned, csr_matrix((observed, turned.shape[1])))
+        bordered = [
+            block_array([[turned.T @ (matrix @ turned), border.T], [border, None]], format="csc")
+            for matrix, border in zip(matrices, borders, strict=True)
+        ]
+        data, places, starts = _on_one_pattern(bordered)
+        sides = 3 * (left.size + right.size)
+        return cls(data, places, starts, sides, observed, rows.load, rows.deflection, rows.stress)
 
     def condense(self, k: float) -> Condensed:
         """Eliminate the inner unknowns at a wave number [1/mm]."""
-        count = len(self.starts) - 1
-        inner = count - self.sides
+        count, sides = len(self.starts) - 1, self.sides
         values = self.data[0] + k * self.data[1] + k**2 * self.data[2]
         factor = symmetric_factor(csc_matrix((values, self.places, self.starts), shape=(count, count)), "NATURAL")
-        rows = self.rows[0] + k * self.rows[1]
-        moved = factor.solve(rows)  # with free sides
-        stiffness = (factor.L[inner:, inner:] @ factor.U[inner:, inner:]).toarray()
-        # with the sides held, what the rows send to them: by symmetry also what the sides' motion gives the rows
-        sent = stiffness @ moved[inner:]
-        own = rows.T @ moved[:, self.load] - sent.T @ moved[inner:, self.load]
+        kept = slice(count - sides - self.observed, None)
+        rest = (factor.L[kept, kept] @ factor.U[kept, kept]).toarray()
+        # what the rows send to held sides: by symmetry also what the sides' motion gives the rows
+        sent, own = rest[:sides, sides:], -rest[sides:, sides:][:, self.load]
         return Condensed(
-            stiffness=stiffness,
+            stiffness=rest[:sides, :sides],
             side_load=sent[:, self.load],
             deflection=sent[:, self.deflection].T,
             deflection_load=own[self.deflection],
