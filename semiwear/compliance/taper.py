@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
-from scipy.linalg import cho_solve_banded, cholesky_banded, eigh
+from scipy.linalg import cholesky, eigh, solve_triangular
 from scipy.sparse import coo_matrix, csr_matrix, vstack
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
@@ -360,11 +360,6 @@ def _solved(
         block += (((a * b_z).T @ weighted) @ mixed).reshape(block.shape)
         block += (((a_z * b).T @ weighted) @ mixed).reshape(block.shape).swapaxes(1, 2)
         band[first, d] = block
-    lower = np.zeros(((_DEGREE + 1) * shapes, count * shapes))
-    columns = band.reshape(count, (_DEGREE + 1) * shapes, shapes)
-    for p in range(shapes):
-        lower[: lower.shape[0] - p, p::shapes] = columns[:, p:, p].T
-    factor = (cholesky_banded(lower, overwrite_ab=True, lower=True, check_finite=False), True)
 
     # unit loads on splines: a load at z is the splines' values at z times these, section by section of its own place
     greville = np.array([knots[k + 1 : k + 1 + _DEGREE].mean() for k in range(count)])
@@ -373,8 +368,7 @@ def _solved(
     seen = np.einsum("ab,bphr->pahr", between(greville), np.stack([s.deflection for s in sections]))
     right = np.zeros((count, shapes, heights, count))
     right[np.arange(count), :, :, np.arange(count)] = load.swapaxes(1, 2)
-    moved = cho_solve_banded(factor, right.reshape(count * shapes, -1), check_finite=False)
-    moved = moved.reshape(count, shapes, -1)
+    moved = _solved_by_blocks(band, right.reshape(count, shapes, -1))
     deflection = np.einsum("pahr,arl->phal", seen, moved, optimize=True)
     deflection = deflection.reshape(len(_OFFSETS), heights * count, heights * count)
     deflection = 0.5 * (deflection + deflection[::-1].swapaxes(1, 2))
@@ -388,6 +382,34 @@ def _solved(
     stress = np.einsum("spfr,srl->plsf", own, shape_at, optimize=True)
     stress += np.einsum("spfr,srl->plsf", own_along, shape_along, optimize=True)
     return Taper(knots, deflection, stations, stress.reshape(len(_OFFSETS), heights * count, -1))
+
+
+def _solved_by_blocks(band: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a symmetric positive definite system of blocks near the diagonal; both arguments are overwritten.
+
+    Parameters
+    ----------
+    band : (N, d + 1, r, r) array
+        Block of rows k + j and columns k at [k, j].
+    right : (N, r, columns) array
+    """
+    count, below = band.shape[0], band.shape[1] - 1
+    for k in range(count):
+        for j in range(min(below, count - 1 - k) + 1):
+            for left in range(1, min(below - j, k) + 1):
+                band[k, j] -= band[k - left, j + left] @ band[k - left, left].T
+            if j == 0:
+                band[k, 0] = cholesky(band[k, 0], lower=True, check_finite=False)
+            else:
+                band[k, j] = solve_triangular(band[k, 0], band[k, j].T, lower=True, check_finite=False).T
+        for j in range(1, min(below, k) + 1):
+            right[k] -= band[k - j, j] @ right[k - j]
+        right[k] = solve_triangular(band[k, 0], right[k], lower=True, check_finite=False)
+    for k in range(count - 1, -1, -1):
+        for j in range(1, min(below, count - 1 - k) + 1):
+            right[k] -= band[k, j].T @ right[k + j]
+        right[k] = solve_triangular(band[k, 0], right[k], lower=True, trans=1, check_finite=False)
+    return right
 
 
 def _at_root(section: _Reduced, root: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.compliance.taper import _solved_by_blocks
 from semiwear.compliance.tooth import _section_weights, line_compliance
 from semiwear.meshing import face_gear_pair
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
@@ -50,3 +51,20 @@ def test_twice_as_many_sections_give_the_same_deflection(shipped: sw.Scene, monk
     prisms.cache_clear()
     toothed.cache_clear()
     np.testing.assert_allclose(usual, fine, rtol=0.02)
+
+
+@pytest.mark.parametrize(("count", "below"), [(1, 0), (2, 3), (9, 3)])
+def test_blocks_near_the_diagonal_are_solved_as_the_whole_matrix(count: int, below: int) -> None:
+    random, size = np.random.default_rng(3), 4
+    whole = random.normal(size=(count * size, count * size))
+    blocks = (whole + whole.T + 30.0 * np.eye(count * size)).reshape(count, size, count, size).swapaxes(1, 2)
+    band = np.zeros((count, below + 1, size, size))
+    for k, j in np.ndindex(count, count):
+        if 0 <= j - k <= below:
+            band[k, j - k] = blocks[j, k]
+        elif abs(j - k) > below:
+            blocks[j, k] = 0.0
+    right = random.normal(size=(count, size, 5))
+    wanted = np.linalg.solve(blocks.swapaxes(1, 2).reshape(count * size, -1), right.reshape(count * size, -1))
+    found = _solved_by_blocks(band, right.copy())
+    np.testing.assert_allclose(found.reshape(count * size, -1), wanted, rtol=1e-11, atol=1e-13)
