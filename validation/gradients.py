@@ -4,10 +4,10 @@
 
 Pairs of teeth, loads, relief and wear are drawn; of each scene the derivatives of wear depth, pressure, root stress
 and transmission error with respect to its fields are compared with Richardson-extrapolated central differences of
-steps of 0.075, 0.15 and 0.3 %, from smooth runs of their own, or plain ones, whose differences scatter. Of the two
-that neighbouring steps give, the one with the smaller error counts (Ridders 1982, Adv. Eng. Software 4, 75-76); steps
-of 0.8 % and more pass over kinks which their error does not tell. A derivative should be within 1 % of them, their
-own error set aside, in 95 % of all; the rest should be called doubtful.
+steps of 4e-5, 8e-5 and 1.6e-4, from smooth runs of their own, or plain ones, whose differences scatter and take
+steps of 0.075 to 0.3 %. Of the two that neighbouring steps give, the one with the smaller error counts (Ridders 1982,
+Adv. Eng. Software 4, 75-76); longer steps pass over jumps and kinks which their error does not tell. A derivative
+should be within 1 % of them, their own error set aside, in 95 % of all; the rest should be called doubtful.
 
 The cost is the time of the gradient over that of the scene's own run, both as a user calls them, on all cores of the
 machine: the run in a process in which all is compiled, which finds its prisms itself, as the gradient finds those of
@@ -51,7 +51,8 @@ QUANTITIES = (
 )
 ALLOWED, ASKED = 0.01, 0.95
 _MATTERS = 1e-4  # relative change of a quantity over that of a field: less is nothing to an engineer
-_STEPS = (0.00075, 0.0015, 0.003)  # of a field's value; not that of `sensitivities`
+_STEPS = (4e-5, 8e-5, 1.6e-4)  # of a field's value; not that of `sensitivities`
+_PLAIN_STEPS = (7.5e-4, 1.5e-3, 3e-3)  # of it, where runs jump
 _QUANTITIES = [one for name in QUANTITIES if (one := quantity_of("of", name, [])) is not None]
 _HEAD = "scene,quantity,field,relative,error,reference,reference_error,doubtful"
 _MEASURE = measure_of_quantities(_QUANTITIES)
@@ -142,7 +143,8 @@ def found_for(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew, pro
 def differences(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew) -> tuple[np.ndarray, np.ndarray]:
     """Richardson-extrapolated central differences over the scene's own values, and their error."""
     like = Compared.with_runs_of(scene) if smooth else None
-    moves = [side * step for step in _STEPS for side in (1, -1)]
+    steps = _STEPS if smooth else _PLAIN_STEPS
+    moves = [side * step for step in steps for side in (1, -1)]
     tasks = [Task("", scene, _MEASURE, like)]
     for field in fields:
         at = scene_value(scene, field)
@@ -157,7 +159,7 @@ def differences(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew) -
     central = np.array(
         [
             [(values[f"{field} {step}"] - values[f"{field} {-step}"]) / (2.0 * step) for field in fields]
-            for step in _STEPS
+            for step in steps
         ]
     )
     central = central.swapaxes(1, 2) / values[""][:, None]  # (step, quantity, field)
