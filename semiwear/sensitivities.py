@@ -15,8 +15,8 @@ do not, it is moved to the other side, too (Richardson 1911, Phil. Trans. R. Soc
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
 
-Steps are as short as the scatter of smooth runs allows: where the contact set changes or a tip comes to press there is
-a kink or a small jump, and the longer a step, the more of these lie within it.
+Steps are as short as the scatter of smooth runs allows. Where the contact set changes or a tip comes to press
+there is a kink or a small jump, and the longer a step, the more of these lie within it.
 
 The runs of one field share their prisms: these are found a tenth of a step beside the scene, and read on the straight
 line through both. What is left of scatter between smooth runs and of small kinks is in every error: 5e-10 of a value
