@@ -25,10 +25,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
-from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.linalg import eigh
 from scipy.sparse import coo_matrix, csr_matrix, vstack
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.compliance.block_band import solve_block_band
 from semiwear.compliance.open_ends import EndJumps
 from semiwear.compliance.pitch_chain import DEFLECTION_OFFSETS, symmetric_factor
 from semiwear.compliance.prism import PrismSection
@@ -368,7 +369,7 @@ def _solved(
     seen = np.einsum("ab,bphr->pahr", between(greville), np.stack([s.deflection for s in sections]))
     right = np.zeros((count, shapes, heights, count))
     right[np.arange(count), :, :, np.arange(count)] = load.swapaxes(1, 2)
-    moved = _solved_by_blocks(band, right.reshape(count, shapes, -1))
+    moved = solve_block_band(band, right.reshape(count, shapes, -1))
     deflection = np.einsum("pahr,arl->phal", seen, moved, optimize=True)
     deflection = deflection.reshape(len(_OFFSETS), heights * count, heights * count)
     deflection = 0.5 * (deflection + deflection[::-1].swapaxes(1, 2))
@@ -382,34 +383,6 @@ def _solved(
     stress = np.einsum("spfr,srl->plsf", own, shape_at, optimize=True)
     stress += np.einsum("spfr,srl->plsf", own_along, shape_along, optimize=True)
     return Taper(knots, deflection, stations, stress.reshape(len(_OFFSETS), heights * count, -1))
-
-
-def _solved_by_blocks(band: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve a symmetric positive definite system of blocks near the diagonal; both arguments are overwritten.
-
-    Parameters
-    ----------
-    band : (N, d + 1, r, r) array
-        Block of rows k + j and columns k at [k, j].
-    right : (N, r, columns) array
-    """
-    count, below = band.shape[0], band.shape[1] - 1
-    for k in range(count):
-        for j in range(min(below, count - 1 - k) + 1):
-            for left in range(1, min(below - j, k) + 1):
-                band[k, j] -= band[k - left, j + left] @ band[k - left, left].T
-            if j == 0:
-                band[k, 0] = cholesky(band[k, 0], lower=True, check_finite=False)
-            else:
-                band[k, j] = solve_triangular(band[k, 0], band[k, j].T, lower=True, check_finite=False).T
-        for j in range(1, min(below, k) + 1):
-            right[k] -= band[k - j, j] @ right[k - j]
-        right[k] = solve_triangular(band[k, 0], right[k], lower=True, check_finite=False)
-    for k in range(count - 1, -1, -1):
-        for j in range(1, min(below, count - 1 - k) + 1):
-            right[k] -= band[k, j].T @ right[k + j]
-        right[k] = solve_triangular(band[k, 0], right[k], lower=True, trans=1, check_finite=False)
-    return right
 
 
 def _at_root(section: _Reduced, root: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.compliance.taper import _solved_by_blocks
+from semiwear.compliance.block_band import solve_block_band
 from semiwear.compliance.tooth import _section_weights, line_compliance
 from semiwear.meshing import face_gear_pair
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
@@ -66,5 +66,5 @@ def test_blocks_near_the_diagonal_are_solved_as_the_whole_matrix(count: int, bel
             blocks[j, k] = 0.0
     right = random.normal(size=(count, size, 5))
     wanted = np.linalg.solve(blocks.swapaxes(1, 2).reshape(count * size, -1), right.reshape(count * size, -1))
-    found = _solved_by_blocks(band, right.copy())
+    found = solve_block_band(band, right.copy())
     np.testing.assert_allclose(found.reshape(count * size, -1), wanted, rtol=1e-11, atol=1e-13)
