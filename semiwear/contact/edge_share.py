@@ -61,7 +61,43 @@ def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignore[no-untyped-def]  # noqa: C901
+def _share_under(higher, curvature, other, closes, distance):  # type: ignore[no-untyped-def]
+    """Share of a load that the contact of the first curvature bears where the other one's ground is so much higher."""
+    below, above = 0.0, 1.0
+    short = higher - (_closed(0.0, curvature, closes, distance) - _closed(1.0, other, closes, distance))
+    over = _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
+    if short <= 0.0:
+        return 0.0
+    if over <= 0.0:
+        return 1.0
+    for _ in range(_HALVINGS):
+        share = 0.5 * (below + above)
+        differ = _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance)
+        if differ < higher:
+            below, short = share, higher - differ
+        else:
+            above, over = share, differ - higher
+    # straight in between: a share in steps would make a jump of a rounding error
+    return below + short / (short + over) * (above - below)
+
+
+@njit(cache=True, error_model="numpy")
+def _turning_place(u, g, count, c):  # type: ignore[no-untyped-def]
+    """Place where the gap turns about a point: by the parabola through it and the points beside it.
+
+    It moves on evenly where the next point becomes the highest or the lowest one.
+    """
+    if c == 0 or c == count - 1:
+        return u[c]
+    before, after = u[c] - u[c - 1], u[c + 1] - u[c]
+    rises = (g[c] - g[c - 1]) / before
+    bend = ((g[c + 1] - g[c]) / after - rises) / (before + after)
+    away = -0.5 * (rises / bend + before) if bend != 0.0 else 0.0
+    return u[c] + min(max(away, -0.5 * before), 0.5 * after)
+
+
+@njit(cache=True, error_model="numpy")
+def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignore[no-untyped-def]
     """Share of a slice's load that an edge bears.
 
     Parameters
@@ -83,15 +119,15 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignor
     -------
     edge : int
         -1 for the lower, 1 for the upper end; 0 where no edge presses.
-    ridge : int
-        Point of the outline between the edge and the valley.
+    ridge : float [mm]
+        Profile coordinate of the ridge between the edge and the valley.
     share : float
         Of the load, that the edge bears.
     apart : float
         0 where edge and valley are one contact, 1 where the ridge between them is higher than what is closed.
     """
     if count < 3 or closes <= 0.0:
-        return 0, 0, 0.0, 0.0
+        return 0, 0.0, 0.0, 0.0
     highest = highest_that_bears(g[:count].min(), depth, closes)
     for edge in (-1, 1):
         # from the edge into the slice
@@ -119,23 +155,11 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignor
         height = g[ridge] - max(g[foot], g[valley])
         if height <= 0.0:
             continue
-        higher = g[valley] - g[foot]
+        higher, at = g[valley] - g[foot], _turning_place(u, g, count, ridge)
         if abs(higher) > _FAR * closes:
-            return edge, ridge, 1.0 if higher > 0.0 else 0.0, min(height / closes, 1.0)
-        distance = abs(u[valley] - u[foot]) * per_mm
+            return edge, at, 1.0 if higher > 0.0 else 0.0, min(height / closes, 1.0)
+        distance = abs(_turning_place(u, g, count, valley) - _turning_place(u, g, count, foot)) * per_mm
         curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
         other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
-        below, above = 0.0, 1.0
-        short = higher - (_closed(0.0, curvature, closes, distance) - _closed(1.0, other, closes, distance))
-        over = _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
-        for _ in range(_HALVINGS):
-            share = 0.5 * (below + above)
-            differ = _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance)
-            if differ < higher:
-                below, short = share, higher - differ
-            else:
-                above, over = share, differ - higher
-        # straight in between: a share in steps would make a jump of a rounding error
-        inside = short / (short + over) if short > 0.0 and over > 0.0 else 0.5
-        return edge, ridge, below + inside * (above - below), min(height / closes, 1.0)
-    return 0, 0, 0.0, 0.0
+        return edge, at, _share_under(higher, curvature, other, closes, distance), min(height / closes, 1.0)
+    return 0, 0.0, 0.0, 0.0

@@ -52,12 +52,14 @@ __all__ = [
     "reached",
     "root_of",
     "segment",
+    "split_at",
 ]
 
 
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
 _FEW = 12  # cells: of no more it does not pay to look for the closed ones
 CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
+_SAME = 1e-9  # of a footprint's half-width: an end of the slice that is so near to a node lies at it
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
@@ -180,7 +182,7 @@ class Reach(NamedTuple):
 def reach_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
     row = fine_row(nodes.shape[1])
-    most = row.place.shape[0] + ON_EDGES
+    most = row.place.shape[0] + ON_EDGES + 1  # one where an outline is split
     return Reach(row, np.empty(most), np.empty(most), np.array([0, nodes.shape[1] - 1]))
 
 
@@ -241,10 +243,10 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     if row.place[p] <= gap.low:
         u[count], g[count] = start, gap_at(gap, start)
         count += 1
-        while p < q and row.place[p] <= start:
+        while p < q and row.place[p] <= start + _SAME * width:
             p += 1
     cut = row.place[q - 1] >= gap.high
-    while cut and q > p and row.place[q - 1] >= stop:
+    while cut and q > p and row.place[q - 1] >= stop - _SAME * width:
         q -= 1
     inner = count + q - p
     _along_row(fresh_curve(gap.derivatives), gap.at, row.place[p:q], row.removed[p:q], u[count:inner], g[count:inner])
@@ -255,6 +257,18 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     if to_high and gap.high_radius > 0.0:
         count = add_arc(gap, 1.0, depth, u, g, count)
     return depth, count, _lowest(g, count)
+
+
+@njit(cache=True, error_model="numpy")
+def split_at(u, g, count, place):  # type: ignore[no-untyped-def]
+    """Put a point into an outline of `count` points, at a place on it, straight between those beside; which it is."""
+    c = count
+    while c > 1 and u[c - 1] > place:
+        u[c], g[c] = u[c - 1], g[c - 1]
+        c -= 1
+    share = (place - u[c - 1]) / (u[c + 1] - u[c - 1])
+    u[c], g[c] = place, g[c - 1] + share * (g[c + 1] - g[c - 1])
+    return c
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,7 +14,7 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.fine_row import forget_row
-from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of
+from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of, split_at
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -148,8 +148,9 @@ def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
     if apart < 1.0:
         pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, space, pieces)
     if apart > 0.0:
+        split = split_at(u, g, count, ridge)
         for side in (-1, 1):
-            start, stop = (ZERO, ridge) if side < 0 else (ridge, count - 1)
+            start, stop = (ZERO, split) if side < 0 else (split, count)
             own = share if side == edge else 1.0 - share
             if own > 0.0:
                 bottom = g[start : stop + 1].min()
