@@ -6,11 +6,19 @@ ground by Flamant's logarithm (Johnson 1985, eq. 2.25). With b_j^2 = 4 q_j/(pi E
     g_2 - g_1 = 1/(pi E*) [q_1 (2 ln(s/b_1) + 1) - q_2 (2 ln(s/b_2) + 1)],   q_1 + q_2 = q.
 
 The gap that decides is some five times what either contact closes by itself.
+
+While flanks wear in cycles, shares found from the gap alone swing to and fro where a cycle takes more off an edge
+than twice what contact closes, which is a micrometre or less. They foresee the middle of the cycle to come: with the
+shares s' and 1 - s' in the one before and the wear w_1 and w_2 under all of the load, the gap that decides is
+
+    g_2 - g_1 + [w_2 (1 - s) - w_1 s]/2 - a [w_2 (1 - s') - w_1 s']/2.
+
+a = 1 would leave out what goes on evenly, and let shares swing by inertia; a = 0 would run ahead of the wear.
 """
 
 from __future__ import annotations
 
-from math import log, pi, sqrt
+from math import isnan, log, pi, sqrt
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.footprint import CLOSED, open_part, root_of, segment
@@ -18,8 +26,10 @@ from semiwear.kernel_cache import njit
 
 __all__ = ["closed_alone", "highest_that_bears", "share_of_edge"]
 
+_STEADY = 0.75  # a: on two worn flanks of a face gear pair, whose shares swung, errors are least from there to 1
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
+_SMALL = 1e-3  # of a load: what less of it wears says little of what all of it would
 _LEAST = 1e-9  # of a load, what a contact that just lifts off bears
 
 
@@ -61,11 +71,14 @@ def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _share_under(higher, curvature, other, closes, distance):  # type: ignore[no-untyped-def]
-    """Share of a load that the contact of the first curvature bears where the other one's ground is so much higher."""
+def _share_under(higher, curvature, other, closes, distance, wears):  # type: ignore[no-untyped-def]
+    """Share of a load that the contact of the first curvature bears where the other one's ground is so much higher.
+
+    With all of the load `wears` is closed more than with none, besides what contact closes.
+    """
     below, above = 0.0, 1.0
     short = higher - (_closed(0.0, curvature, closes, distance) - _closed(1.0, other, closes, distance))
-    over = _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
+    over = wears + _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
     if short <= 0.0:
         return 0.0
     if over <= 0.0:
@@ -73,12 +86,24 @@ def _share_under(higher, curvature, other, closes, distance):  # type: ignore[no
     for _ in range(_HALVINGS):
         share = 0.5 * (below + above)
         differ = _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance)
+        differ += wears * share
         if differ < higher:
             below, short = share, higher - differ
         else:
             above, over = share, differ - higher
     # straight in between: a share in steps would make a jump of a rounding error
     return below + short / (short + over) * (above - below)
+
+
+@njit(cache=True, error_model="numpy")
+def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
+    """Change of the gap that decides until the middle of a cycle, where an edge bears nothing; less it where all."""
+    if isnan(before[0]):
+        return 0.0, 0.0
+    off_edge = min(max(foot - before[1], 0.0) / max(before[0], _SMALL), most)
+    off_valley = min(max(valley - before[2], 0.0) / max(1.0 - before[0], _SMALL), most)
+    steady = off_valley - (off_edge + off_valley) * before[0]
+    return 0.5 * (off_valley - _STEADY * steady), 0.5 * (off_edge + off_valley)
 
 
 @njit(cache=True, error_model="numpy")
@@ -97,7 +122,36 @@ def _turning_place(u, g, count, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignore[no-untyped-def]
+def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
+    """Lowest point of the outline beyond a border, on the rounding of the lower (-1) or upper edge; -1 for none."""
+    c, step = (0, 1) if edge < 0 else (count - 1, -1)
+    if (border - u[c]) * step <= 0.0:
+        return -1
+    foot = c
+    while 0 <= c < count and (border - u[c]) * step >= 0.0:
+        if g[c] < g[foot]:
+            foot = c
+        c += step
+    return foot
+
+
+@njit(cache=True, error_model="numpy")
+def _ridge_and_valley(u, g, count, border, edge, foot, highest):  # type: ignore[no-untyped-def]
+    """Points of the outline inside a border: where the gap has fallen most from the ridge before it; -1 for none."""
+    step = 1 if edge < 0 else -1
+    valley, ridge, top, fall, c = -1, foot, foot, 0.0, foot
+    while 0 <= c < count:
+        if g[c] > g[top]:
+            top = c
+        falls = min(g[top], highest) - min(g[c], highest)
+        if (border - u[c]) * step < 0.0 and falls > fall:
+            valley, ridge, fall = c, top, falls
+        c += step
+    return ridge, valley if ridge != foot else -1
+
+
+@njit(cache=True, error_model="numpy")
+def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most):  # type: ignore[no-untyped-def]
     """Share of a slice's load that an edge bears.
 
     Parameters
@@ -114,6 +168,11 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignor
         Of the footprint.
     closes : float [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
+    before : (3,) array, changed
+        Share of the edge, gap at its lowest point and gap of the valley [mm] in the last cycle in which it pressed;
+        the first is NaN where there was none.
+    most : float [mm]
+        Wear of that cycle at most.
 
     Returns
     -------
@@ -130,36 +189,25 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes):  # type: ignor
         return 0, 0.0, 0.0, 0.0
     highest = highest_that_bears(g[:count].min(), depth, closes)
     for edge in (-1, 1):
-        # from the edge into the slice
-        first, step = (0, 1) if edge < 0 else (count - 1, -1)
-        if (low - u[first] if edge < 0 else u[first] - high) <= 0.0:
+        foot = _foot(u, g, count, low if edge < 0 else high, edge)
+        if foot < 0 or g[foot] > highest:
             continue
-        foot, c = first, first
-        while 0 <= c < count and (u[c] <= low if edge < 0 else u[c] >= high):
-            if g[c] < g[foot]:
-                foot = c
-            c += step
-        if g[foot] > highest:
-            continue
-        # the valley is where the gap has fallen most from the ridge before it
-        valley, ridge, top, fall, c = -1, foot, foot, 0.0, foot
-        while 0 <= c < count:
-            if g[c] > g[top]:
-                top = c
-            falls = min(g[top], highest) - min(g[c], highest)
-            if (u[c] > low if edge < 0 else u[c] < high) and falls > fall:
-                valley, ridge, fall = c, top, falls
-            c += step
-        if valley < 0 or ridge == foot:
+        ridge, valley = _ridge_and_valley(u, g, count, low if edge < 0 else high, edge, foot, highest)
+        if valley < 0:
             continue
         height = g[ridge] - max(g[foot], g[valley])
         if height <= 0.0:
             continue
         higher, at = g[valley] - g[foot], _turning_place(u, g, count, ridge)
-        if abs(higher) > _FAR * closes:
-            return edge, at, 1.0 if higher > 0.0 else 0.0, min(height / closes, 1.0)
+        change, wears = _foreseen(g[foot], g[valley], before, most)
+        higher += change
+        before[1], before[2] = g[foot], g[valley]
+        if higher < -_FAR * closes or higher > _FAR * closes + wears:
+            before[0] = 1.0 if higher > 0.0 else 0.0
+            return edge, at, before[0], min(height / closes, 1.0)
         distance = abs(_turning_place(u, g, count, valley) - _turning_place(u, g, count, foot)) * per_mm
         curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
         other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
-        return edge, at, _share_under(higher, curvature, other, closes, distance), min(height / closes, 1.0)
+        before[0] = _share_under(higher, curvature, other, closes, distance, wears)
+        return edge, at, before[0], min(height / closes, 1.0)
     return 0, 0.0, 0.0, 0.0

@@ -51,6 +51,10 @@ class Spread(NamedTuple):
         Their change by the profile coordinate; the factor is the length of the vector.
     closes : array [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
+    edges : (roll, face, 3) array, changed
+        What edges bore in the cycle before, as in `share_of_edge`.
+    most : (face,) array [mm]
+        Wear of that cycle at most.
     """
 
     place: FloatArray
@@ -58,6 +62,8 @@ class Spread(NamedTuple):
     centre: FloatArray
     slope: FloatArray
     closes: FloatArray
+    edges: FloatArray
+    most: FloatArray
 
 
 class Nodes(NamedTuple):
@@ -136,14 +142,16 @@ def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  #
 
 
 @njit(cache=True, error_model="numpy")
-def pieces_of(gap, half_width, closes, space):  # type: ignore[no-untyped-def]
+def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-def]
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
 
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
     depth, count, least = reached(gap, half_width, space.reach)
     u, g = space.reach.u, space.reach.g
-    edge, ridge, share, apart = share_of_edge(u, g, count, gap.low, gap.high, gap.per_mm, depth, closes)
+    edge, ridge, share, apart = share_of_edge(
+        u, g, count, gap.low, gap.high, gap.per_mm, depth, what.closes[k, i], what.edges[k, i], what.most[i]
+    )
     pieces = ZERO
     if apart < 1.0:
         pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, space, pieces)
@@ -202,7 +210,7 @@ def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type:
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            pieces = pieces_of(gap, half_width, what.closes[k, i], space)
+            pieces = pieces_of(gap, half_width, what, k, i, space)
             lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, out[i], taken[i])
         over_widths(grid.nodes[i], out[i])
 

@@ -127,7 +127,7 @@ def _spread(flank, windows, what, half_width, slices, driving, grid, length, out
                 continue
             gap = slice_gap(flank, k, i)
             within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
-            pieces = pieces_of(gap, half_width, what.closes[k, i], space)
+            pieces = pieces_of(gap, half_width, what, k, i, space)
             _lay_on_driving(what, driving, gap, k, i, length[k, i], pieces, space, memory, out, taken[0])
             lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, own[i], taken[1])
         over_widths(grid.nodes[i], own[i])

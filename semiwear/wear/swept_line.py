@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from semiwear.meshing.surface_speed import line_speed
 from semiwear.wear.deposit import Spread, spread_over_flank
 from semiwear.wear.driving_deposit import spread_over_both_flanks
 
-__all__ = ["Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
+__all__ = ["EdgeShares", "Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
 
 
 _FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
@@ -119,9 +120,30 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
     )
 
 
-def _what(motion: Sweep, line_load: FloatArray, modulus: float) -> Spread:
+class EdgeShares(NamedTuple):
+    """What edges that press bore in the cycle before, followed over the cycles of a step.
+
+    Attributes
+    ----------
+    edges : (roll, face, 3) array, changed
+        As in `share_of_edge`.
+    most : (face,) array [mm]
+        Wear of that cycle at most.
+    """
+
+    edges: FloatArray
+    most: FloatArray
+
+    @classmethod
+    def unknown(cls, shape: tuple[int, ...]) -> EdgeShares:
+        """Before the first cycle."""
+        return cls(np.full((*shape, 3), np.nan), np.zeros(shape[1]))
+
+
+def _what(motion: Sweep, line_load: FloatArray, modulus: float, edges: EdgeShares | None) -> Spread:
     rate, closes = line_load * motion.time[:, None], closed_alone(line_load, modulus)
-    return Spread(motion.place, rate, motion.sliding, motion.sliding_slope, closes)
+    known = edges or EdgeShares.unknown(line_load.shape)
+    return Spread(motion.place, rate, motion.sliding, motion.sliding_slope, closes, *known)
 
 
 def wear_of_mesh(
@@ -134,6 +156,7 @@ def wear_of_mesh(
     modulus: float,
     slices: IntArray | None = None,
     taken: FloatArray | None = None,
+    edges: EdgeShares | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh, on the nodes of the flank [N/mm].
 
@@ -160,7 +183,7 @@ def wear_of_mesh(
     (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
     """
-    what = _what(motion, line_load, modulus)
+    what = _what(motion, line_load, modulus, edges)
     if slices is None:
         slices = np.arange(grid.face.size)
     return spread_over_flank(lines, grid, removed, half_width, what, slices, taken)
@@ -177,12 +200,13 @@ def wear_of_both_flanks(
     modulus: float,
     slices: IntArray,
     taken: FloatArray | None = None,
+    edges: EdgeShares | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """The same on the nodes of the driving and of the driven flank, each over one mesh of one of its teeth [N/mm].
 
     What is taken, (2, 2), is that of the driving and of the driven flank.
     """
-    what = _what(motion, line_load, modulus)
+    what = _what(motion, line_load, modulus, edges)
     return spread_over_both_flanks(lines, grid, driving, removed, half_width, what, slices, taken)
 
 

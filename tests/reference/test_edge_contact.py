@@ -35,6 +35,11 @@ class Solved(NamedTuple):
     centre: float
 
 
+def first() -> tuple[np.ndarray, float]:
+    """What is known of an edge before the first cycle."""
+    return np.full(3, np.nan), 0.0
+
+
 def smooth_step(place: np.ndarray, start: float, stop: float) -> np.ndarray:
     x = np.clip((place - start) / (stop - start), 0.0, 1.0)
     return x**2 * (3.0 - 2.0 * x)
@@ -158,7 +163,7 @@ def test_shares_of_edge_and_valley(line_load):
         terms = lines.separation[:, 0, 0]
         gap = SliceGap(0.0, EDGE, 8.0, terms, 1.0, RADIUS, 0.0, wear[0], grid.profile[0], 1600)
         count = outline(gap, EDGE, 0.9, 3e-3, u, g)
-        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, 3e-3, closes)
+        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, 3e-3, closes, *first())
         assert edge == -1 and apart == 1.0
         found.append(share)
         exact.append(solved_evenly(grid, wear, line_load).share)
@@ -168,15 +173,15 @@ def test_shares_of_edge_and_valley(line_load):
 
 def test_no_edge_no_share():
     u, g = np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41) ** 2
-    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3, 1e-3) == (0, 0, 0.0, 0.0)
-    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 1e-3, 0.0)[3] == 0.0
+    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3, 1e-3, *first()) == (0, 0, 0.0, 0.0)
+    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 1e-3, 0.0, *first())[3] == 0.0
 
 
 def test_the_upper_edge_mirrors_the_lower():
     u = np.linspace(-3.0, 0.5, 701)
     g = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
-    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3)
-    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3)
+    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first())
+    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
     assert lower[0] == -1 and upper[0] == 1
     assert 0.5 < lower[2] < 1.0
     assert upper[2:] == pytest.approx(lower[2:], rel=1e-9)
@@ -188,13 +193,64 @@ def test_what_nothing_closes_takes_no_part_in_the_share_of_an_edge():
     u = np.linspace(-3.0, 9.5, 2501)
     near = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
     far = np.where(u > 3.0, 0.2 + 0.1 * np.abs(u - 7.0), near)
-    share = share_of_edge(u, near, np.searchsorted(u, 3.0), -2.5, 12.0, 1.0, 1e-3, 1e-3)
+    share = share_of_edge(u, near, np.searchsorted(u, 3.0), -2.5, 12.0, 1.0, 1e-3, 1e-3, *first())
     assert 0.5 < share[2] < 1.0
-    assert share_of_edge(u, far, u.size, -2.5, 12.0, 1.0, 1e-3, 1e-3) == share
-    assert share_of_edge(u, far, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3) == share
-    edge, *others = share_of_edge(-u[::-1], far[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3)
+    assert share_of_edge(u, far, u.size, -2.5, 12.0, 1.0, 1e-3, 1e-3, *first()) == share
+    assert share_of_edge(u, far, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first()) == share
+    edge, *others = share_of_edge(-u[::-1], far[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
     assert edge == 1
     assert others[1:] == pytest.approx(share[2:], rel=1e-9)
+
+
+def test_the_ridge_beside_an_edge_moves_on_evenly():
+    """From one point of the outline to the next, whose gaps differ by a rounding error when it passes."""
+    u = np.linspace(-3.0, 3.0, 61)
+    places = np.linspace(-1.2, -1.0, 41)
+    found = []
+    for place in places:
+        waves = 1.0 + np.cos(np.pi * np.clip((u - place) / 1.6, -1.0, 1.0))
+        g = 0.1 + 1e-3 * (waves + np.maximum(np.abs(u - place) - 1.6, 0.0) ** 2)
+        found.append(share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first())[1])
+    np.testing.assert_allclose(found, places, atol=0.005)  # of 0.1 between points
+
+
+@pytest.mark.parametrize("even", [0.0, 0.3])
+@pytest.mark.parametrize("wears", [0.5, 3.0, 12.0])
+def test_shares_of_edge_and_valley_settle_over_cycles_that_wear_much(wears, even):
+    """However many times what contact closes; from the gap alone they swing."""
+    u = np.linspace(-3.0, 3.0, 601)
+    fresh = 0.1 + 1e-3 * np.minimum(30.0 * (u + 2.6) ** 2 + 0.5, 30.0 * u**2)
+    edge = u < u[200:300][np.argmax(fresh[200:300])]
+    deep = wears * np.where(edge, 1.0 + even, 1.0)  # um, under all of the load
+
+    def shares(known: bool, cycles: int = 40) -> np.ndarray:
+        g, (before, _), found = fresh.copy(), first(), []
+        for cycle in range(cycles):
+            most = 1e-3 * deep.max() if cycle else 0.0
+            _, _, share, apart = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
+            assert apart == 1.0
+            found.append(share)
+            g += 1e-3 * deep * np.where(edge, share, 1.0 - share)
+            if not known:
+                before[:] = np.nan
+        return np.array(found)
+
+    found = shares(known=True)
+    assert np.abs(np.diff(found[-10:])).max() < 2e-3
+    assert found[-1] == pytest.approx(1.0 / (2.0 + even), abs=5e-3)  # both wear by as much
+    swings = np.abs(np.diff(shares(known=False, cycles=8)[-3:])).max()
+    assert swings > 0.5 if wears > 10.0 else swings < 1.0
+
+
+def test_a_share_that_is_known_and_stays_is_not_changed_by_foresight():
+    u = np.linspace(-3.0, 3.0, 601)
+    g = 0.1 + 1e-3 * np.minimum(8.0 * (u + 2.6) ** 2 + 0.3, 8.0 * u**2)
+    (before, most), settled = first(), []
+    for _ in range(200):
+        settled.append(share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)[2])
+        most = 3e-3
+    assert 0.2 < settled[0] < 0.8
+    np.testing.assert_allclose(settled, settled[0], rtol=1e-12)
 
 
 def test_an_outline_holds_every_node_of_a_fine_flank():
