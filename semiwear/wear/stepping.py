@@ -36,8 +36,8 @@ from semiwear.wear.volume import WearVolume, sliding_work
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
-_CYCLES = (4, 64)  # within an implicit step
-_DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
+_CYCLES = (3, 64)  # within an implicit step
+_DEPTH_A_CYCLE = 8.5e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
 _ALWAYS = 12  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
 _BEYOND_STABLE = 1.1  # cycles over those that are stable: no more are taken beyond
