@@ -16,7 +16,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
-from tests.scenes import CONFORMAL, NOMINAL_TORQUE, SHARP, SHIPPED, TINY, UNTIL_MESHES, scene_of
+from tests.scenes import CONFORMAL, MEDIUM, NOMINAL_TORQUE, SHARP, SHIPPED, TINY, UNTIL_MESHES, scene_of
 from tests.strategies.finite import equations_hold
 
 FIDELITIES = ["line", "patch"]
@@ -394,3 +394,13 @@ def test_wear_vanishes_where_sliding_does(fidelity):
     worked = depth > 0.02 * depth.max()
     least = slide <= np.quantile(slide[worked], 0.05)
     assert depth[least & worked].max(initial=0.0) < 0.35 * depth.max()
+
+
+@pytest.mark.slow
+def test_long_steps_with_both_bodies_worn_answer_small_changes_by_small_ones():
+    """Edge and valley took turns at the load from cycle to cycle: 1e-6 of a torque moved wear by a thousandth."""
+    depths = [5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0]
+    scene = SHIPPED.replace(MEDIUM | {"wear.worn_bodies": ["pinion", "gear"], "wear.until.control_depths_um": depths})
+    one, other = (sw.simulate(scene.replace(torque(factor)))["flank"].wear_depth for factor in (1.0, 1.0 + 1e-6))
+    apart = np.abs(other - one).max(["body", "profile", "face"]) / one.max(["body", "profile", "face"])
+    assert 0.0 < apart[1:].max() < 5e-6
