@@ -121,7 +121,7 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
 
 
 class EdgeShares(NamedTuple):
-    """What edges that press bore in the cycle before, followed over the cycles of a step.
+    """Shares that edges bore in the cycle before, followed over the cycles of a step.
 
     Attributes
     ----------
