@@ -251,8 +251,8 @@ class _Step:
     def _stable_cycles(self, worn: Worn) -> float:
         """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
 
-        A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
-        come out greater on the other side. Nor does a long step take many more.
+        A ripple in a flank is worn away at the rate of the wear over that depth: from 4/3 of it on, it would come out
+        greater on the other side. Nor does a long step take many more.
         """
         force = self.state.contact.loads.force
         loaded = force > 0.0
