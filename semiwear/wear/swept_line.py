@@ -181,6 +181,8 @@ def wear_of_mesh(
     taken : (2,) array, changed, optional
         Takes the force times the sliding distance of one mesh, and what of it the roundings of the tip and of the
         ends bear [N mm].
+    edges : EdgeShares, optional
+        Known from the cycle before; changed.
 
     Returns
     -------
