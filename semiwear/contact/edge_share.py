@@ -99,14 +99,12 @@ def _share_under(higher, curvature, other, closes, distance, wears):  # type: ig
 def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
     """Change of the gap that decides until the middle of a cycle, where an edge bears nothing; less it where all."""
     if isnan(before[0]):
-        before[3], before[4] = 0.0, 0.0
         return 0.0, 0.0
-    if most > 0.0:
-        before[3] = min(max(foot - before[1], 0.0) / max(before[0], _SMALL), most)
-        before[4] = min(max(valley - before[2], 0.0) / max(1.0 - before[0], _SMALL), most)
-    both = before[3] + before[4]
-    steady = before[4] - both * before[0]
-    return 0.5 * (before[4] - _STEADY * steady), 0.5 * both
+    off_edge = min(max(foot - before[1], 0.0) / max(before[0], _SMALL), most)
+    off_valley = min(max(valley - before[2], 0.0) / max(1.0 - before[0], _SMALL), most)
+    both = off_edge + off_valley
+    steady = off_valley - both * before[0]
+    return 0.5 * (off_valley - _STEADY * steady), 0.5 * both
 
 
 @njit(cache=True, error_model="numpy")
@@ -171,11 +169,11 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         Of the footprint.
     closes : float [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
-    before : (5,) array, changed
-        Share of the edge, gap at its lowest point and gap of the valley [mm] in the last cycle in which it pressed,
-        and what both would have worn by in it under all of the load [mm]; the first is NaN where there was none.
+    before : (3,) array, changed
+        Share of the edge, gap at its lowest point and gap of the valley [mm] in the last cycle in which it pressed;
+        the first is NaN where there was none.
     most : float [mm]
-        Wear since then at most; 0 where the flanks are no cycle further.
+        Wear of a cycle at most.
 
     Returns
     -------

@@ -37,13 +37,8 @@ class FollowedGap:
     _since: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
     _last: Removed | None = field(default=None, init=False)
 
-    def removed(
-        self, driven: FloatArray, driving: FloatArray, at_least: tuple[FloatArray, FloatArray] | None = None
-    ) -> Removed:
-        """Of flanks as worn as this [mm], in arrays that nobody changes; what it gave before is overwritten.
-
-        Flanks that are asked for later are worn as much, or as `at_least`.
-        """
+    def removed(self, driven: FloatArray, driving: FloatArray) -> Removed:
+        """Of flanks as worn as this [mm], in arrays that nobody changes; what it gave before is overwritten."""
         teeth, last = self.teeth, self._last
         if last is not None and last.windows is not None and self._worn_since(driven, driving) <= self.margin:
             self._last = teeth.removed_at_nodes(driven, driving, self.slices, last.windows, last)
@@ -51,23 +46,17 @@ class FollowedGap:
         wide = teeth.widest_windows(driven, driving, self.line_load > 0.0, self.margin)
         whole = teeth.removed_at_nodes(driven, driving, self.slices, wide, last)
         closes = closed_alone(self.line_load, teeth.problem.modulus)
-        more = 0.0 if at_least is None else _deepest_between(at_least, (driven, driving))
-        windows = narrow(teeth.fine, whole, teeth.half_width, closes, self.margin + more, self.slices)
+        windows = narrow(teeth.fine, whole, teeth.half_width, closes, self.margin, self.slices)
         self._since, self._last = (driven, driving), replace(whole, windows=windows)
         return self._last
 
     def _worn_since(self, driven: FloatArray, driving: FloatArray) -> float:
         """By how much both flanks together have worn at most since the windows were found [mm]."""
         assert self._since is not None
-        return _deepest_between(self._since, (driven, driving))
+        return sum(float((now - then).max()) for now, then in zip((driven, driving), self._since, strict=True))
 
     @cached_property
     def margin(self) -> float:
         """Wear of both flanks together after which their nodes are looked for anew [mm]."""
         bends = self.teeth.fine.curvature[self.line_load > 0.0]
         return float(_FOLLOWED * depth_of(float(np.median(bends)), self.teeth.half_width))
-
-
-def _deepest_between(before: tuple[FloatArray, FloatArray], after: tuple[FloatArray, FloatArray]) -> float:
-    """By how much both flanks together have worn at most [mm]."""
-    return sum(float((now - then).max()) for now, then in zip(after, before, strict=True))

@@ -42,9 +42,8 @@ __all__ = [
 
 
 Cycles = float | Callable[["Worn"], float]
-"""How often within a step the contact's shape follows the wear, the last one counting for less unless it is a whole
-number; or that number from the flanks that the step would leave if the shape of its start held."""
-_GROUP = 3  # cycles that are of second order together
+"""In how many parts of a step the contact's shape follows the wear, the last one shorter unless it is a whole number;
+or that number from the flanks that the step would leave if the shape of its start held."""
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
 
@@ -110,7 +109,7 @@ class WearMapping(Protocol):
         worn : Worn
             At the start.
         cycles : float or callable
-            So many shapes of the contact between the start of the step and its end; 1: that of the start holds.
+            Parts of the step, after each of which the contact's shape follows the wear; 1: that of the start holds.
 
         Returns
         -------
@@ -179,34 +178,29 @@ class InterpolatedWear:
         what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
         gap, edges = FollowedGap(teeth, line_load, slices), EdgeShares.unknown(line_load.shape)
 
-        def swept(worn: Worn, before: Worn, start: Worn) -> tuple[Worn, FloatArray]:
-            """Sum of p |v_s| dt over one mesh on both flanks, and what is taken: a cycle after others, in a group."""
+        def swept(worn: Worn, before: Worn) -> tuple[Worn, FloatArray]:
+            """Sum of p |v_s| dt over one mesh on both flanks as they are, and what is taken."""
             taken, known = np.zeros((len(BODIES), 2)), edges.after(_deepest_by_slice(before, worn))
             if worn.driving is None or teeth.driving is None:
                 mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(worn.driven), *what, taken[DRIVEN], known)
                 return Worn(mesh), taken
-            at_least = None if start.driving is None else (start.driven, start.driving)
-            removed = gap.removed(worn.driven, worn.driving, at_least)
+            removed = gap.removed(worn.driven, worn.driving)
             driving, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken, known)
             return Worn(mesh, driving), taken
 
-        mesh, taken = swept(worn, worn, worn)
+        mesh, taken = swept(worn, worn)
         if callable(cycles):
             cycles = cycles(self._after(worn, mesh, multipliers, 1.0))
-        total_taken = np.zeros_like(taken)
-        for number, weights in enumerate(_groups(cycles)):
-            if number:
-                mesh, taken = swept(worn, worn, worn)
-            stage, apart = worn, _apart(weights) * sum(weights) / cycles
-            total, total_taken = _plus(None, weights[0], mesh), total_taken + weights[0] * taken
-            for weight in weights[1:]:
-                before, stage = stage, self._after(stage, mesh, multipliers, apart)
-                mesh, taken = swept(stage, before, worn)
-                total, total_taken = _plus(total, weight, mesh), total_taken + weight * taken
-            worn = self._after(worn, total, multipliers, 1.0 / cycles)
+        lengths = _parts(cycles)
+        total = lengths[0] * taken
+        before, worn = worn, self._after(worn, mesh, multipliers, lengths[0] / cycles)
+        for part in lengths[1:]:
+            mesh, taken = swept(worn, before)
+            total += part * taken
+            before, worn = worn, self._after(worn, mesh, multipliers, part / cycles)
         on_edges = np.zeros(len(BODIES))
-        on_edges[DRIVEN] = multipliers.driven / cycles * total_taken[DRIVEN, 1]
-        on_edges[DRIVING] = multipliers.driving / cycles * total_taken[DRIVING, 1]
+        on_edges[DRIVEN] = multipliers.driven / cycles * total[DRIVEN, 1]
+        on_edges[DRIVING] = multipliers.driving / cycles * total[DRIVING, 1]
         return worn, on_edges
 
     def _after(self, worn: Worn, mesh: Worn, multipliers: WearMultipliers, share: float) -> Worn:
@@ -276,32 +270,10 @@ def _deepest_by_slice(before: Worn, after: Worn) -> FloatArray:
     return np.asarray(total)
 
 
-def _groups(cycles: float) -> list[list[float]]:
-    """Weights of a step's cycles, in groups of three and a rest; the last one grows by and by with their number."""
-    whole, rest = divmod(cycles, _GROUP)
-    last = [1.0] * int(rest) + [rest - int(rest)]
-    return [[1.0] * _GROUP] * int(whole) + [[weight for weight in last if weight > 0.0]] * (rest > 0.0)
-
-
-def _apart(weights: Sequence[float]) -> float:
-    """Share of a group's part of the step between the flanks at which its cycles look at the contact's shape.
-
-    Their mean moment is the middle of that part, so that their mean wear is that of the part to second order in its
-    length: three lie at its start, middle and end. No weight is negative, and ripples come out smaller up to a rate
-    of 4/3 a cycle (Spiteri and Ruuth 2002, SIAM J. Numer. Anal. 40, 469-491, the scheme of second order). With more
-    in a group, what wears off at once would count for too much where the step begins.
-    """
-    moments = sum(k * weight for k, weight in enumerate(weights))
-    return min(0.5 * sum(weights) / moments, 1.0) if moments else 1.0
-
-
-def _plus(total: Worn | None, weight: float, mesh: Worn) -> Worn:
-    """A sum of what meshes wear, and a weight times one more."""
-    if total is None:
-        return Worn(weight * mesh.driven, None if mesh.driving is None else weight * mesh.driving)
-    if total.driving is None or mesh.driving is None:
-        return Worn(total.driven + weight * mesh.driven)
-    return Worn(total.driven + weight * mesh.driven, total.driving + weight * mesh.driving)
+def _parts(cycles: float) -> list[float]:
+    """Lengths of the cycles of a step in whole ones: the last grows by and by with the number."""
+    whole = int(cycles)
+    return [1.0] * whole + ([cycles - whole] if cycles > whole else [])
 
 
 def driving_wear_at(

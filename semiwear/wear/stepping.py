@@ -36,11 +36,11 @@ from semiwear.wear.volume import WearVolume, sliding_work
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
-_CYCLES = (3, 64)  # within an implicit step
-_DEPTH_A_CYCLE = 8.5e-5  # of the base pitch: wear after which the contact's shape follows it
+_CYCLES = (4, 64)  # within an implicit step
+_DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
-_ALWAYS = 12  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
-_BEYOND_STABLE = 1.1  # cycles over those that are stable: no more are taken beyond
+_ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
+_BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
@@ -251,8 +251,8 @@ class _Step:
     def _stable_cycles(self, worn: Worn) -> float:
         """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
 
-        A ripple in a flank is worn away at the rate of the wear over that depth: from 4/3 of it on, it would come out
-        greater on the other side. Nor does a long step take many more.
+        A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
+        come out greater on the other side. Nor does a long step take many more.
         """
         force = self.state.contact.loads.force
         loaded = force > 0.0

@@ -125,10 +125,10 @@ class EdgeShares(NamedTuple):
 
     Attributes
     ----------
-    edges : (roll, face, 5) array, changed
+    edges : (roll, face, 3) array, changed
         As in `share_of_edge`.
     most : (face,) array [mm]
-        Wear since then at most.
+        Wear of that cycle at most.
     """
 
     edges: FloatArray
@@ -137,7 +137,7 @@ class EdgeShares(NamedTuple):
     @classmethod
     def unknown(cls, shape: tuple[int, ...]) -> EdgeShares:
         """Before the first cycle."""
-        return cls(np.full((*shape, 5), np.nan), np.zeros(shape[1]))
+        return cls(np.full((*shape, 3), np.nan), np.zeros(shape[1]))
 
     def after(self, wear: FloatArray) -> EdgeShares:
         """The same after wear, (face,) [mm]."""

@@ -34,7 +34,7 @@ BEST_FIRST_STAGE = 0.39419
 
 _HALVINGS = 10  # of a step to a depth
 # Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
-_DEPTH_A_CYCLE = 4.1e-5
+_DEPTH_A_CYCLE = 3.3e-5
 
 ToTheEnd = Callable[[WearState, Sequence[TeethLoads] | None], Trial]
 """A plain implicit step from a state to the end of the step, with loads near those to come."""

@@ -37,7 +37,7 @@ class Solved(NamedTuple):
 
 def first() -> tuple[np.ndarray, float]:
     """What is known of an edge before the first cycle."""
-    return np.full(5, np.nan), 0.0
+    return np.full(3, np.nan), 0.0
 
 
 def smooth_step(place: np.ndarray, start: float, stop: float) -> np.ndarray:
