@@ -26,7 +26,7 @@ from semiwear.kernel_cache import njit
 
 __all__ = ["closed_alone", "highest_that_bears", "share_of_edge"]
 
-_STEADY = 0.75  # a: fitted to the main job with both flanks worn, where shares swing with 0.5 and with 1
+_STEADY = 0.75  # a: fitted to the main job with both flanks worn, where some shares swing with 0.5 and with 1
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
 _SMALL = 1e-3  # of a load: what less of it wears says little of what all of it would
