@@ -29,7 +29,7 @@ DepthFactor = Callable[[FloatArray], FloatArray]
 
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
-_FACTOR_ITERATIONS = 60
+_FACTOR_ITERATIONS = 120
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
 _FORESEEN = 2  # changes of the factor before the own wear is corrected, where results are to be smooth
 _FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
