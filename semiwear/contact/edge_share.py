@@ -190,10 +190,11 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         return 0, 0.0, 0.0, 0.0
     highest = highest_that_bears(g[:count].min(), depth, closes)
     for edge in (-1, 1):
-        foot = _foot(u, g, count, low if edge < 0 else high, edge)
+        border = low if edge < 0 else high
+        foot = _foot(u, g, count, border, edge)
         if foot < 0 or g[foot] > highest:
             continue
-        ridge, valley = _ridge_and_valley(u, g, count, low if edge < 0 else high, edge, foot, highest)
+        ridge, valley = _ridge_and_valley(u, g, count, border, edge, foot, highest)
         if valley < 0:
             continue
         height = g[ridge] - max(g[foot], g[valley])
