@@ -19,8 +19,8 @@ from semiwear.results import build_dataset, build_tree
 from semiwear.scene import Placement, Scene
 from semiwear.simulate import attributes
 from semiwear.threads import using_threads
-from semiwear.wear.mapping import Worn
 from semiwear.wear.swept_line import fresh_sweep
+from semiwear.wear.worn import Worn
 
 __all__ = ["loaded_contact", "tooth_contact_analysis"]
 

@@ -33,8 +33,8 @@ from semiwear.screen_ratings import FAILS, NEAR, nearness
 from semiwear.simulate import NoProgress, Progress
 from semiwear.threads import using_threads
 from semiwear.untyped import Table
-from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_of_life
+from semiwear.wear.worn import Worn
 
 __all__ = ["QUANTITIES", "ScreenedEffect", "Screening", "screen"]
 

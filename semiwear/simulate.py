@@ -28,11 +28,11 @@ from semiwear.scene import Scene
 from semiwear.threads import in_threads, using_threads
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, state_arrays
-from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import depth_of_step, steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
+from semiwear.wear.worn import Worn
 
 __all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
 

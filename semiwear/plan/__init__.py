@@ -43,10 +43,11 @@ from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping, WearMultipliers
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping
 from semiwear.wear.step_count import steps_of_life
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
+from semiwear.wear.worn import WearMultipliers
 
 if TYPE_CHECKING:
     from xarray import DataTree

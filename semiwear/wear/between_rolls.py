@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.flank_grid import locate
 
-__all__ = ["VALLEY", "lay", "lay_points", "lies_within", "node_width", "shifts_of", "step_of"]
+__all__ = ["VALLEY", "lay", "lay_pieces", "lay_points", "lies_within", "node_width", "shifts_of", "step_of"]
 
 VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
@@ -50,6 +50,12 @@ def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-
 
 
 @njit(cache=True, error_model="numpy")
+def _reach_of(nodes, step):  # type: ignore[no-untyped-def]
+    """How far an amount is laid to either side of its place."""
+    return max(abs(step), _LEAST_STEP * (nodes[nodes.shape[0] - 1] - nodes[0]))
+
+
+@njit(cache=True, error_model="numpy")
 def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
     """Add to nodes an amount that fades out over a step to either side of a place.
 
@@ -59,7 +65,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
     returned.
     """
     last = nodes.shape[0] - 1
-    reach = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
+    reach = _reach_of(nodes, step)
     if middle + reach <= nodes[0] or middle - reach >= nodes[last]:
         return 0.0
     p, _ = locate(nodes, split, middle - reach)
@@ -104,10 +110,11 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
     An amount m at u has the density m [(x-u+s)+ - 2 (x-u)+ + (x-u-s)+]/s^2; a node takes the integral of its product
     with the hat function of the node, which is the second difference over the nodes of the density's double integral
     G(x) = m [(x-u+s)+^3 - 2 (x-u)+^3 + (x-u-s)+^3]/(6 s^2). Beyond u+s that is m (x-u), so that all amounts which
-    have faded out come in by their sum and their moment.
+    have faded out come in by their sum and their moment. Returns the first node that takes something, and the one
+    behind the last.
     """
     origin, end = middle[0], middle[count - 1] + step
-    p = locate(nodes, split, middle[0] - step)[0]
+    p = start = locate(nodes, split, middle[0] - step)[0]
     first, total, moment = 0, 0.0, 0.0
     scale, before, slope = 1.0 / (6.0 * step * step), 0.0, 0.0
     while nodes[p] < end:
@@ -126,6 +133,27 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
         out[p] += max(after - slope, 0.0)
         before, slope, p = value, after, p + 1
     out[p] += max(total - slope, 0.0)
+    return start, p + 1
+
+
+@njit(cache=True, error_model="numpy")
+def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type: ignore[no-untyped-def]
+    """Add the stretches of a footprint to nodes, each faded out over its own step.
+
+    `alike`: places rise, and all stretches move by one step. Returns the first node that takes something, the one
+    behind the last, and what lies beyond the nodes.
+    """
+    if pieces == 0:
+        return ZERO, ZERO, 0.0
+    if alike and lies_within(nodes, middle, pieces, shift[0]):
+        first, end = lay_points(nodes, split, middle, amount, pieces, abs(shift[0]), out)
+        return first, end, 0.0
+    lowest, highest, beyond = np.inf, -np.inf, 0.0
+    for c in range(pieces):
+        reach = _reach_of(nodes, shift[c])
+        lowest, highest = min(lowest, middle[c] - reach), max(highest, middle[c] + reach)
+        beyond += amount[c] - lay(nodes, split, middle[c], shift[c], amount[c], out)
+    return locate(nodes, split, lowest)[0], locate(nodes, split, highest)[0] + 2, beyond
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,7 +1,8 @@
 """A load case within an implicit wear step: the wear that each force causes, and the loads that hold with it.
 
-The rate of that wear, at first an estimate from the lines' motion, is corrected by a trial of the step: by the gap
-on the flanks that it would leave. Where the tip of the driving body digs in, the estimate alone is a third too high.
+The rate of that wear, at first an estimate from the lines' motion, is corrected as the last step's was, and then by a
+trial of the step: by the gap on the flanks that it would leave. Where the tip of the driving body digs in, the
+estimate alone is a third too high.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_grid import at_places
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
-from semiwear.wear.mapping import WearMultipliers, WeightedLoads, Worn
+from semiwear.wear.mapping import WeightedLoads
 from semiwear.wear.state import LoadCase
 from semiwear.wear.swept_line import Sweep, own_wear
+from semiwear.wear.worn import WearMultipliers, Worn
 
 __all__ = ["CaseStep", "CoefficientFactor", "DepthFactor"]
 
@@ -56,6 +58,8 @@ class CaseStep:
         On the wear coefficients, where they depend on the contact.
     depth_factor : callable or None
         On the wear coefficient of the driven flank at its present depth.
+    correction : (roll, face) array or None
+        Of own wear, by the step before.
     """
 
     def __init__(
@@ -66,6 +70,7 @@ class CaseStep:
         motion: Sweep,
         factor: CoefficientFactor | None,
         depth_factor: DepthFactor | None,
+        correction: FloatArray | None = None,
     ):
         self.coefficients, self.case, self.state, self.motion = coefficients, case, state, motion
         self.factor_of, self.depth_factor = factor, depth_factor
@@ -73,7 +78,7 @@ class CaseStep:
         rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
         self.distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
         self.elastic = float(np.abs(teeth.problem.approach(state.loads)).mean())
-        self.rate = np.zeros(0)
+        self.own, self.correction = np.zeros(0), correction
         self.factor: FloatArray | None = None if factor is None else self._factor_under(state.loads)
         self.law_residual = 0.0
 
@@ -86,8 +91,13 @@ class CaseStep:
         # wear that the present loads would leave, where they are; elasticity spreads it when it is large
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
         growth = depth / (1.0 + 0.5 * depth / self.elastic)
-        self.rate = self._own(growth)
+        self.own = self._own(growth)
         return growth
+
+    @property
+    def rate(self) -> FloatArray:
+        """Own wear in one mesh per force on a slice, corrected [mm/N]."""
+        return self.own if self.correction is None else self.own * self.correction
 
     def _own(self, growth: float) -> FloatArray:
         """Wear of both bodies in one mesh under the line itself, per force on a slice [mm/N]."""
@@ -109,8 +119,7 @@ class CaseStep:
         teeth, force = self.case.teeth, loads.force
         after = teeth.touch_solved(*worn)
         before = self.state.fine.every(teeth.rolls.substeps)  # as `after`, without what the loads press on edges
-        rate = self.rate if self.factor is None else self.rate * self.factor
-        said = meshes * rate * force
+        said = meshes * force * (self.own if self.factor is None else self.own * self.factor)
         felt = force > _FELT * force.max()
         ratio = np.ones_like(said)
         felt &= said > 0.0
@@ -119,7 +128,7 @@ class CaseStep:
         if teeth.smooth:
             # a slice that comes to be felt is so by and by
             ratio = 1.0 + (ratio - 1.0) * _share_felt(force, 1.0)
-        self.rate = self.rate * ratio
+        self.correction = ratio
 
     def foreseen_loads(self, meshes: float) -> TeethLoads:
         """Loads of a step to correct the own wear by: a law need not have settled under them."""

@@ -21,7 +21,8 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
-from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
+from semiwear.wear.between_rolls import VALLEY, lay_pieces, node_width, shifts_of, step_of
+from semiwear.wear.footprint_rows import FootprintRows, lay_down, no_rows, take_up
 
 __all__ = [
     "Nodes",
@@ -33,6 +34,7 @@ __all__ = [
     "piece_space",
     "pieces_of",
     "spread_over_flank",
+    "sum_of_rows",
 ]
 
 
@@ -168,27 +170,26 @@ def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, error_model="numpy")
-def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, out, taken):  # type: ignore[no-untyped-def]
-    """Add a footprint to the nodes of its slice (points,), and to what is taken, (2,); its shares are used up."""
+def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, laid):  # type: ignore[no-untyped-def]
+    """Lay a footprint on the nodes of its slice, (points,), by itself; its shares are used up.
+
+    Returns the first node that takes something, the one behind the last, what is spread, and what of it lies beyond
+    the nodes.
+    """
     mass, middle, shift = space.mass, space.middle, space.shift
-    nodes, split, rate = grid.nodes[i], grid.split[i], what.rate[:, i]
-    whole = shifts_of(
+    nodes, rate = grid.nodes[i], what.rate[:, i]
+    alike = shifts_of(
         middle, space.ends, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
         step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
         step_of(flank.high[:, i], rate, k), shift,
     )  # fmt: skip
-    total, laid, density, factor = 0.0, 0.0, rate[k] / gap.per_mm, factor_in(what, k, i)
+    total, density, factor = 0.0, rate[k] / gap.per_mm, factor_in(what, k, i)
     for c in range(pieces):
         mass[c] *= density * factor_at(factor, middle[c])
         total += mass[c]
-    if whole and lies_within(nodes, middle, pieces, shift[0]):
-        lay_points(nodes, split, middle, mass, pieces, abs(shift[0]), out)
-        laid = total
-    else:
-        for c in range(pieces):
-            laid += lay(nodes, split, middle[c], shift[c], mass[c], out)
-    taken[0] += total * gap.per_mm * length
-    taken[1] += (total - laid) * gap.per_mm * length
+    first, end, beyond = lay_pieces(nodes, grid.split[i], middle, shift, mass, pieces, alike, laid)
+    whole = gap.per_mm * length
+    return first, end, whole * total, whole * beyond
 
 
 @njit(cache=True, error_model="numpy")
@@ -199,8 +200,8 @@ def over_widths(nodes, amounts):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type: ignore[no-untyped-def]
-    space = piece_space(flank.nodes)
+def _spread(flank, what, half_width, grid, slices, length, rows, out, taken):  # type: ignore[no-untyped-def]
+    space, laid = piece_space(flank.nodes), np.zeros(grid.nodes.shape[1])
     rolls = flank.profile.shape[0]
     for i in slices:
         for k in range(rolls):
@@ -211,8 +212,38 @@ def _spread(flank, what, half_width, grid, slices, length, out, taken):  # type:
                 continue
             gap = slice_gap(flank, k, i)
             pieces = pieces_of(gap, half_width, what, k, i, space)
-            lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, out[i], taken[i])
+            first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, laid)
+            lay_down(laid, first, end, 1.0, out[i])
+            take_up(laid, first, end, total, beyond, rows, rows.row[k, i], taken[i])
         over_widths(grid.nodes[i], out[i])
+
+
+@njit(cache=True, error_model="numpy")
+def _add_rows(rows, times, nodes, slices, out, taken):  # type: ignore[no-untyped-def]
+    for i in slices:
+        for k in range(times.shape[0]):
+            row = rows.row[k, i]
+            if row >= 0 and times[k, i] > 0.0:
+                lay_down(rows.amount[row], rows.ends[row, 0], rows.ends[row, 1], times[k, i], out[i])
+                taken += times[k, i] * rows.taken[row]
+        over_widths(nodes[i], out[i])
+
+
+def sum_of_rows(
+    rows: FootprintRows, times: FloatArray, grid: FlankGrid, slices: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Density on the nodes of the driven flank from kept footprints, each so many times, (roll, face).
+
+    Returns
+    -------
+    density : (face, profile) array
+        In some slices; the others stay zero.
+    taken : (2,) array
+        As in `spread_over_flank`.
+    """
+    out, taken = np.zeros(grid.profile.shape), np.zeros(2)
+    _add_rows(rows, times, grid.profile, slices, out, taken)
+    return out, taken
 
 
 def spread_over_flank(
@@ -223,6 +254,7 @@ def spread_over_flank(
     what: Spread,
     slices: IntArray,
     taken: FloatArray | None = None,
+    rows: FootprintRows | None = None,
 ) -> FloatArray:
     """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.
 
@@ -236,14 +268,16 @@ def spread_over_flank(
     taken : (2,) array, changed
         Takes what is spread in all, and what of it lies beyond the ends of the nodes: on the rounding of an edge
         [unit of `what.rate` times mm times that of its factor].
+    rows : FootprintRows, changed, optional
+        Takes the footprints one by one.
 
     Returns
     -------
     (face, profile) array
     """
-    out = np.zeros(grid.profile.shape)
+    out, rows = np.zeros(grid.profile.shape), rows or no_rows(what.rate.shape)
     flank, nodes, by_slice = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros((len(out), 2))
-    in_shares(lambda share: _spread(flank, what, half_width, nodes, share, lines.length, out, by_slice), slices)
+    in_shares(lambda share: _spread(flank, what, half_width, nodes, share, lines.length, rows, out, by_slice), slices)
     if taken is not None:
         taken += by_slice.sum(axis=0)
     return out

@@ -10,13 +10,13 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.footprint_windows import look_within
 from semiwear.contact.gap import gap_of_flanks, slice_gap
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
-from semiwear.meshing.flank_grid import FlankGrid, locate
+from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
-from semiwear.wear.between_rolls import lay, lay_points, lies_within, node_width, shifts_of, step_of
+from semiwear.wear.between_rolls import lay_pieces, node_width, shifts_of, step_of
 from semiwear.wear.deposit import (
     Nodes,
     Spread,
@@ -27,8 +27,9 @@ from semiwear.wear.deposit import (
     piece_space,
     pieces_of,
 )
+from semiwear.wear.footprint_rows import FootprintRows, lay_down, no_rows, take_up
 
-__all__ = ["spread_over_both_flanks"]
+__all__ = ["spread_over_both_flanks", "sum_of_driving_rows"]
 
 
 class _Driving(NamedTuple):
@@ -38,8 +39,6 @@ class _Driving(NamedTuple):
     ----------
     profile, slope, face : arrays [mm], [1], [mm]
         Profile coordinate at the fresh line, its change by the driven flank's, and face coordinate.
-    places : (3, roll, face) array [mm]
-        Profile coordinate of the footprints' centres and of both borders.
     stations : (stations,) array [mm]
     nodes : (points,) array [mm]
         Of every station.
@@ -49,76 +48,64 @@ class _Driving(NamedTuple):
     profile: FloatArray
     slope: FloatArray
     face: FloatArray
-    places: FloatArray
     stations: FloatArray
     nodes: FloatArray
     split: int
 
 
 @njit(cache=True, error_model="numpy")
-def _lay_apart(driving, place, shift, rising, part, pieces, into):  # type: ignore[no-untyped-def]
-    """Lay stretches that move apart; shifts are in the order of the driven flank. Returns what is laid."""
-    laid = 0.0
-    for c in range(pieces):
-        at = c if rising else pieces - 1 - c
-        laid += lay(driving.nodes, driving.split, place[at], shift[c], part[at], into)
-    return laid
+def _add_to_stations(driving, k, i, laid, first, end, times, out):  # type: ignore[no-untyped-def]
+    """Add a footprint of a slice so many times to the stations that it meets; returns the part that they take."""
+    stations = driving.stations.shape[0]
+    step, taken = driving.stations[1] - driving.stations[0], 0.0
+    station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
+    for side in range(2):
+        # nothing is kept beyond the width of the last station
+        share = max(1.0 - abs(weight - side), 0.0)
+        if share > 0.0:
+            lay_down(laid, first, end, share * times, out[station + side])
+            taken += share
+    return taken
 
 
 @njit(cache=True, error_model="numpy")
-def _lay_on_driving(what, driving, gap, k, i, length, pieces, space, memory, out, taken):  # type: ignore[no-untyped-def]
-    """Add a footprint to the stations of the driving flank that it meets, and to what is taken, (2,)."""
+def _add_to_driving(what, driving, places, gap, k, i, length, pieces, space, memory, rows, out, taken):  # type: ignore[no-untyped-def]
+    """Add a footprint to the stations of the driving flank that it meets, to what is taken, (2,), and to its row.
+
+    `places`, (3, roll, face), are the profile coordinates of the footprints' centres and of both borders [mm].
+    """
     mass, middle, shift = space.mass, space.middle, space.shift
-    (place, amount, part), once = memory
-    stations, places, rate = driving.stations.shape[0], driving.places, what.rate[:, i]
+    (place, amount, moves), laid = memory
+    stations, rate = driving.stations.shape[0], what.rate[:, i]
     step = driving.stations[1] - driving.stations[0]
     below, above = max(i - 1, 0), min(i + 1, stations - 1)
     # as many driven slices meet a station as lie in its width
     wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
-    station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
     alike = shifts_of(
         middle, space.ends, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
         step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
         step_of(places[2, :, i], rate, k), shift,
     )  # fmt: skip
     scale, factor = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm, factor_in(what, k, i)
-    rising, total, laid = driving.slope[k, i] > 0.0, 0.0, 0.0
+    rising, total = driving.slope[k, i] > 0.0, 0.0
     for c in range(pieces):
         at = c if rising else pieces - 1 - c
         place[at] = driving.profile[k, i] + driving.slope[k, i] * (middle[c] - gap.at)
         amount[at] = scale * mass[c] * factor_at(factor, middle[c])
+        moves[at] = shift[c]
         total += amount[at]
-    together = alike and lies_within(driving.nodes, place, pieces, shift[0])
-    first = last = ZERO
-    if together:
-        reach = abs(shift[0])
-        first = locate(driving.nodes, driving.split, place[0] - reach)[0]
-        last = locate(driving.nodes, driving.split, place[pieces - 1] + reach)[0] + 2
-        once[first:last] = 0.0
-        lay_points(driving.nodes, driving.split, place, amount, pieces, reach, once)
-    for side in range(2):
-        # nothing is kept beyond the width of the last station
-        share = max(1.0 - abs(weight - side), 0.0)
-        if share == 0.0:
-            continue
-        into = out[station + side]
-        if together:
-            for p in range(first, last):
-                into[p] += share * once[p]
-            laid += share * total
-        else:
-            for c in range(pieces):
-                part[c] = share * amount[c]
-            laid += _lay_apart(driving, place, shift, rising, part, pieces, into)
+    first, end, beyond = lay_pieces(driving.nodes, driving.split, place, moves, amount, pieces, alike, laid)
+    met = _add_to_stations(driving, k, i, laid, first, end, 1.0, out)
     whole = rate[k] * length / scale  # what a unit laid stands for
-    taken[0] += whole * total
-    taken[1] += whole * (total - laid)
+    beyond = total - met * (total - beyond)
+    take_up(laid, first, end, whole * total, whole * beyond, rows, rows.row[k, i], taken)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, windows, what, half_width, slices, driving, grid, length, out, own, taken):  # type: ignore[no-untyped-def]
+def _spread(flank, windows, what, half_width, slices, driving, places, grid, length, rows, out, own, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
-    memory, within = (np.empty((3, space.mass.size)), np.empty(driving.nodes.size)), space.reach.within
+    memory, within = (np.empty((3, space.mass.size)), np.zeros(driving.nodes.size)), space.reach.within
+    laid, (theirs, ours) = np.zeros(grid.nodes.shape[1]), rows
     for i in slices:
         for k in range(flank.profile.shape[0]):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
@@ -127,10 +114,39 @@ def _spread(flank, windows, what, half_width, slices, driving, grid, length, out
                 continue
             gap = slice_gap(flank, k, i)
             within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
-            pieces = pieces_of(gap, half_width, what, k, i, space)
-            _lay_on_driving(what, driving, gap, k, i, length[k, i], pieces, space, memory, out, taken[0])
-            lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, own[i], taken[1])
+            pieces, wide = pieces_of(gap, half_width, what, k, i, space), length[k, i]
+            _add_to_driving(what, driving, places, gap, k, i, wide, pieces, space, memory, theirs, out, taken[0])
+            first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, wide, pieces, space, laid)
+            lay_down(laid, first, end, 1.0, own[i])
+            take_up(laid, first, end, total, beyond, ours, ours.row[k, i], taken[1])
         over_widths(grid.nodes[i], own[i])
+
+
+@njit(cache=True, error_model="numpy")
+def _add_rows(rows, times, driving, slices, out, taken):  # type: ignore[no-untyped-def]
+    for i in slices:
+        for k in range(times.shape[0]):
+            row = rows.row[k, i]
+            if row >= 0 and times[k, i] > 0.0:
+                ends = rows.ends[row]
+                _add_to_stations(driving, k, i, rows.amount[row], ends[0], ends[1], times[k, i], out)
+                taken += times[k, i] * rows.taken[row]
+
+
+def sum_of_driving_rows(
+    rows: FootprintRows, times: FloatArray, lines: ContactLines, driving: DrivingFlank, slices: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """The same as `deposit.sum_of_rows` on the nodes of the driving flank.
+
+    Returns
+    -------
+    density : (face, profile) array
+        Right in stations all of whose slices are summed.
+    taken : (2,) array
+    """
+    met, out, taken = _met(lines, driving), np.zeros(driving.grid.profile.shape), np.zeros(2)
+    _add_rows(rows, times, met, slices, out, taken)
+    return out / _widths(met), taken
 
 
 def spread_over_both_flanks(
@@ -142,11 +158,12 @@ def spread_over_both_flanks(
     what: Spread,
     slices: IntArray,
     taken: FloatArray | None = None,
+    rows: tuple[FootprintRows, FootprintRows] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Densities on the nodes of both flanks of what each line spreads over its footprint, summed over rolls.
 
-    Parameters are as in `deposit.spread_over_flank`, with the driving flank after the grid, and `taken` (2, 2): of
-    the driving and of the driven flank.
+    Parameters are as in `deposit.spread_over_flank`, with the driving flank after the grid; `taken`, (2, 2), and
+    `rows` are of the driving and of the driven flank.
 
     Returns
     -------
@@ -154,18 +171,15 @@ def spread_over_both_flanks(
         The driving one right in stations all of whose slices are done.
     """
     places = np.stack([lines.on_driving(place) for place in (what.place, lines.low, lines.high)])
-    met = _Driving(
-        lines.driving_profile, lines.driving_slope, lines.driving_face, places, driving.grid.face,
-        driving.grid.profile[0], int(driving.grid.split[0]),
-    )  # fmt: skip
-    windows = removed.windows
+    met, windows = _met(lines, driving), removed.windows
     if windows is None:
         windows = np.tile(np.array([0, removed.depth.shape[-1]]), (*what.rate.shape, 1))
     flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
+    kept = rows or (no_rows(what.rate.shape), no_rows(what.rate.shape))
 
     def spread(share: IntArray) -> tuple[FloatArray, FloatArray]:
         out, part = np.zeros(driving.grid.profile.shape), np.zeros((2, 2))
-        _spread(flank, windows, what, half_width, share, met, nodes, lines.length, out, own, part)
+        _spread(flank, windows, what, half_width, share, met, places, nodes, lines.length, kept, out, own, part)
         return out, part
 
     out = np.zeros(driving.grid.profile.shape)
@@ -173,5 +187,14 @@ def spread_over_both_flanks(
         out += amount
         if taken is not None:
             taken += part
-    width: FloatArray = np.array([node_width(met.nodes, p) for p in range(met.nodes.size)])
-    return out / width, own
+    return out / _widths(met), own
+
+
+def _met(lines: ContactLines, driving: DrivingFlank) -> _Driving:
+    own, grid = (lines.driving_profile, lines.driving_slope, lines.driving_face), driving.grid
+    return _Driving(*own, grid.face, grid.profile[0], int(grid.split[0]))
+
+
+def _widths(met: _Driving) -> FloatArray:
+    """Widths that the nodes of every station stand for, (points,) [mm]."""
+    return np.array([node_width(met.nodes, p) for p in range(met.nodes.size)])

@@ -1,7 +1,7 @@
 """Wear states as plain arrays, and back: what a run needs to go on from them as if it had never stopped.
 
-Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, and the contact of pressed
-edges, which depends on the loads on the way. Footprints are found again from the wear.
+Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the correction of own wear,
+and the contact of pressed edges, which depends on the loads on the way. Footprints are found again from the wear.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
     arrays["stride"] = np.array(state.stride, dtype=float)
     arrays |= {f"volume.{entry.name}": getattr(state.volume, entry.name) for entry in fields(WearVolume)}
+    arrays |= {f"correction.{k}": correction for k, correction in enumerate(state.corrections)}
     if state.contact.driving_wear is not None:
         arrays["driving_wear"] = state.contact.driving_wear
     for k, contact in enumerate((state.contact, *state.cases)):
@@ -54,8 +55,17 @@ def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> We
     contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(_all_teeth(stepper))]
     numbers = {name: float(arrays[name]) for name in _NUMBERS}
     stride = tuple(arrays["stride"].tolist())
+    kept = sum(name.startswith("correction.") for name in arrays)
+    corrections = tuple(arrays[f"correction.{k}"] for k in range(kept))
     volume = WearVolume(**{entry.name: arrays[f"volume.{entry.name}"] for entry in fields(WearVolume)})
-    return WearState(contact=contacts[0], cases=tuple(contacts[1:]), stride=stride, volume=volume, **numbers)
+    return WearState(
+        contact=contacts[0],
+        cases=tuple(contacts[1:]),
+        stride=stride,
+        volume=volume,
+        corrections=corrections,
+        **numbers,
+    )
 
 
 def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:

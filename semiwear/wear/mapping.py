@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -24,47 +24,24 @@ from semiwear.meshing.flank_area import flank_area
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
-from semiwear.wear.followed_gap import FollowedGap
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.step_influence import Cycles, StepInfluence, followed
+from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.worn import WearMultipliers, Worn
 
 __all__ = [
-    "Cycles",
     "Growth",
     "InterpolatedWear",
     "MarchedWear",
     "WearMapping",
-    "WearMultipliers",
     "WeightedLoads",
-    "Worn",
     "driving_wear_at",
+    "line_load_of",
 ]
 
 
-Cycles = float | Callable[["Worn"], float]
-"""In how many parts of a step the contact's shape follows the wear, the last one shorter unless it is a whole number;
-or that number from the flanks that the step would leave if the shape of its start held."""
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
 """From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
-
-
-class Worn(NamedTuple):
-    """Wear depths of the flanks, each on its own nodes [mm]; None for a driving flank that does not wear."""
-
-    driven: FloatArray
-    driving: FloatArray | None = None
-
-    @property
-    def deepest(self) -> float:
-        """Greatest wear depth of both [mm]."""
-        return max(float(depth.max()) for depth in self if depth is not None)
-
-
-class WearMultipliers(NamedTuple):
-    """Number of meshes times wear coefficient of each body [mm^2/N]: depths are these times pressure and distance."""
-
-    driven: float
-    driving: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,7 +69,7 @@ class WearMapping(Protocol):
     ) -> FloatArray:
         """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
 
-    def worn(
+    def followed(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
@@ -100,16 +77,17 @@ class WearMapping(Protocol):
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
         cycles: Cycles,
+    ) -> StepInfluence:
+        """Influence of loads on the wear of a step, from flanks that loads near its own wear in so many cycles."""
+
+    def worn(
+        self,
+        influence: StepInfluence,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
-
-        Parameters
-        ----------
-        worn : Worn
-            At the start.
-        cycles : float or callable
-            Parts of the step, after each of which the contact's shape follows the wear; 1: that of the start holds.
 
         Returns
         -------
@@ -119,7 +97,7 @@ class WearMapping(Protocol):
         """
 
 
-def _line_load(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
+def line_load_of(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
     """Line load on the fine roll grid, averaged over the load cases: footprints have one shape for all of them."""
     parts = [one.teeth.on_fine_rolls(one.teeth.problem.line_load(one.loads) * one.weight) for one in weighted_loads]
     total = parts[0]
@@ -158,9 +136,9 @@ class InterpolatedWear:
         self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
     ) -> FloatArray:
         """As in `WearMapping`."""
-        return _swept(teeth, motion, teeth.removed(*worn, slices), _line_load(weighted_loads), slices)
+        return _swept(teeth, motion, teeth.removed(*worn, slices), line_load_of(weighted_loads), slices)
 
-    def worn(
+    def followed(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
@@ -168,40 +146,27 @@ class InterpolatedWear:
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
         cycles: Cycles,
+    ) -> StepInfluence:
+        """As in `WearMapping`."""
+
+        def after(before: Worn, mesh: Worn, share: float) -> Worn:
+            return self._after(before, mesh, multipliers, share)
+
+        return followed(teeth, motion, worn, line_load_of(weighted_loads), after, cycles)
+
+    def worn(
+        self,
+        influence: StepInfluence,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`."""
-        line_load = _line_load(weighted_loads)
-        if worn.driving is not None and teeth.driving is not None:
-            # twice: over the cycles the wear of slices beside follows that of their own neighbours
-            slices = teeth.driving.beside(teeth.driving.beside(slices))
-        what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
-        gap, edges = FollowedGap(teeth, line_load, slices), EdgeShares.unknown(line_load.shape)
-
-        def swept(worn: Worn, before: Worn) -> tuple[Worn, FloatArray]:
-            """Sum of p |v_s| dt over one mesh on both flanks as they are, and what is taken."""
-            taken, known = np.zeros((len(BODIES), 2)), edges.after(_deepest_by_slice(before, worn))
-            if worn.driving is None or teeth.driving is None:
-                mesh = wear_of_mesh(teeth.fine, teeth.grid, teeth.removed(worn.driven), *what, taken[DRIVEN], known)
-                return Worn(mesh), taken
-            removed = gap.removed(worn.driven, worn.driving)
-            driving, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken, known)
-            return Worn(mesh, driving), taken
-
-        mesh, taken = swept(worn, worn)
-        if callable(cycles):
-            cycles = cycles(self._after(worn, mesh, multipliers, 1.0))
-        lengths = _parts(cycles)
-        total = lengths[0] * taken
-        before, worn = worn, self._after(worn, mesh, multipliers, lengths[0] / cycles)
-        for part in lengths[1:]:
-            mesh, taken = swept(worn, before)
-            total += part * taken
-            before, worn = worn, self._after(worn, mesh, multipliers, part / cycles)
+        mesh, taken = influence.mesh(line_load_of(weighted_loads), slices)
         on_edges = np.zeros(len(BODIES))
-        on_edges[DRIVEN] = multipliers.driven / cycles * total[DRIVEN, 1]
-        on_edges[DRIVING] = multipliers.driving / cycles * total[DRIVING, 1]
-        return worn, on_edges
+        on_edges[DRIVEN] = multipliers.driven * taken[DRIVEN, 1]
+        on_edges[DRIVING] = multipliers.driving * taken[DRIVING, 1]
+        return self._after(influence.start, mesh, multipliers, 1.0), on_edges
 
     def _after(self, worn: Worn, mesh: Worn, multipliers: WearMultipliers, share: float) -> Worn:
         """Depths after a share of the step under what a mesh wears."""
@@ -230,7 +195,7 @@ class MarchedWear:
         """As in `WearMapping`; the loads were solved on this flank."""
         return _marched(weighted_loads, _chosen(teeth, slices))[0]
 
-    def worn(
+    def followed(
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
@@ -238,17 +203,27 @@ class MarchedWear:
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
         cycles: Cycles,
+    ) -> StepInfluence:
+        """As in `WearMapping`."""
+        return self.swept.followed(teeth, motion, worn, weighted_loads, multipliers, cycles)
+
+    def worn(
+        self,
+        influence: StepInfluence,
+        weighted_loads: Sequence[WeightedLoads],
+        multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
         """As in `WearMapping`; a single cycle is a plain explicit step."""
+        teeth, motion, worn = influence.teeth, influence.motion, influence.start
         chosen, multiplier = _chosen(teeth, slices), multipliers.driven
         mesh, beyond = _marched(weighted_loads, chosen)
         marched, on_edges = wear_depth(multiplier, mesh), np.zeros(len(BODIES))
         on_edges[DRIVEN] = multiplier * beyond
-        if cycles == 1:
+        if len(influence.parts) == 1:
             return Worn(worn.driven + marched), on_edges
-        swept, swept_on_edges = self.swept.worn(teeth, motion, worn, weighted_loads, multipliers, cycles, slices)
-        removed, line_load, taken = teeth.removed(*worn, slices), _line_load(weighted_loads), np.zeros(2)
+        swept, swept_on_edges = self.swept.worn(influence, weighted_loads, multipliers, slices)
+        removed, line_load, taken = teeth.removed(*worn, slices), line_load_of(weighted_loads), np.zeros(2)
         rest = marched - wear_depth(multiplier, _swept(teeth, motion, removed, line_load, slices, taken))
         on_edges[DRIVEN] += swept_on_edges[DRIVEN] - multiplier * taken[1]
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
@@ -260,29 +235,13 @@ class MarchedWear:
         return Worn(np.maximum(depth, worn.driven)), on_edges
 
 
-def _deepest_by_slice(before: Worn, after: Worn) -> FloatArray:
-    """Greatest depth that both flanks together wear by in every slice and its neighbours, (face,) [mm]."""
-    total = (after.driven - before.driven).max(axis=1)
-    if after.driving is not None and before.driving is not None:
-        driving = (after.driving - before.driving).max(axis=1)
-        beside = np.concatenate([driving[:1], driving, driving[-1:]])
-        total = total + np.maximum(driving, np.maximum(beside[:-2], beside[2:]))
-    return np.asarray(total)
-
-
-def _parts(cycles: float) -> list[float]:
-    """Lengths of the cycles of a step in whole ones: the last grows by and by with the number."""
-    whole = int(cycles)
-    return [1.0] * whole + ([cycles - whole] if cycles > whole else [])
-
-
 def driving_wear_at(
     teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
-    what = (motion, _line_load(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
+    what = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
     return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, teeth.removed(*worn, slices), *what)[0]
 
 

@@ -9,8 +9,8 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
-from semiwear.wear.mapping import Worn
 from semiwear.wear.volume import WearVolume
+from semiwear.wear.worn import Worn
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
 
@@ -57,6 +57,8 @@ class WearState:
         greatest coefficient; 0 where no wear law makes it depend on loads.
     depth_ratio : float
         What the last step to a depth wore off at the control point, over what the mesh positions near it foretold.
+    corrections : tuple of (roll, face) array
+        Of the own wear of every line in the last step, by load case (`semiwear.wear.case_step`); empty before it.
     """
 
     meshes: float
@@ -68,6 +70,7 @@ class WearState:
     volume: WearVolume = field(default_factory=WearVolume.none)
     law_residual: float = 0.0
     depth_ratio: float = 1.0
+    corrections: tuple[FloatArray, ...] = ()
 
     @property
     def wear(self) -> FloatArray:
@@ -110,6 +113,8 @@ class Trial:
         That the step wears off.
     law_residual : float
         As in `WearState`.
+    corrections : tuple of (roll, face) array
+        As in `WearState`.
     """
 
     start: WearState
@@ -120,6 +125,7 @@ class Trial:
     volume: WearVolume = field(default_factory=WearVolume.none)
     law_residual: float = 0.0
     depth_ratio: float = 1.0
+    corrections: tuple[FloatArray, ...] = ()
 
     def scaled(self, share: float) -> Trial:
         """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""

@@ -20,18 +20,12 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
-from semiwear.wear.mapping import (
-    Cycles,
-    InterpolatedWear,
-    WearMapping,
-    WearMultipliers,
-    WeightedLoads,
-    Worn,
-    driving_wear_at,
-)
+from semiwear.wear.mapping import InterpolatedWear, WearMapping, WeightedLoads, driving_wear_at, line_load_of
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
+from semiwear.wear.step_influence import Cycles, StepInfluence
 from semiwear.wear.swept_line import Sweep, sweep
 from semiwear.wear.volume import WearVolume, sliding_work
+from semiwear.wear.worn import WearMultipliers, Worn
 
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
@@ -39,6 +33,11 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 _CYCLES = (4, 64)  # within an implicit step
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
+_AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
+_FORESEEN_TO = 0.025  # of all line loads, in the first step: what differs more is followed anew
+_SEARCHES = (
+    3  # for the length of a step, with all mesh positions: beyond the first where footprints were followed anew
+)
 _ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
 _BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
@@ -138,16 +137,18 @@ class WearStepper:
         step = _Step(self, state, near)
         wanted = depth - self.depth_at(point, point.wear(state.worn))
         foretold = wanted / state.depth_ratio
-        first = step.meshes_to(point, depth - wanted + foretold, nearby=True)
-        trial = self._tried(step, first)
-        missed = self.depth_at(point, point.wear(trial.worn)) - depth
-        if abs(missed) <= _DEPTH_MISSED * wanted:
-            return trial
-        # a long step brings to the point what was far from it, and the next one about as much again
-        step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
-        if abs(missed) <= _NEARLY * wanted:
-            return replace(trial, depth_ratio=step.depth_ratio).scaled(wanted / (wanted + missed))
-        return self._tried(step, step.meshes_to(point, depth, nearby=False, first=first))
+        trial = self._tried(step, step.meshes_to(point, depth - wanted + foretold, nearby=True))
+        for search in range(_SEARCHES):
+            missed = self.depth_at(point, point.wear(trial.worn)) - depth
+            if abs(missed) <= _DEPTH_MISSED * wanted:
+                break
+            if search == 0:
+                # a long step brings to the point what was far from it, and the next one about as much again
+                step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
+            if abs(missed) <= _NEARLY * wanted:
+                return replace(trial, depth_ratio=step.depth_ratio).scaled(wanted / (wanted + missed))
+            trial = self._tried(step, step.meshes_to(point, depth, nearby=False, first=trial.meshes))
+        return trial
 
     def foreseen_depth(self, state: WearState, meshes: float) -> float:
         """Greatest wear depth on either flank after a step of a length [mm], estimated at a quarter of its price.
@@ -156,7 +157,7 @@ class WearStepper:
         """
         if not self.implicit:
             return self.trial(state, meshes).worn.deepest
-        worn = _Step(self, state).rehearsed(meshes)
+        worn = _Step(self, state).rehearse(meshes, meshes, closely=False)
         self._require_teeth(worn, state, meshes)
         return worn.deepest
 
@@ -178,21 +179,32 @@ class WearStepper:
             for case, start in zip(self.cases, loads, strict=bool(self.cases))
         )
         contact = self.teeth.load(worn.driven, loads[0], worn.driving)
-        volume = trial.start.volume + trial.volume
-        meshes, residual = trial.start.meshes + trial.meshes, trial.law_residual
         return WearState(
-            meshes, contact, trial.pace, cases, volume=volume, law_residual=residual, depth_ratio=trial.depth_ratio
+            trial.start.meshes + trial.meshes,
+            contact,
+            trial.pace,
+            cases,
+            volume=trial.start.volume + trial.volume,
+            law_residual=trial.law_residual,
+            depth_ratio=trial.depth_ratio,
+            corrections=trial.corrections,
         )
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
-        loads = step.loads(meshes if loads_after is None else loads_after)
+        after = meshes if loads_after is None else loads_after
+        step.require_rehearsed(after, meshes)
+        loads = step.loads(after)
+        if not step.follows(meshes) or not step.foresaw(loads):
+            step.follow(loads, meshes)
         worn, on_edges = step.mapped(loads, meshes)
         self._require_teeth(worn, step.state, meshes)
         work = sliding_work(step.weighted_loads(loads), step.motion, self.teeth)
         multipliers = self.multipliers(meshes)
         volume = WearVolume(work * np.array([multipliers.driving, multipliers.driven]), on_edges)
-        return Trial(step.state, meshes, loads, worn, step.pace, volume, step.law_residual, step.depth_ratio)
+        return Trial(
+            step.state, meshes, loads, worn, step.pace, volume, step.law_residual, step.depth_ratio, step.corrections
+        )
 
     def _require_teeth(self, worn: Worn, state: WearState, meshes: float) -> None:
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
@@ -213,40 +225,85 @@ class _Step:
         per_time = teeth.pair.roll_per_time
         self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
         coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
+        known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         self.cases = [
-            CaseStep(stepper.coefficients, case, loaded, coarse_motion, stepper.factor, stepper.depth_factor)
-            for case, loaded in zip(stepper.load_cases, state.loaded, strict=True)
+            CaseStep(
+                stepper.coefficients, case, loaded, coarse_motion, stepper.factor, stepper.depth_factor, correction
+            )
+            for case, loaded, correction in zip(stepper.load_cases, state.loaded, known, strict=True)
         ]
-        self.cycles = 0.0
+        self.influence: StepInfluence | None = None
+        self.cycles, self.followed = 0.0, 0.0  # of the influence: cycles, and the length of the step [meshes]
+        self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
 
     def loads(
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
     ) -> list[TeethLoads]:
         """Loads of every case that hold over the step, found from `start` (its first loads unless given)."""
+        self.require_rehearsed(meshes, meshes)  # for the first length that is asked for
         if not self.stepper.implicit:
-            self.cycles = 1.0
             return [loaded.loads for loaded in self.state.loaded]
-        if self.cycles == 0:
-            self.rehearsed(meshes)  # for the first length that is asked for
         starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
-    def rehearsed(self, meshes: float) -> Worn:
-        """Flanks that a rehearsal of the step leaves; it tells the cycles, and corrects the own wear of every line.
+    def require_rehearsed(self, meshes: float, whole: float) -> None:
+        """Find the influence of loads on the wear of `whole` meshes, and own wear in the first ones, if unknown."""
+        if self.influence is not None:
+            return
+        if self.stepper.implicit:
+            self.rehearse(meshes, whole)
+        else:
+            self.cycles = 1.0
+            self.follow([loaded.loads for loaded in self.state.loaded], whole)
 
-        The rehearsal follows the wear no more closely than stability asks for: with all cycles of the step, errors
-        against runs of eight times as many steps were the same to two digits in five of six scenes, and greater in
-        one.
+    def rehearse(self, meshes: float, whole: float, *, closely: bool = True) -> Worn:
+        """Flanks that the step leaves under loads that are foreseen; they correct the own wear of every line.
+
+        Parameters
+        ----------
+        meshes : float
+            After which the loads hold that are searched for.
+        whole : float
+            Length of the step.
+        closely : bool
+            Whether the contact's shape follows the wear as in a step, or no more closely than stability asks for.
         """
         growth = max(case.prepare(meshes) for case in self.cases)
         cycles = growth / (self.stepper.depth_a_cycle * self.teeth.pair.base_pitch)
         self.cycles = float(np.clip(self._whole(cycles), *_CYCLES))
         loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
-        worn = self.worn(loads, meshes, cycles=self._stable_cycles)
+        self.follow(loads, whole, self._cycles_to if closely else self._stable_cycles)
+        assert self.influence is not None
+        worn = self.influence.at(meshes / whole)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
         return worn
+
+    def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: Cycles | None = None) -> None:
+        """Let loads wear the flanks in cycles, after each of which the contact's shape follows the wear."""
+        self.influence = self.stepper.mapping.followed(
+            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), self.stepper.multipliers(meshes),
+            cycles or self.cycles,
+        )  # fmt: skip
+        self.followed = meshes
+
+    def follows(self, meshes: float) -> bool:
+        """Whether footprints were followed through a step of about this length; of any, if nothing follows loads."""
+        low, high = _AS_FOLLOWED
+        return not self.stepper.implicit or low <= meshes / self.followed <= high
+
+    def foresaw(self, loads: Sequence[TeethLoads]) -> bool:
+        """Whether footprints were followed under about these loads: where own wear was corrected before, they were."""
+        if self.settled or self.teeth.smooth:  # no limit where results are to be smooth
+            return self.settled
+        assert self.influence is not None
+        return self.influence.differs_from(line_load_of(self.weighted_loads(loads))) <= _FORESEEN_TO
+
+    def _cycles_to(self, worn: Worn) -> float:
+        """Cycles of the step that would leave these flanks, if the shape of its start held."""
+        self._stable_cycles(worn)
+        return self.cycles
 
     def _stable_cycles(self, worn: Worn) -> float:
         """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
@@ -283,31 +340,20 @@ class _Step:
         """The cases' parts in the wear."""
         return [case.weighted(one) for case, one in zip(self.cases, loads, strict=True)]
 
-    def worn(
-        self,
-        loads: Sequence[TeethLoads],
-        meshes: float,
-        slices: IntArray | None = None,
-        cycles: Cycles | None = None,
-    ) -> Worn:
-        """Wear at the end of the step [mm]."""
-        return self.mapped(loads, meshes, slices, cycles)[0]
+    @property
+    def corrections(self) -> tuple[FloatArray, ...]:
+        """Of the own wear of every line, by load case; empty in an explicit step."""
+        return tuple(case.correction for case in self.cases if case.correction is not None)
 
     def mapped(
-        self,
-        loads: Sequence[TeethLoads],
-        meshes: float,
-        slices: IntArray | None = None,
-        cycles: Cycles | None = None,
+        self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None
     ) -> tuple[Worn, FloatArray]:
         """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
+        assert self.influence is not None
         multipliers = self.stepper.multipliers(meshes)
-        return self.stepper.mapping.worn(
-            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), multipliers,
-            cycles or self.cycles, slices,
-        )  # fmt: skip
+        return self.stepper.mapping.worn(self.influence, self.weighted_loads(loads), multipliers, slices)
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool, first: float | None = None) -> float:
         """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
@@ -340,9 +386,12 @@ class _Step:
         promised = wanted / rate
         tolerance = _SMOOTH_DEPTH_TOLERANCE if teeth.smooth else _DEPTH_TOLERANCE
         trial = self.state.pace * promised if first is None else first
-        for _ in range(_DEPTH_ITERATIONS):
+        for iteration in range(_DEPTH_ITERATIONS):
+            if nearby and iteration == 1 and (teeth.smooth or not self.settled or not self.follows(trial)):
+                self.rehearse(trial, trial)
+                self.settled, known = True, known[:1]
             loads = self.loads(trial, positions, loads)
-            value = stepper.depth_at(point, point.wear(self.worn(loads, trial, slices))) - depth
+            value = stepper.depth_at(point, point.wear(self.mapped(loads, trial, slices)[0])) - depth
             if abs(value) <= tolerance * wanted:
                 self.pace = trial / promised
                 return trial

@@ -35,6 +35,7 @@ from semiwear.meshing.removed import Removed
 from semiwear.meshing.surface_speed import line_speed
 from semiwear.wear.deposit import Spread, spread_over_flank
 from semiwear.wear.driving_deposit import spread_over_both_flanks
+from semiwear.wear.footprint_rows import FootprintRows
 
 __all__ = ["EdgeShares", "Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
 
@@ -161,6 +162,7 @@ def wear_of_mesh(
     slices: IntArray | None = None,
     taken: FloatArray | None = None,
     edges: EdgeShares | None = None,
+    rows: FootprintRows | None = None,
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh, on the nodes of the flank [N/mm].
 
@@ -183,6 +185,8 @@ def wear_of_mesh(
         ends bear [N mm].
     edges : EdgeShares, optional
         Known from the cycle before; changed.
+    rows : FootprintRows, changed, optional
+        Takes the footprints one by one.
 
     Returns
     -------
@@ -192,7 +196,7 @@ def wear_of_mesh(
     what = _what(motion, line_load, modulus, edges)
     if slices is None:
         slices = np.arange(grid.face.size)
-    return spread_over_flank(lines, grid, removed, half_width, what, slices, taken)
+    return spread_over_flank(lines, grid, removed, half_width, what, slices, taken, rows)
 
 
 def wear_of_both_flanks(
@@ -207,13 +211,14 @@ def wear_of_both_flanks(
     slices: IntArray,
     taken: FloatArray | None = None,
     edges: EdgeShares | None = None,
+    rows: tuple[FootprintRows, FootprintRows] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """The same on the nodes of the driving and of the driven flank, each over one mesh of one of its teeth [N/mm].
 
-    What is taken, (2, 2), is that of the driving and of the driven flank.
+    What is taken, (2, 2), and `rows` are those of the driving and of the driven flank.
     """
     what = _what(motion, line_load, modulus, edges)
-    return spread_over_both_flanks(lines, grid, driving, removed, half_width, what, slices, taken)
+    return spread_over_both_flanks(lines, grid, driving, removed, half_width, what, slices, taken, rows)
 
 
 @njit(cache=True, error_model="numpy")

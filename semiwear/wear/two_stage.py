@@ -23,9 +23,9 @@ import numpy as np
 
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
-from semiwear.wear.mapping import Worn
 from semiwear.wear.state import ControlPoint, Trial, WearState
 from semiwear.wear.stepping import WearStepper
+from semiwear.wear.worn import Worn
 
 __all__ = ["BEST_FIRST_STAGE", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_error_share", "measured"]
 

@@ -11,8 +11,8 @@ from scipy.interpolate import LinearNDInterpolator
 
 import semiwear as sw
 from semiwear.plan import plan
-from semiwear.wear.mapping import Worn
 from semiwear.wear.swept_line import fresh_sweep, sweep, wear_of_both_flanks
+from semiwear.wear.worn import Worn
 from tests.strategies.effect_scenes import PLAIN
 
 PINION_TEETH, GEAR_TEETH = 25, 160

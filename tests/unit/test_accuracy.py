@@ -19,8 +19,8 @@ from semiwear.results.kinds import difference, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.mapping import Worn
 from semiwear.wear.two_stage import BEST_FIRST_STAGE, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
+from semiwear.wear.worn import Worn
 from tests.same_result import different_variables
 from tests.scenes import TINY
 

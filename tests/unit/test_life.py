@@ -12,9 +12,9 @@ from semiwear.errors import ConvergenceError
 from semiwear.life import _life_along, _Told, _under, _Way, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import Compared, Plan, plan
-from semiwear.wear.mapping import Worn
 from semiwear.wear.step_count import steps_of_life, two_stage_steps_for_depth
 from semiwear.wear.two_stage import TwoStageStepper
+from semiwear.wear.worn import Worn
 from tests.scenes import TINY, Heard
 
 life_module = import_module("semiwear.life")

@@ -285,7 +285,7 @@ def test_a_slice_that_comes_to_bear_is_felt_by_and_by(small: sw.Scene) -> None:
         factor = step.cases[0].factor
         assert factor is not None
         told = factor.copy()
-        return told, step.rehearsed(1e9).driven
+        return told, step.rehearse(1e9, 1e9).driven
 
     factors, depths = zip(*(rehearsed(share) for share in (0.0, 1e-9, 1e-3)), strict=True)
     changed = [np.abs(one - factors[0]).max() for one in factors[1:]]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from semiwear.plan import plan
-from semiwear.wear.mapping import Worn
 from semiwear.wear.stepping import ControlPoint, WearStepper, _Step
+from semiwear.wear.worn import Worn
 from tests.scenes import TINY
 
 DEPTH = 4e-3  # mm

@@ -1,0 +1,204 @@
+"""Wear of a step under any loads, from footprints that were followed through it once.
+
+A step's loads are not known before the wear that they cause. Loads that are foreseen wear the flanks in cycles, and
+each footprint is kept, averaged over the cycles. The wear of the step is linear in its loads then: no footprint is
+found again while they are searched for. Loads far from the foreseen ones find their footprints in the same shapes of
+the flanks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from semiwear.arrays import FloatArray, IntArray
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
+from semiwear.wear.deposit import sum_of_rows
+from semiwear.wear.driving_deposit import sum_of_driving_rows
+from semiwear.wear.followed_gap import FollowedGap
+from semiwear.wear.footprint_rows import FootprintRows, rows_of
+from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.worn import Worn
+
+__all__ = ["Cycles", "StepInfluence", "followed"]
+
+Cycles = float | Callable[[Worn], float]
+"""In how many parts of a step the contact's shape follows the wear, the last one shorter unless it is a whole number;
+or that number from the flanks that the step would leave if the shape of its start held."""
+
+_LIKE = 3.0  # times the line load whose footprint is kept: a greater one has another
+_SOME = 4  # shapes of the flanks in which that one is found: so few loads are so far from what was foreseen
+
+
+@dataclass(frozen=True)
+class StepInfluence:
+    """Wear of one mesh by line load, averaged over a step through which the contact's shape followed the wear.
+
+    Attributes
+    ----------
+    teeth : LoadedTeeth
+    motion : Sweep
+    line_load : (roll, face) array [N/mm]
+        Under which it followed.
+    shapes : sequence of Worn
+        Flanks at the start of every cycle, and at the end of the step.
+    parts : sequence of float
+        Lengths of the cycles; their sum is the number of cycles.
+    driven, driving : FootprintRows
+        Footprints on each flank, summed over the cycles; None for a driving flank that does not wear.
+    """
+
+    teeth: LoadedTeeth
+    motion: Sweep
+    line_load: FloatArray
+    shapes: Sequence[Worn]
+    parts: Sequence[float]
+    driven: FootprintRows
+    driving: FootprintRows | None = None
+
+    @property
+    def start(self) -> Worn:
+        """Flanks at the start of the step."""
+        return self.shapes[0]
+
+    def at(self, share: float) -> Worn:
+        """Flanks after a share of the step, as they were followed."""
+        reached = np.cumsum([0.0, *self.parts])
+        place = share * reached[-1]
+        cycle = int(np.clip(np.searchsorted(reached, place) - 1, 0, len(self.parts) - 1))
+        weight = (place - reached[cycle]) / self.parts[cycle]
+        before, after = self.shapes[cycle : cycle + 2]
+        return after if weight == 1.0 else before.plus(weight, after.plus(-1.0, before))
+
+    def differs_from(self, line_load: FloatArray) -> float:
+        """Share of line loads, (roll, face) [N/mm], by which they differ from those that were followed."""
+        return float(np.abs(line_load - self.line_load).sum() / line_load.sum())
+
+    def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
+        """Sum of p |v_s| dt over one mesh under these line loads, (roll, face) [N/mm], on both flanks.
+
+        Parameters
+        ----------
+        line_load : (roll, face) array [N/mm]
+        slices : int array
+            Slices to do; the others stay zero.
+
+        Returns
+        -------
+        mesh : Worn
+            Means over the step [N/mm].
+        taken : (body, 2) array [N mm]
+            As in `wear_of_mesh`.
+        """
+        teeth, known = self.teeth, np.minimum(line_load, _LIKE * self.line_load)
+        times = np.divide(known, self.line_load, out=np.zeros_like(known), where=self.line_load > 0.0)
+        times /= sum(self.parts)
+        taken, driving = np.zeros((len(BODIES), 2)), None
+        if self.driving is not None and teeth.driving is not None:
+            slices = teeth.driving.beside(slices)
+            driving, taken[DRIVING] = sum_of_driving_rows(self.driving, times, teeth.fine, teeth.driving, slices)
+        driven, taken[DRIVEN] = sum_of_rows(self.driven, times, teeth.grid, slices)
+        mesh, rest = Worn(driven, driving), np.zeros_like(known)
+        rest[:, slices] = (line_load - known)[:, slices]
+        return (mesh, taken) if not rest.any() else self._with(rest, slices, mesh, taken)
+
+    def _with(self, rest: FloatArray, slices: IntArray, mesh: Worn, taken: FloatArray) -> tuple[Worn, FloatArray]:
+        """The same with line loads whose footprints are not kept: found on the flanks as they were followed."""
+        passes, before = _Passes(self.teeth, self.motion, rest, slices), self.start
+        some = np.linspace(0, len(self.parts) - 1, min(len(self.parts), _SOME), dtype=int)
+        for cycle in some:
+            own, own_taken = passes.over(self.shapes[cycle], before)
+            mesh, taken = mesh.plus(1.0 / some.size, own), taken + own_taken / some.size
+            before = self.shapes[cycle]
+        return mesh, taken
+
+
+def followed(
+    teeth: LoadedTeeth,
+    motion: Sweep,
+    worn: Worn,
+    line_load: FloatArray,
+    after: Callable[[Worn, Worn, float], Worn],
+    cycles: Cycles,
+) -> StepInfluence:
+    """Let line loads wear the flanks through a step, in cycles, after each of which the contact's shape follows.
+
+    Parameters
+    ----------
+    teeth : LoadedTeeth
+    motion : Sweep
+        Of the fine roll grid.
+    worn : Worn
+        At the start.
+    line_load : (roll, face) array [N/mm]
+        On the fine roll grid.
+    after : callable
+        From wear depths, the sum of p |v_s| dt over one mesh and a share of the step to the depths after it.
+    cycles : float or callable
+        As in `Cycles`.
+    """
+    passes = _Passes(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
+    mesh, _ = passes.over(worn, worn)
+    if callable(cycles):
+        cycles = cycles(after(worn, mesh, 1.0))
+    parts, shapes = _parts(cycles), [worn]
+    for part in parts[1:]:
+        shapes.append(after(shapes[-1], mesh, 1.0 / cycles))  # all but the last one are whole
+        mesh, _ = passes.over(shapes[-1], shapes[-2], part)
+    shapes.append(after(shapes[-1], mesh, parts[-1] / cycles))
+    driving, driven = passes.rows
+    assert driven is not None
+    return StepInfluence(teeth, motion, line_load, shapes, parts, driven, driving)
+
+
+@dataclass
+class _Passes:
+    """Wear of one mesh under the same line loads, over flanks that wear on."""
+
+    teeth: LoadedTeeth
+    motion: Sweep
+    line_load: FloatArray
+    slices: IntArray
+    keep: bool = False
+    rows: tuple[FootprintRows | None, FootprintRows | None] = field(default=(None, None), init=False)
+
+    def __post_init__(self) -> None:
+        teeth, load = self.teeth, self.line_load
+        self._gap, self._edges = FollowedGap(teeth, load, self.slices), EdgeShares.unknown(load.shape)
+        if self.keep:
+            driven = rows_of(load > 0.0, teeth.grid.profile.shape[1])
+            own = teeth.driving
+            self.rows = (None if own is None else rows_of(load > 0.0, own.grid.profile.shape[1])), driven
+
+    def over(self, worn: Worn, before: Worn, share: float = 1.0) -> tuple[Worn, FloatArray]:
+        """Sum of p |v_s| dt over one mesh on both flanks as they are [N/mm], and what is taken, (body, 2)."""
+        teeth, taken = self.teeth, np.zeros((len(BODIES), 2))
+        what = (self.motion, self.line_load, teeth.half_width, teeth.problem.modulus, self.slices)
+        known = self._edges.after(_deepest_by_slice(before, worn))
+        driving, driven = (None if rows is None else rows._replace(share=share) for rows in self.rows)
+        if worn.driving is None or teeth.driving is None:
+            removed = teeth.removed(worn.driven)
+            return Worn(wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN], known, driven)), taken
+        rows = None if driving is None or driven is None else (driving, driven)
+        removed = self._gap.removed(worn.driven, worn.driving)
+        own, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken, known, rows)
+        return Worn(mesh, own), taken
+
+
+def _deepest_by_slice(before: Worn, after: Worn) -> FloatArray:
+    """Greatest depth that both flanks together wear by in every slice and its neighbours, (face,) [mm]."""
+    total = (after.driven - before.driven).max(axis=1)
+    if after.driving is not None and before.driving is not None:
+        driving = (after.driving - before.driving).max(axis=1)
+        beside = np.concatenate([driving[:1], driving, driving[-1:]])
+        total = total + np.maximum(driving, np.maximum(beside[:-2], beside[2:]))
+    return np.asarray(total)
+
+
+def _parts(cycles: float) -> list[float]:
+    """Lengths of the cycles of a step in whole ones: the last grows by and by with the number."""
+    whole = int(cycles)
+    return [1.0] * whole + ([cycles - whole] if cycles > whole else [])
