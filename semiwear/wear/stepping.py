@@ -294,7 +294,7 @@ class _Step:
         return not self.stepper.implicit or low <= meshes / self.followed <= high
 
     def foresaw(self, loads: Sequence[TeethLoads]) -> bool:
-        """Whether footprints were followed under about these loads: where own wear was corrected before, they were."""
+        """Whether footprints were followed under about these loads, as they are once own wear was corrected."""
         if self.settled or self.teeth.smooth:  # no limit where results are to be smooth
             return self.settled
         assert self.influence is not None

@@ -1,0 +1,156 @@
+"""Wear of a step read off footprints that were followed once, against footprints that are found again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.plan import plan
+from semiwear.wear.footprint_rows import no_rows
+from semiwear.wear.step_influence import StepInfluence, followed
+from semiwear.wear.swept_line import Sweep, sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.worn import Worn
+from tests.scenes import TINY
+
+STEP = 2e-5  # mm^2/N: wear coefficient times meshes, some micrometres
+
+
+def after(worn: Worn, mesh: Worn, share: float) -> Worn:
+    """Both bodies wear alike, in proportion."""
+    return worn.plus(STEP * share, mesh)
+
+
+@dataclass
+class Case:
+    """Teeth that are worn already, and what they wear under."""
+
+    teeth: LoadedTeeth
+    motion: Sweep
+    worn: Worn
+    line_load: np.ndarray
+
+    def followed(self, line_load: np.ndarray, cycles: float) -> StepInfluence:
+        """Under these loads."""
+        return followed(self.teeth, self.motion, self.worn, line_load, after, cycles)
+
+    def found(self, line_load: np.ndarray) -> tuple[Worn, np.ndarray]:
+        """On the flanks as they are, and what is taken."""
+        teeth, taken, slices = self.teeth, np.zeros((2, 2)), np.arange(self.teeth.grid.face.size)
+        what = (self.motion, line_load, teeth.half_width, teeth.problem.modulus, slices)
+        if teeth.driving is None:
+            removed = teeth.removed(self.worn.driven)
+            return Worn(wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN])), taken
+        removed = teeth.removed(*self.worn)
+        driving, driven = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken)
+        return Worn(driven, driving), taken
+
+
+@pytest.fixture(scope="module", params=["gear", "both", "helical"])
+def case(request: pytest.FixtureRequest) -> Case:
+    """A face gear of which one body wears or both, and a helical pair."""
+    scene = sw.load_scene("spur_fzg_c" if request.param == "helical" else "face_gear_25x160").replace(TINY)
+    if request.param == "helical":
+        scene = scene.replace({"gear_pair.helix_angle_deg": 15.0, "gear_pair.centre_distance_mm": None})
+    elif request.param == "both":
+        scene = scene.replace({"wear.worn_bodies": ["pinion", "gear"]})
+    teeth = plan(scene).loaded_teeth()
+    flanks = [teeth.grid] if teeth.driving is None else [teeth.grid, teeth.driving.grid]
+    worn = Worn(
+        *(3e-3 * (1.0 + np.sin(np.arange(grid.profile.size).reshape(grid.profile.shape) / 5)) for grid in flanks)
+    )
+    state = teeth.load(worn.driven, driving_wear=worn.driving)
+    line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
+    return Case(teeth, sweep(teeth.fine, state.fine, teeth.pair.roll_per_time), worn, line_load)
+
+
+def all_slices(case: Case) -> np.ndarray:
+    """Of the driven flank."""
+    return np.arange(case.teeth.grid.face.size)
+
+
+def close(one: Worn, other: Worn, within: float = 1e-12) -> None:
+    """Both flanks agree, to a share of the greatest value."""
+    for x, y in zip(one, other, strict=True):
+        assert (x is None) == (y is None)
+        if x is not None and y is not None:
+            assert y.max() > 0.0
+            np.testing.assert_allclose(x, y, rtol=0.0, atol=within * y.max())
+
+
+@pytest.mark.parametrize("cycles", [1.0, 3.0, 3.4])
+def test_the_loads_that_were_followed_wear_what_was_followed(case, cycles):
+    influence = case.followed(case.line_load, cycles)
+    assert len(influence.shapes) == len(influence.parts) + 1 and sum(influence.parts) == pytest.approx(cycles)
+    mesh, taken = influence.mesh(case.line_load, all_slices(case))
+    close(after(case.worn, mesh, 1.0), influence.shapes[-1])
+    assert (taken[:, 0] >= taken[:, 1]).all() and taken[DRIVEN, 0] > 0.0
+    assert (taken[DRIVING, 0] > 0.0) == (case.teeth.driving is not None)
+
+
+def test_of_one_cycle_it_is_the_wear_of_the_flanks_as_they_are(case):
+    mesh, taken = case.followed(case.line_load, 1.0).mesh(case.line_load, all_slices(case))
+    expected, expected_taken = case.found(case.line_load)
+    close(mesh, expected)
+    np.testing.assert_allclose(taken, expected_taken, rtol=1e-12)
+
+
+def test_it_is_linear_in_each_load(case):
+    influence, slices = case.followed(case.line_load, 3.0), all_slices(case)
+    times = np.linspace(0.0, 2.9, case.line_load.size).reshape(case.line_load.shape)
+    some, others = (
+        influence.mesh(times * case.line_load, slices),
+        influence.mesh((3.0 - times) * case.line_load, slices),
+    )
+    whole = influence.mesh(3.0 * case.line_load, slices)
+    close(some[0].plus(1.0, others[0]), whole[0])
+    np.testing.assert_allclose(some[1] + others[1], whole[1], rtol=1e-12)
+
+
+def test_slices_whose_loads_were_not_foreseen_are_found_on_the_flanks(case):
+    late = case.line_load.copy()
+    late[:, 3:] = 0.0
+    influence = case.followed(late, 1.0)
+    close(influence.mesh(case.line_load, all_slices(case))[0], case.found(case.line_load)[0])
+    # and where they wear on, between what the first and the last of the flanks would have them wear
+    ends = [Case(case.teeth, case.motion, worn, case.line_load).found(case.line_load)[0] for worn in case_ends(case)]
+    mesh = case.followed(late, 5.0).mesh(case.line_load, all_slices(case))[0]
+    total = mesh.driven[4:].sum()
+    low, high = sorted(float(one.driven[4:].sum()) for one in ends)
+    assert 0.999 * low < total < 1.001 * high
+
+
+def case_ends(case: Case) -> tuple[Worn, Worn]:
+    """Flanks before and after the step, of whose slices some wear."""
+    influence = case.followed(case.line_load, 5.0)
+    return influence.shapes[0], influence.shapes[-1]
+
+
+def test_a_load_far_above_the_foreseen_one_changes_over_evenly(case):
+    """Its footprint goes over from the one that was kept to one that is found for it."""
+    few = case.line_load.copy()
+    few[:, 4] *= 0.2
+    influence, slices = case.followed(few, 3.0), all_slices(case)
+    loads = [case.line_load.copy() for _ in range(3)]
+    for share, one in zip((0.6 - 1e-7, 0.6, 0.6 + 1e-7), loads, strict=True):
+        one[:, 4] *= share  # three times what was foreseen
+    below, at, above = (influence.mesh(one, slices)[0].driven for one in loads)
+    rise = np.abs(at - below).max()
+    assert 0.0 < rise < 1e-6 * at.max() and np.abs(above - at).max() < 3.0 * rise
+
+
+def test_flanks_between_cycles(case):
+    influence = case.followed(case.line_load, 2.5)
+    close(influence.at(0.0), influence.shapes[0])
+    close(influence.at(1.0), influence.shapes[-1])
+    first, second = influence.shapes[1:3]
+    close(influence.at(0.6), first.plus(0.5, second.plus(-1.0, first)))
+
+
+def test_footprints_need_not_be_kept(case):
+    rows = no_rows(case.line_load.shape)
+    assert rows.amount.size == 0 and (rows.row == -1).all()
