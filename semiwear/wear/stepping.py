@@ -34,10 +34,8 @@ _CYCLES = (4, 64)  # within an implicit step
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
 _AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
-_FORESEEN_TO = 0.025  # of all line loads, in the first step: what differs more is followed anew
-_SEARCHES = (
-    3  # for the length of a step, with all mesh positions: beyond the first where footprints were followed anew
-)
+_FORESEEN_TO = 0.025  # of all line loads: where more differs from what was foreseen, it is followed anew
+_SEARCHES = 3  # for the length of a step: beyond the first where footprints were followed anew
 _ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
 _BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
 _MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
@@ -294,8 +292,8 @@ class _Step:
         return not self.stepper.implicit or low <= meshes / self.followed <= high
 
     def foresaw(self, loads: Sequence[TeethLoads]) -> bool:
-        """Whether footprints were followed under about these loads, as they are once own wear was corrected."""
-        if self.settled or self.teeth.smooth:  # no limit where results are to be smooth
+        """Whether footprints were followed under about these loads, or nothing is gained by following them anew."""
+        if self.teeth.smooth or (self.settled and self.cycles > _ALWAYS):  # no limit where results are to be smooth
             return self.settled
         assert self.influence is not None
         return self.influence.differs_from(line_load_of(self.weighted_loads(loads))) <= _FORESEEN_TO
