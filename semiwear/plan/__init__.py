@@ -221,7 +221,7 @@ class Plan:
         until = self.scene.wear.until
         end = 1e-3 * until.control_depths_um[-1] if until.control_depths_um is not None else until.meshes
         assert end is not None
-        return AdaptiveStepper.for_accuracy(stepper, numerics.accuracy, end)
+        return AdaptiveStepper.for_accuracy(replace(stepper, hold=1.0), numerics.accuracy, end)
 
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
         """The control point on its body's flank, if the scene names one."""
