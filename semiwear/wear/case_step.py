@@ -130,11 +130,11 @@ class CaseStep:
             ratio = 1.0 + (ratio - 1.0) * _share_felt(force, 1.0)
         self.correction = ratio
 
-    def foreseen_loads(self, meshes: float) -> TeethLoads:
+    def foreseen_loads(self, meshes: float, start: TeethLoads | None = None) -> TeethLoads:
         """Loads of a step to correct the own wear by: a law need not have settled under them."""
         if not self.case.teeth.smooth or self.factor is None or self.factor_of is None:
-            return self.loads(meshes, None, None)
-        loads = self._solve(meshes, None, self.state.loads)
+            return self.loads(meshes, None, start)
+        loads = self._solve(meshes, None, start or self.state.loads)
         for _ in range(_FORESEEN):  # the same number in every run: results are smooth
             self.factor = self.factor + 0.5 * self._change(loads)
             loads = self._solve(meshes, None, loads)

@@ -41,7 +41,7 @@ _CYCLES = (4, 64)  # within an implicit step
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
 _AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
-_FORESEEN_TO = 0.025  # of all line loads, in the first step: where more differs, footprints are followed anew
+_FORESEEN_TO = 1.0  # of a footprint's depth: where wear differs by more, footprints are followed anew
 _SEARCHES = 3  # for the length of a step: beyond the first where footprints were followed anew
 _ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
 _BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
@@ -181,7 +181,12 @@ class WearStepper:
 
     def commit(self, trial: Trial) -> WearState:
         """The state after a trial: elastic contact on its worn flanks."""
-        worn, loads = trial.worn, trial.loads
+        worn = trial.worn
+        # flanks have approached for a share of the step, which the start of a search goes on with
+        loads = [
+            replace(one, rotation=before.loads.rotation + (one.rotation - before.loads.rotation) / self.hold)
+            for one, before in zip(trial.loads, trial.start.loaded, strict=True)
+        ]
         cases = tuple(
             case.teeth.load(worn.driven, start, worn.driving)
             for case, start in zip(self.cases, loads, strict=bool(self.cases))
@@ -203,7 +208,7 @@ class WearStepper:
         after = self.hold * meshes if loads_after is None else loads_after
         step.require_rehearsed(after, meshes)
         loads = step.loads(after)
-        if not step.follows(meshes) or not step.foresaw(loads):
+        if not (step.follows(meshes) and step.foresaw(loads)):
             step.follow(loads, meshes)
         worn, on_edges = step.mapped(loads, meshes)
         self._require_teeth(worn, step.state, meshes)
@@ -241,6 +246,7 @@ class _Step:
             for case, loaded, correction in zip(stepper.load_cases, state.loaded, known, strict=True)
         ]
         self.influence: StepInfluence | None = None
+        self.foreseen: Sequence[TeethLoads] = ()
         self.cycles, self.followed = 0.0, 0.0  # of the influence: cycles, and the length of the step [meshes]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
@@ -279,7 +285,9 @@ class _Step:
         growth = max(case.prepare(meshes) for case in self.cases)
         cycles = growth / (self.stepper.depth_a_cycle * self.teeth.pair.base_pitch)
         self.cycles = float(np.clip(self._whole(cycles), *_CYCLES))
-        loads = self.near or [case.foreseen_loads(meshes) for case in self.cases]
+        starts: Sequence[TeethLoads | None] = self.foreseen or [None] * len(self.cases)
+        loads = self.near or [case.foreseen_loads(meshes, one) for case, one in zip(self.cases, starts, strict=True)]
+        self.foreseen = loads
         self.follow(loads, whole, self._cycles_to if closely else self._stable_cycles)
         assert self.influence is not None
         worn = self.influence.at(meshes / whole)
@@ -301,11 +309,15 @@ class _Step:
         return not self.stepper.implicit or low <= meshes / self.followed <= high
 
     def foresaw(self, loads: Sequence[TeethLoads]) -> bool:
-        """Whether footprints were followed under about these loads, as they are once own wear was corrected."""
-        if self.settled or self.teeth.smooth:  # no limit where results are to be smooth
-            return self.settled
+        """Whether footprints were followed under about these loads.
+
+        By what the line loads differ, places wear more or less: in as many cycles as a step has, by that part of so
+        many footprints' depths. Where it is more than one, loads that follow the shape of others leave ripples.
+        """
+        if self.teeth.smooth and not self.settled:  # before own wear was corrected; no limit in smooth results
+            return False
         assert self.influence is not None
-        return self.influence.differs_from(line_load_of(self.weighted_loads(loads))) <= _FORESEEN_TO
+        return self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles <= _FORESEEN_TO
 
     def _cycles_to(self, worn: Worn) -> float:
         """Cycles of the step that would leave these flanks, if the shape of its start held."""
