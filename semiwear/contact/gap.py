@@ -37,6 +37,7 @@ __all__ = [
     "varies_by",
 ]
 
+_SAME = 1e-9  # of the height of a slice: a node that is so near to an end of it lies there, on either side
 _ARC_NODES = 10  # on the part of a rounded edge that a footprint can reach
 ON_EDGES = 2 * _ARC_NODES + 2  # places of an outline on edges and at borders, at most
 
@@ -310,12 +311,12 @@ def varies_by(values):  # type: ignore[no-untyped-def]
 def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
     low, high, nodes = gap.low, gap.high, gap.nodes
-    start, stop = max(low, min(start, high)), min(high, max(stop, low))
+    start, stop, same = max(low, min(start, high)), min(high, max(stop, low)), _SAME * (high - low)
     count = ZERO
     if start <= low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
     p = np.searchsorted(nodes, start)
-    if start > low and p > 0 and nodes[p - 1] > low:
+    if start > low and p > 0 and nodes[p - 1] > low + same:
         # from a node, where nothing has to be read between
         p -= 1
     else:
@@ -326,7 +327,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
             p += 1
     curve = fresh_curve(gap.derivatives)
     end = max(np.searchsorted(nodes, stop), p)
-    if end < nodes.shape[0] and nodes[end] < high and stop < high:
+    if end < nodes.shape[0] and nodes[end] < high - same and stop < high:
         # to a node, for the same reason
         count = _at_nodes(gap, curve, p, end + 1, u, g, count)
     else:
