@@ -108,10 +108,14 @@ class StepInfluence:
     def _with(self, rest: FloatArray, slices: IntArray, mesh: Worn, taken: FloatArray) -> tuple[Worn, FloatArray]:
         """The same with line loads whose footprints are not kept: found on the flanks as they were followed."""
         passes, before = _Passes(self.teeth, self.motion, rest, slices), self.start
-        some = np.linspace(0, len(self.parts) - 1, min(len(self.parts), _SOME), dtype=int)
-        for cycle in some:
+        count = len(self.parts)
+        if not self.teeth.smooth:  # otherwise a cycle more would change them all
+            count = min(count, _SOME)
+        some = np.linspace(0, len(self.parts) - 1, count, dtype=int)
+        shares = np.array(self.parts)[some] / sum(self.parts[cycle] for cycle in some)
+        for cycle, share in zip(some, shares, strict=True):
             own, own_taken = passes.over(self.shapes[cycle], before)
-            mesh, taken = mesh.plus(1.0 / some.size, own), taken + own_taken / some.size
+            mesh, taken = mesh.plus(share, own), taken + share * own_taken
             before = self.shapes[cycle]
         return mesh, taken
 
