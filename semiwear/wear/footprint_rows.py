@@ -1,8 +1,8 @@
 """Wear of single footprints: a row of its nodes for each roll position and slice.
 
 Over a wear step the loads are not known before its end, but the footprints are much the same under loads that are
-close to them. Kept footprint by footprint, and averaged over the cycles of the step, the wear of any loads is a sum
-over rows.
+close to them. Kept footprint by footprint, and added up over the cycles of the step, they tell the wear of any loads
+as a sum over rows.
 """
 
 from __future__ import annotations
