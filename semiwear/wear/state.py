@@ -129,14 +129,10 @@ class Trial:
 
     def scaled(self, share: float) -> Trial:
         """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""
-        before, after = self.start.worn, self.worn
-        driving = None
-        if before.driving is not None and after.driving is not None:
-            driving = before.driving + share * (after.driving - before.driving)
         return replace(
             self,
             meshes=share * self.meshes,
-            worn=Worn(before.driven + share * (after.driven - before.driven), driving),
+            worn=self.start.worn.towards(share, self.worn),
             pace=share * self.pace,
             volume=WearVolume(share * self.volume.driven, share * self.volume.on_edges),
         )

@@ -71,7 +71,7 @@ class StepInfluence:
         cycle = int(np.clip(np.searchsorted(reached, place) - 1, 0, len(self.parts) - 1))
         weight = (place - reached[cycle]) / self.parts[cycle]
         before, after = self.shapes[cycle : cycle + 2]
-        return after if weight == 1.0 else before.plus(weight, after.plus(-1.0, before))
+        return after if weight == 1.0 else before.towards(weight, after)
 
     def differs_from(self, line_load: FloatArray) -> float:
         """Share of line loads, (roll, face) [N/mm], by which they differ from those that were followed."""

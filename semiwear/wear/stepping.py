@@ -159,7 +159,7 @@ class WearStepper:
         return trial
 
     def foreseen_depth(self, state: WearState, meshes: float) -> float:
-        """Greatest wear depth on either flank after a step of a length [mm], estimated at a quarter of its price.
+        """Greatest wear depth on either flank after a step of a length [mm], estimated at less than its price.
 
         An implicit step is rehearsed alone: within 10 % of what it would leave, less in most scenes.
         """

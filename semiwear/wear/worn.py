@@ -27,6 +27,10 @@ class Worn(NamedTuple):
             driving = self.driving + times * other.driving
         return Worn(self.driven + times * other.driven, driving)
 
+    def towards(self, share: float, other: Worn) -> Worn:
+        """Depths a share of the way to others."""
+        return self.plus(share, other.plus(-1.0, self))
+
 
 class WearMultipliers(NamedTuple):
     """Number of meshes times wear coefficient of each body [mm^2/N]: depths are these times pressure and distance."""
