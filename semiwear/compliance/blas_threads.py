@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
-from threadpoolctl import threadpool_limits
+import scipy.linalg  # noqa: F401 - a BLAS is found only once it is loaded; numpy's comes with it
+from threadpoolctl import ThreadpoolController
 
 __all__ = ["one_blas_thread"]
 
@@ -16,5 +18,11 @@ __all__ = ["one_blas_thread"]
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Hold BLAS to one thread."""
-    with threadpool_limits(1, user_api="blas"):
+    with _libraries().limit(limits=1, user_api="blas"):
         yield
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """The libraries of this process, looked for once: that takes a tenth of a run with a coarse grid."""
+    return ThreadpoolController()

@@ -18,7 +18,7 @@ a = 1 would leave out what goes on evenly, and let shares swing by inertia; a = 
 
 from __future__ import annotations
 
-from math import isnan, log, pi, sqrt
+from math import log, pi, sqrt
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.footprint import CLOSED, open_part, root_of, segment
@@ -98,13 +98,14 @@ def _share_under(higher, curvature, other, closes, distance, wears):  # type: ig
 @njit(cache=True, error_model="numpy")
 def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
     """Change of the gap that decides until the middle of a cycle, where an edge bears nothing; less it where all."""
-    if isnan(before[0]):
+    known = before[3]
+    if known == 0.0:
         return 0.0, 0.0
     off_edge = min(max(foot - before[1], 0.0) / max(before[0], _SMALL), most)
     off_valley = min(max(valley - before[2], 0.0) / max(1.0 - before[0], _SMALL), most)
     both = off_edge + off_valley
     steady = off_valley - both * before[0]
-    return 0.5 * (off_valley - _STEADY * steady), 0.5 * both
+    return 0.5 * known * (off_valley - _STEADY * steady), 0.5 * known * both
 
 
 @njit(cache=True, error_model="numpy")
@@ -169,9 +170,9 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         Of the footprint.
     closes : float [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
-    before : (3,) array, changed
-        Share of the edge, gap at its lowest point and gap of the valley [mm] in the last cycle in which it pressed;
-        the first is NaN where there was none.
+    before : (4,) array, changed
+        Share of the edge, gap at its lowest point and gap of the valley [mm] in the cycle before, and how far they
+        count: 0 where no edge pressed, 1 where edge and valley were two contacts.
     most : float [mm]
         Wear of a cycle at most.
 
@@ -187,6 +188,7 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         0 where edge and valley are one contact, 1 where the ridge between them is higher than what is closed.
     """
     if count < 3 or closes <= 0.0:
+        before[3] = 0.0
         return 0, 0.0, 0.0, 0.0
     highest = highest_that_bears(g[:count].min(), depth, closes)
     for edge in (-1, 1):
@@ -204,6 +206,7 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         change, wears = _foreseen(g[foot], g[valley], before, most)
         higher += change
         before[1], before[2] = g[foot], g[valley]
+        before[3] = min(height, highest - g[foot], closes) / closes  # an edge comes to press by and by
         if higher < -_FAR * closes or higher > _FAR * closes + wears:
             before[0] = 1.0 if higher > 0.0 else 0.0
             return edge, at, before[0], min(height / closes, 1.0)
@@ -212,4 +215,5 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
         before[0] = _share_under(higher, curvature, other, closes, distance, wears)
         return edge, at, before[0], min(height / closes, 1.0)
+    before[3] = 0.0
     return 0, 0.0, 0.0, 0.0

@@ -53,7 +53,7 @@ class Spread(NamedTuple):
         Their change by the profile coordinate; the factor is the length of the vector.
     closes : array [mm]
         Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
-    edges : (roll, face, 3) array, changed
+    edges : (roll, face, 4) array, changed
         What edges bore in the cycle before, as in `share_of_edge`.
     most : (face,) array [mm]
         Wear of that cycle at most.

@@ -126,7 +126,7 @@ class EdgeShares(NamedTuple):
 
     Attributes
     ----------
-    edges : (roll, face, 3) array, changed
+    edges : (roll, face, 4) array, changed
         As in `share_of_edge`.
     most : (face,) array [mm]
         Wear of that cycle at most.
@@ -138,7 +138,7 @@ class EdgeShares(NamedTuple):
     @classmethod
     def unknown(cls, shape: tuple[int, ...]) -> EdgeShares:
         """Before the first cycle."""
-        return cls(np.full((*shape, 3), np.nan), np.zeros(shape[1]))
+        return cls(np.zeros((*shape, 4)), np.zeros(shape[1]))
 
     def after(self, wear: FloatArray) -> EdgeShares:
         """The same after wear, (face,) [mm]."""

@@ -37,7 +37,7 @@ class Solved(NamedTuple):
 
 def first() -> tuple[np.ndarray, float]:
     """What is known of an edge before the first cycle."""
-    return np.full(3, np.nan), 0.0
+    return np.zeros(4), 0.0
 
 
 def smooth_step(place: np.ndarray, start: float, stop: float) -> np.ndarray:
@@ -227,7 +227,7 @@ def shares_over_cycles(edge_wears: float, valley_wears: float, cycles: int, *, k
         g += np.where(edge, share * edge_wears, (1.0 - share) * valley_wears)
         most = max(edge_wears, valley_wears)
         if not known:
-            before[:] = np.nan
+            before[:] = 0.0
     return np.array(found)
 
 
@@ -242,6 +242,24 @@ def test_shares_of_edge_and_valley_settle_over_cycles_that_wear_much(wears, even
 
 def test_shares_found_from_the_gap_alone_swing_over_cycles_that_wear_much():
     assert np.abs(np.diff(shares_over_cycles(12e-3, 12e-3, 8, known=False)[-3:])).min() > 0.9
+
+
+def share_after(first_gap: np.ndarray) -> float:
+    """Share of an edge in a cycle whose gap is the same whatever it was in the cycle before."""
+    u = np.linspace(-3.0, 3.0, 601)
+    g = 0.1 + 1e-3 * np.minimum(30.0 * (u + 2.6) ** 2 + 0.5, 30.0 * u**2)
+    before, most = first()
+    share_of_edge(u, first_gap, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
+    return share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, 3e-3)[2]
+
+
+def test_an_edge_that_comes_to_press_is_foreseen_by_and_by():
+    """Whether a ridge just stood beside it in the cycle before, or just not."""
+    u = np.linspace(-3.0, 3.0, 601)
+    slope = 0.1 + 2e-3 * np.abs(u + 2.6)
+    heights = np.linspace(0.6e-3, 2.6e-3, 201)
+    found = np.array([share_after(slope - height * np.exp(-(((u - 0.5) / 0.4) ** 2))) for height in heights])
+    assert np.abs(np.diff(found)).max() < 5e-4 < 0.01 < np.ptp(found)
 
 
 def test_a_share_that_is_known_and_stays_is_not_changed_by_foresight():
