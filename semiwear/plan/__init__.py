@@ -57,7 +57,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Choice", "Compared", "Plan", "plan"]
 
-_FINE_ROLLS = 96  # roll positions to a mesh cycle on which wear is summed, at least
+_FINE_PER_POSITION = 3  # roll positions on which wear is summed, to one that is solved
+_FINE_ROLLS = (48, 96)  # of them to a mesh cycle; more where more are solved
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
 _WEAR_TO_COME = 8.3e-3  # of the base pitch
 _FLATTEST = 1e-8  # ratio of principal curvatures: less makes no ellipse that a face could hold
@@ -415,7 +416,9 @@ def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: Floa
         start, pairs = -0.5 * int(wanted), int(wanted)
     if roll_positions is not None:
         return given_roll_grid(start, pairs, roll_positions)
-    return even_roll_grid(start, pairs, scene.numerics.roll_positions, _FINE_ROLLS)
+    positions = scene.numerics.roll_positions
+    fine = min(max(_FINE_PER_POSITION * positions, _FINE_ROLLS[0]), _FINE_ROLLS[1])
+    return even_roll_grid(start, pairs, positions, fine)
 
 
 def _pushed_back(lines: ContactLines, offset: FloatArray) -> ContactLines:

@@ -1,4 +1,12 @@
-"""Deposit of footprints between roll positions, on a flank's nodes, even where it should be."""
+"""Deposit of footprints between roll positions, on a flank's nodes, even where it should be.
+
+A footprint stands for the step from half of one roll position to half of the next one, over which it moves on. Laid
+evenly along that step it wears what it should to second order, but a ripple somewhat shorter than the step would be
+worn deeper, since the transform of an even density is negative there. Laid as a triangle, two steps wide, no ripple
+is, but all wear is smoothed. In between lies a trapezoid as wide as 1 + f steps, even over 1 - f of them: its
+transform, sinc(l) sinc(f l) of steps l to a wavelength, is negative for wavelengths from f steps to one alone, and
+smooths by f^2 of the triangle. So few nodes as not to hold such ripples let f be as little as a half.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +15,22 @@ import numpy as np
 from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.flank_grid import locate
 
-__all__ = ["VALLEY", "lay", "lay_pieces", "lay_points", "lies_within", "node_width", "shifts_of", "step_of"]
+__all__ = [
+    "VALLEY",
+    "lay",
+    "lay_pieces",
+    "lay_points",
+    "lies_within",
+    "node_width",
+    "shifts_of",
+    "span_of",
+    "step_of",
+]
 
 VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
 _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits
+_FADES = 0.5  # f at least; it is half of the nodes to a step
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,73 +42,78 @@ def step_of(place, rate, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _lay_ramp(nodes, split, foot, top, height, out):  # type: ignore[no-untyped-def]
-    """Add a density that rises straight from nothing at `foot` to `height` at `top`, on either side of it.
-
-    Returns how much of it lies on the nodes.
-    """
+def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyped-def]
+    """Add a density that is straight from one place up to another one; returns how much of it lies on the nodes."""
     last = nodes.shape[0] - 1
-    start, stop = max(min(foot, top), nodes[0]), min(max(foot, top), nodes[last])
+    start, stop = max(a, nodes[0]), min(b, nodes[last])
     laid = 0.0
     if stop <= start:
         return laid
-    steep = height / (top - foot)
+    slope = (at_b - at_a) / (b - a)
     cell, _ = locate(nodes, split, start)
     while cell < last and nodes[cell] < stop:
         begin, end = max(start, nodes[cell]), min(stop, nodes[cell + 1])
         width = nodes[cell + 1] - nodes[cell]
-        a, b = steep * (begin - foot), steep * (end - foot)
+        first, second = at_a + slope * (begin - a), at_a + slope * (end - a)
         x, y = (begin - nodes[cell]) / width, (end - nodes[cell]) / width
         # exact for the product of two straight lines
-        upper = (end - begin) / 6.0 * (a * x + (a + b) * (x + y) + b * y)
-        out[cell] += 0.5 * (end - begin) * (a + b) - upper
+        upper = (end - begin) / 6.0 * (first * x + (first + second) * (x + y) + second * y)
+        out[cell] += 0.5 * (end - begin) * (first + second) - upper
         out[cell + 1] += upper
-        laid += 0.5 * (end - begin) * (a + b)
+        laid += 0.5 * (end - begin) * (first + second)
         cell += 1
     return laid
 
 
 @njit(cache=True, error_model="numpy")
-def _reach_of(nodes, step):  # type: ignore[no-untyped-def]
-    """How far an amount is laid to either side of its place."""
-    return max(abs(step), _LEAST_STEP * (nodes[nodes.shape[0] - 1] - nodes[0]))
+def span_of(nodes, step):  # type: ignore[no-untyped-def]
+    """How far to either side of a place an amount is laid evenly, and how far in all, from a step either way."""
+    last = nodes.shape[0] - 1
+    step = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
+    cell = min(nodes[1] - nodes[0], nodes[last] - nodes[last - 1])
+    fades = min(max(0.5 * step / cell, _FADES), 1.0)
+    return 0.5 * (1.0 - fades) * step, 0.5 * (1.0 + fades) * step
+
+
+@njit(cache=True, error_model="numpy")
+def _up_to(x, even, reach):  # type: ignore[no-untyped-def]
+    """Amount of a trapezoid about zero up to a place, and the integral of that; both times (reach^2 - even^2)."""
+    a, b = max(x + reach, 0.0), max(x + even, 0.0)
+    c, d = max(x - even, 0.0), max(x - reach, 0.0)
+    return 0.5 * (a * a - b * b - c * c + d * d), (a * a * a - b * b * b - c * c * c + d * d * d) / 6.0
 
 
 @njit(cache=True, error_model="numpy")
 def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
-    """Add to nodes an amount that fades out over a step to either side of a place.
+    """Add to nodes an amount that is even about a place and fades out on either side.
 
-    Footprints a roll step apart would leave ripples of that wavelength, so what they wear is straight in between.
-    Laid evenly along a step, with its transform below zero, it would wear ripples in a flank deeper that are
-    somewhat shorter than the step. What lies beyond the last node wears no flank: the amount on the nodes is
-    returned.
+    What lies beyond the last node wears no flank: the amount on the nodes is returned.
     """
     last = nodes.shape[0] - 1
-    reach = _reach_of(nodes, step)
+    even, reach = span_of(nodes, step)
     if middle + reach <= nodes[0] or middle - reach >= nodes[last]:
         return 0.0
     p, _ = locate(nodes, split, middle - reach)
+    height = amount / (reach + even)
     if reach < _SHORT_STEP * (nodes[p + 1] - nodes[p]):
-        height = amount / reach
-        below = _lay_ramp(nodes, split, middle - reach, middle, height, out)
-        return below + _lay_ramp(nodes, split, middle + reach, middle, height, out)
+        laid = _lay_straight(nodes, split, middle - reach, middle - even, 0.0, height, out)
+        if even > 0.0:
+            laid += _lay_straight(nodes, split, middle - even, middle + even, height, height, out)
+        return laid + _lay_straight(nodes, split, middle + even, middle + reach, height, 0.0, out)
     # as in `lay_points`, with the amount below the first node taken off and no more than up to the last one
-    scale = amount / (reach * reach)
+    steep = height / (reach - even)
     x = nodes[p] - middle
-    first = 0.5 * scale * (max(x + reach, 0.0) ** 2 - 2.0 * max(x, 0.0) ** 2)
-    before = scale / 6.0 * (max(x + reach, 0.0) ** 3 - 2.0 * max(x, 0.0) ** 3)
+    first, before = _up_to(x, even, reach)
+    first, before = steep * first, steep * before
     slope = first
     while p < last and x < reach:
         width = nodes[p + 1] - nodes[p]
         x += width
-        rest = max(x - reach, 0.0)
-        value = scale / 6.0 * (max(x + reach, 0.0) ** 3 - 2.0 * max(x, 0.0) ** 3 + rest * rest * rest)
+        value = steep * _up_to(x, even, reach)[1]
         after = (value - before) / width
         out[p] += max(after - slope, 0.0)
         before, slope, p = value, after, p + 1
-    whole = amount
-    if x < reach:
-        whole = 0.5 * scale * (max(x + reach, 0.0) ** 2 - 2.0 * max(x, 0.0) ** 2)
+    whole = steep * _up_to(x, even, reach)[0] if x < reach else amount
     out[p] += max(whole - slope, 0.0)
     return whole - first
 
@@ -97,7 +121,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
 @njit(cache=True, error_model="numpy")
 def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
     """Whether amounts at rising places that fade out over a step lie on the nodes, as `lay_points` needs it."""
-    last, reach = nodes.shape[0] - 1, abs(step)
+    last, reach = nodes.shape[0] - 1, span_of(nodes, step)[1]
     if count == 0 or reach < _SHORT_STEP * max(nodes[1] - nodes[0], nodes[last] - nodes[last - 1]):
         return False
     return middle[0] - reach > nodes[0] and middle[count - 1] + reach < nodes[last]
@@ -105,29 +129,30 @@ def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[no-untyped-def]
-    """Add to nodes amounts at rising places that all fade out over one step, as `lay` does one by one.
+    """Add to nodes amounts at rising places that all move by one step, as `lay` does one by one.
 
-    An amount m at u has the density m [(x-u+s)+ - 2 (x-u)+ + (x-u-s)+]/s^2; a node takes the integral of its product
-    with the hat function of the node, which is the second difference over the nodes of the density's double integral
-    G(x) = m [(x-u+s)+^3 - 2 (x-u)+^3 + (x-u-s)+^3]/(6 s^2). Beyond u+s that is m (x-u), so that all amounts which
-    have faded out come in by their sum and their moment. Returns the first node that takes something, and the one
-    behind the last.
+    An amount m at u, even up to e and faded out at r, has the density m [(x-u+r)+ - (x-u+e)+ - (x-u-e)+ + (x-u-r)+]
+    /(r^2 - e^2); a node takes the integral of its product with the hat function of the node, which is the second
+    difference over the nodes of the density's double integral: that of the cubes over 6 (r^2 - e^2). Beyond u+r that
+    is m (x-u), so that all amounts which have faded out come in by their sum and their moment. Returns the first node
+    that takes something, and the one behind the last.
     """
-    origin, end = middle[0], middle[count - 1] + step
-    p = start = locate(nodes, split, middle[0] - step)[0]
+    even, reach = span_of(nodes, step)
+    origin, end = middle[0], middle[count - 1] + reach
+    p = start = locate(nodes, split, middle[0] - reach)[0]
     first, total, moment = 0, 0.0, 0.0
-    scale, before, slope = 1.0 / (6.0 * step * step), 0.0, 0.0
+    scale, before, slope = 1.0 / (6.0 * (reach + even) * (reach - even)), 0.0, 0.0
     while nodes[p] < end:
         x = nodes[p + 1]
-        while first < count and middle[first] <= x - step:
+        while first < count and middle[first] <= x - reach:
             total += amount[first]
             moment += amount[first] * (middle[first] - origin)
             first += 1
         value, c = total * (x - origin) - moment, first
-        while c < count and middle[c] < x + step:
+        while c < count and middle[c] < x + reach:
             away = x - middle[c]
-            rises, falls = away + step, max(away, 0.0)
-            value += scale * amount[c] * (rises * rises * rises - 2.0 * falls * falls * falls)
+            rises, risen, falls = away + reach, max(away + even, 0.0), max(away - even, 0.0)
+            value += scale * amount[c] * (rises * rises * rises - risen * risen * risen - falls * falls * falls)
             c += 1
         after = (value - before) / (x - nodes[p])
         out[p] += max(after - slope, 0.0)
@@ -146,11 +171,11 @@ def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type
     if pieces == 0:
         return ZERO, ZERO, 0.0
     if alike and lies_within(nodes, middle, pieces, shift[0]):
-        first, end = lay_points(nodes, split, middle, amount, pieces, abs(shift[0]), out)
+        first, end = lay_points(nodes, split, middle, amount, pieces, shift[0], out)
         return first, end, 0.0
     lowest, highest, beyond = np.inf, -np.inf, 0.0
     for c in range(pieces):
-        reach = _reach_of(nodes, shift[c])
+        reach = span_of(nodes, shift[c])[1]
         lowest, highest = min(lowest, middle[c] - reach), max(highest, middle[c] + reach)
         beyond += amount[c] - lay(nodes, split, middle[c], shift[c], amount[c], out)
     return locate(nodes, split, lowest)[0], locate(nodes, split, highest)[0] + 2, beyond

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from semiwear.plan import plan
 from semiwear.simulate import simulate
-from semiwear.wear.between_rolls import VALLEY, lay, lay_points, lies_within, node_width, shifts_of, step_of
+from semiwear.wear.between_rolls import (
+    VALLEY,
+    lay,
+    lay_points,
+    lies_within,
+    node_width,
+    shifts_of,
+    span_of,
+    step_of,
+)
 from semiwear.wear.swept_line import sweep, wear_of_both_flanks, wear_of_mesh
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
@@ -42,15 +51,38 @@ def test_every_node_takes_its_share_of_what_fades_out(middle, step):
     out = np.zeros(NODES.size)
     laid = lay(NODES, SPLIT, middle, step, 2.0, out)
     points, weights = np.polynomial.legendre.leggauss(3)
-    ends = np.unique(np.concatenate([NODES, middle + step * np.array([-1.0, 0.0, 1.0])]))
+    even, reach = span_of(NODES, step)
+    assert even + reach == pytest.approx(step)
+    ends = np.unique(np.concatenate([NODES, middle + np.array([-reach, -even, even, reach])]))
     ends = ends[(ends >= NODES[0]) & (ends <= NODES[-1])]
     half = 0.5 * np.diff(ends)[:, None]
     x = 0.5 * (ends[1:] + ends[:-1])[:, None] + half * points
-    amount = 2.0 * half * weights * np.maximum(1.0 - np.abs(x - middle) / step, 0.0) / step
+    density = np.clip((reach - np.abs(x - middle)) / (reach - even), 0.0, 1.0) / step
+    amount = 2.0 * half * weights * density
     for node, found in enumerate(out):
         hat = np.interp(x, NODES, np.eye(NODES.size)[node])
         assert found == pytest.approx(float((amount * hat).sum()), abs=1e-14 / step)
     assert laid == pytest.approx(float(amount.sum()), abs=1e-14 / step)
+
+
+@given(st.floats(1e-3, 3.0), st.floats(2.0, 100.0))
+def test_no_ripple_that_the_nodes_hold_is_worn_deeper(step, cells):
+    """Its share of what is laid evenly over a step is the density's transform at its wavelength."""
+    nodes = np.linspace(-3.0, 4.0, 71)
+    even, reach = span_of(nodes, step)
+    waves = 1.0 / (0.1 * cells)
+    assert np.sinc((reach + even) * waves) * np.sinc((reach - even) * waves) >= -1e-12
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.15, 0.3])
+def test_wear_is_smoothed_by_little_more_than_the_step_itself(step):
+    """Second moment of what is laid: of an even step step^2/12, of a triangle twice as much; the nodes add theirs."""
+    nodes = np.linspace(-3.0, 4.0, 71)
+    out = np.zeros(nodes.size)
+    lay(nodes, 35, 0.5, step, 1.0, out)
+    fades = np.clip(step / 0.2, 0.5, 1.0)
+    inside = out @ (nodes - 0.5) ** 2 - (1.0 + fades**2) * step**2 / 12.0
+    assert -1e-12 < inside < 0.1**2 / 4.0
 
 
 @given(st.lists(st.floats(-2.0, 2.5), min_size=1, max_size=40), st.floats(0.006, 0.9), st.floats(0.1, 10.0))
