@@ -11,9 +11,13 @@ smooth quantity's error is then a small share of what the slopes differ by, that
 
 Where they are not, the field is moved by two steps, first to one side: where slopes change evenly over the three
 steps, the derivative is that of the cubic through all four values, its error what it differs by from d(h). Where they
-do not, it is moved to the other side, too (Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357):
+do not, it is moved to the other side, too. Where slopes change evenly over all four steps (Richardson 1911, Phil.
+Trans. R. Soc. A 210, 307-357)
 
     d = [4 d(h) - d(2h)] / 3,    error |d(h) - d(2h)| / 3.
+
+Across a kink they do not, wherever in a step it lies. Then, and where values scatter, the error is half of what
+slopes to either side differ by, and a twelfth of what that changes by from a step to the next.
 
 Steps are as short as the scatter of smooth runs allows. Where the contact set changes or a tip comes to press
 there is a kink or a small jump, and the longer a step, the more of these lie within it.
@@ -23,11 +27,6 @@ line through both. What is left of scatter between smooth runs and of small kink
 (most fields move smooth runs evenly to 1e-12, those of a helical pair's geometry to 1e-9; runs of face gear pairs
 scatter by up to 3e-8, which slopes to either side tell) and 2e-3 of the derivative. The latter is fitted to nine
 drawn scenes (`validation.gradients`), 95 % of whose derivatives were within their error with steps ten times as long.
-
-Slopes to either side differ by h f'' where a quantity is smooth: half as much over one step as over two. Where they
-differ as much over both, the quantity has a kink, such as where a tip comes to press. Where they differ by more over
-one step than half of that over two, values scatter: the error is 0.39 of what they differ by over one. Where they
-differ by far more over two, a kink lies between one step and two: the error is 0.39 of what is too much.
 
 Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
 respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that
@@ -70,11 +69,11 @@ _SIDES = (*_NEAR, _AHEAD, -_AHEAD)
 _BESIDE = 0.1  # of a step: where prisms are found, on a line with those of the scene
 _MOST_FIELDS = 30
 _KINK = 0.05  # of the derivative: by how much slopes to either side differ where one is told
-_SMOOTH = (1.5, 2.5)  # times as much over two steps as over one: smooth, 2 where nothing else disturbs
 _STRAIGHT = 0.02  # of the derivative: slopes to either side that differ by less need no second pair of runs
 _EVEN = 0.25  # of what slopes to either side differ by: what they change by more or less from the next step to it
+_EVEN_AHEAD = 0.1  # of the same, where one side alone is known: a kink in the middle of a step looks even there
 _KINKED = 0.5  # of what they differ by: error of a central difference where all of it is a kink within a step
-_SCATTER_OF_FOUR = 0.39  # of it: error of the value from four that scatter, sqrt((4/3)^2/2 + (1/3)^2/8) / sqrt(6)
+_BEYOND = 1.0 / 12.0  # of what they change by from a step to the next: error by a kink beyond the first steps
 _SCATTER = 5e-10  # of a value: between smooth runs, where a field hardly moves it
 _LEAST_ERROR = 2e-3  # of a derivative: for small kinks within a step; fitted
 _DOUBTFUL = 0.01  # of the derivative
@@ -374,7 +373,7 @@ def _bends_unevenly(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
     if not all(np.isfinite(values.get(side, np.nan)) for side in (*_NEAR, _AHEAD)):
         return True
     third = _third_difference(values, middle, 1)
-    return abs(third) > _EVEN * abs(values[1] - 2.0 * middle + values[-1])
+    return abs(third) > _EVEN_AHEAD * abs(values[1] - 2.0 * middle + values[-1])
 
 
 def _third_difference(values: Mapping[int, float], middle: float, sign: int) -> float:
@@ -391,15 +390,12 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
     if len(known) == len(_SIDES):
         near = (known[1] - known[-1]) / (2.0 * step)
         far = (known[2] - known[-2]) / (4.0 * step)
-        bends = [abs(known[s] - 2.0 * middle + known[-s]) / (s * step) for s in (1, 2)]  # of slopes to either side
-        slope = (4.0 * near - far) / 3.0
-        rough = 0.0
-        if bends[1] < _SMOOTH[0] * bends[0]:
-            rough = bends[0]
-        elif bends[1] > _SMOOTH[1] * bends[0]:
-            rough = bends[1] - 2.0 * bends[0]
-        error = max(abs(near - far) / 3.0, _SCATTER_OF_FOUR * rough)
-        return slope, error, rough > _KINK * abs(slope)
+        slope, error = (4.0 * near - far) / 3.0, abs(near - far) / 3.0
+        bend = abs(known[1] - 2.0 * middle + known[-1])
+        uneven = max(abs(_third_difference(known, middle, sign)) for sign in (-1, 1))
+        if uneven <= _EVEN * bend:
+            return slope, error, False
+        return slope, max(error, (_KINKED * bend + _BEYOND * uneven) / step), bend / step > _KINK * abs(slope)
     for sign in (1, -1):
         if set(known) == {-1, 1, 2 * sign}:
             rest = sign * _third_difference(known, middle, sign) / (6.0 * step)

@@ -9,6 +9,7 @@ that touch along a whole line have no such point: the middle of what lies within
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import brentq
@@ -349,10 +350,13 @@ def misplaced(pair: FlankPair, found: str, allowed: str, *, placed: str, aligned
     return SceneError.of("placement", found, allowed, placed)
 
 
+@lru_cache(maxsize=8)
 def separation_of_neighbours(
     pair: FlankPair, farthest: int, steps: int, slices: int = 15
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Whether and where the flanks meet: roll positions, least separation there, and that of the nearest pair.
+
+    Kept for runs of the same flanks, and not to be changed.
 
     Parameters
     ----------

@@ -125,6 +125,18 @@ def test_polynomials_of_the_fourth_degree_are_exact(coefficients: list[float]) -
     assert error >= 0.0
 
 
+@given(st.floats(-1.99, 1.99), st.floats(0.01, 10.0), st.sampled_from([-1.0, 1.0]))
+def test_a_kink_anywhere_in_the_steps_is_in_the_error(place: float, change: float, sign: float) -> None:
+    """Four values in a row hide one in the middle of a step, and the ratio of two bends one beyond it."""
+
+    def f(x: float) -> float:
+        return x + sign * change * max(x - place, 0.0)
+
+    slope, error, _ = MODULE._slopes({side: f(side) for side in (-2, -1, 1, 2)}, f(0.0), 1.0)
+    truth = 1.0 + sign * change * float(np.heaviside(-place, 0.5))
+    assert abs(slope - truth) <= error * (1.0 + 1e-6) + 1e-12
+
+
 @given(st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4), st.sampled_from([1, -1]))
 def test_polynomials_of_the_third_degree_are_exact_by_three_runs(coefficients: list[float], sign: int) -> None:
     x, h = 0.7, 0.01
