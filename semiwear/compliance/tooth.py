@@ -10,6 +10,7 @@ tapers comes from `taper`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -301,29 +302,25 @@ class BodyOnLines:
         else:
             loads = loads_by_height(force, moved, self.place, self.place_slope, load_heights(heights))
         loaded = np.flatnonzero(loads.any(axis=(1, 2)))
-        # modal loads of each load's own section: (harmonic, roll, section, height)
-        modal = np.zeros((harmonics, loaded.size, sections, heights))
-        for k, roll in enumerate(loaded):
-            on = np.flatnonzero(loads[roll].any(axis=1))
-            shares = self.section[roll, on][:, :, None] * loads[roll, on][:, None, :]
-            modal[:, k] = (self.cosine[roll, on].T @ shares.reshape(on.size, -1)).reshape(
-                harmonics, sections, heights
-            )
-        # stress per harmonic by the load's section, and by each section for all loads
-        table = self.stress.transpose(1, 0, 2, 3)  # (harmonic, section, height, offset and fillet point)
-        by_load = modal.reshape(harmonics, loaded.size, -1) @ table.reshape(harmonics, -1, width)
-        by_section = modal.sum(axis=2)[:, None] @ table
-        at, stations = tooth.stations, ROOT_STATIONS
-        cosine = np.cos(np.pi * np.outer((at - tooth.start) / tooth.width, np.arange(harmonics)))
-        observer = _section_weights(tooth.faces, at)
-        mixed = (cosine[:, :, None] * observer[:, None, :]).reshape(stations, -1)
-        seen = 0.5 * (cosine @ by_load.reshape(harmonics, -1) + mixed @ by_section.reshape(harmonics * sections, -1))
-        points = width // 3
+        # modal loads of each load's own section: (harmonic, roll, section and height)
+        shares = self.section[loaded][..., None] * loads[loaded][:, :, None, :]
+        modal = self.cosine[loaded].transpose(0, 2, 1) @ shares.reshape(*shares.shape[:2], -1)
+        modal = np.ascontiguousarray(modal.transpose(1, 0, 2))
+        # the mean of the stress in the load's section, and of that in the observer's under all loads
+        at, stations, points = tooth.stations, ROOT_STATIONS, width // 3
+        table = self.stress.transpose(1, 0, 2, 3).reshape(harmonics, -1, width)  # (harmonic, section and height, ...)
+        by_load = modal @ table
         stress = np.zeros((3, loads.shape[0], stations, points))
-        stress[:, loaded] = seen.reshape(stations, loaded.size, 3, points).transpose(2, 1, 0, 3)
+        seen = (self._waves_at_root @ by_load.reshape(harmonics, -1)).reshape(stations, loaded.size, 3, points)
+        stress[:, loaded] = seen.transpose(2, 1, 0, 3)
+        if sections > 1:
+            total = modal.reshape(harmonics, loaded.size, sections, heights).sum(axis=2)
+            total = total.transpose(1, 0, 2).reshape(loaded.size, -1)
+            seen = (total @ self._at_observers).reshape(loaded.size, stations, 3, points)
+            stress[:, loaded] = 0.5 * (stress[:, loaded] + seen.transpose(2, 0, 1, 3))
         if tooth.taper is not None and self.splines is not None:
             # loads on heights and splines
-            spread = np.einsum("kih,kis->khs", loads[loaded], self.splines[loaded]).reshape(loaded.size, -1)
+            spread = (loads[loaded].transpose(0, 2, 1) @ self.splines[loaded]).reshape(loaded.size, -1)
             stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
         result = stress[1]
         if self.beyond is not None:
@@ -336,6 +333,20 @@ class BodyOnLines:
         result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
         result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
         return greatest_along_root(result)
+
+    @cached_property
+    def _waves_at_root(self) -> FloatArray:
+        """cos(n pi s/L) at the stations, (stations, N)."""
+        share = (self.body.stations - self.body.start) / self.body.width
+        return np.asarray(np.cos(np.pi * np.outer(share, np.arange(self.stress.shape[1]))))
+
+    @cached_property
+    def _at_observers(self) -> FloatArray:
+        """Stress at the stations in their own sections, by modal loads: (N H, stations 3 F)."""
+        own = np.tensordot(_section_weights(self.body.faces, self.body.stations), self.stress, 1)
+        waves = self._waves_at_root[:, :, None, None]
+        table = (waves * own).transpose(1, 2, 0, 3)  # (harmonic, height, station, offset and fillet point)
+        return np.ascontiguousarray(table).reshape(table.shape[0] * table.shape[1], -1)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
 
 _AWAY = 1.0  # mm: an opened gap that nothing closes
+_TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach then is right to 1e-4
+_SMOOTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 
 
 def pressed_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
@@ -67,7 +69,8 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     start.force[without] = 0.0
     positions = [int(position) for position in candidates if start.force[problem.rolls_of(int(position))].any()]
     opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
-    loads = solve_lines(problem, opened, start, positions=positions)
+    tolerance = _SMOOTH_TOLERANCE if teeth.smooth else _TOLERANCE
+    loads = solve_lines(problem, opened, start, positions=positions, tolerance=tolerance)
     for position in positions:
         rolls = problem.rolls_of(position)
         overlap = _overlap(problem, position, loads, state)
