@@ -67,13 +67,14 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
     -------
     dict
         `wall` and `processor` [s], `stages` [s by name], `peak` and `added` [MB: greatest memory of the process, and
-        how much of it came with the run].
+        how much of it came with the run]; with a true `history` in the request also that: values of every variable
+        of /history after the last wear step.
     """
     action = ready(request["action"], scene_of(request))
     _forget_peak()
     before, processor, wall = _peak(), time.process_time(), time.perf_counter()
     result = action()
-    took = {"wall": time.perf_counter() - wall, "processor": time.process_time() - processor}
+    took: dict[str, Any] = {"wall": time.perf_counter() - wall, "processor": time.process_time() - processor}
     peak = _peak()
     stages = {}
     if request["action"] == "simulate":
@@ -81,6 +82,9 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         stages = {
             str(name): float(value) for name, value in zip(seconds["stage"].values, seconds.values, strict=True)
         }
+    if request.get("history"):
+        last = result["history"].to_dataset().isel(wear_step=-1)
+        took["history"] = {str(name): values.values.ravel().tolist() for name, values in last.data_vars.items()}
     return {
         **took,
         "stages": stages,

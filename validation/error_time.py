@@ -1,0 +1,162 @@
+"""Error against time of fidelity `line`, of this version and of a stored one, on the wear problems of the report.
+
+    python -m validation.error_time [--against COMMIT] [--table FOUND.csv]
+
+Every problem is solved at `GRIDS` with `STEPS` wear steps, by both versions in turn on one thread; what counts as
+converged is each version's own finest setting. The report draws the stored version in grey.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.bench_cases import BenchCase
+from validation.bench_main import ROOT, Worker, checked_out, workers
+from validation.problems import FIGURES, METHODS, WEAR_PROBLEMS, Figure, Setting, WearProblem
+
+__all__ = ["BEFORE", "STORED", "TimedError", "fastest_within", "stored"]
+
+STORED = Path(__file__).parent / "data" / "error_time.csv"
+NOW, BEFORE = "now", "before"
+GRIDS = ((8, 15, 61, 9), (12, 31, 81, 17), (18, 45, 121, 25), (24, 61, 141, 33), (36, 91, 161, 33))
+"""Roll positions, slices, profile points and harmonics."""
+STEPS = (1, 2, 4, 6, 8, 12)
+LIMITS = (0.03, 0.01, 0.004)
+"""Errors of which it is told what they take."""
+
+
+@dataclass(frozen=True)
+class TimedError:
+    """A run of a version, and how far it is from the converged one.
+
+    Attributes
+    ----------
+    version, problem, setting : str
+    seconds : float
+        Of the processor.
+    errors : dict of str to float
+        Of every figure, relative.
+    """
+
+    version: str
+    problem: str
+    setting: str
+    seconds: float
+    errors: Mapping[str, float]
+
+    @property
+    def worst(self) -> float:
+        """Greatest error of any figure."""
+        return max(self.errors.values())
+
+
+def _solved(worker: Worker, problem: WearProblem, setting: Setting) -> tuple[dict[str, list[float]], float] | None:
+    changes = dict(problem.changes) | {"numerics.fidelity": "line"} | setting.changes
+    case = BenchCase(problem.name, problem.title, problem.base, changes)
+    answer = worker.run(case.request() | {"history": True})
+    return None if "error" in answer else (answer["history"], answer["processor"])
+
+
+def _greatest(history: Mapping[str, Sequence[float]], figure: Figure) -> float:
+    found = np.concatenate([np.ravel(history[name]) for name in figure.variables if name in history])
+    return float(found[np.abs(found).argmax()])
+
+
+def measured(problem: WearProblem, running: Mapping[str, Worker]) -> Iterator[TimedError]:
+    """Runs of a problem by every version, the converged ones first and told of only through the errors."""
+    converged = next(method.reference for method in METHODS if method.name == "line")
+    exact: dict[str, Mapping[str, Sequence[float]]] = {}
+    for version, worker in running.items():
+        found = _solved(worker, problem, converged)
+        if found is None:
+            raise RuntimeError(f"{problem.name}: the converged run of the version {version} cannot be solved")
+        exact[version] = found[0]
+    for grid in GRIDS:
+        for steps in STEPS:
+            setting = Setting(*grid, steps)
+            for version, worker in running.items():
+                found = _solved(worker, problem, setting)
+                if found is None:
+                    continue
+                errors = {}
+                for figure in FIGURES:
+                    there = _greatest(exact[version], figure)
+                    errors[figure.name] = abs(_greatest(found[0], figure) / there - 1.0)
+                yield TimedError(version, problem.name, setting.label, found[1], errors)
+
+
+def fastest_within(points: Sequence[TimedError], limit: float) -> TimedError | None:
+    """The fastest run with every figure within an error; None where none is."""
+    good = [point for point in points if point.worst <= limit]
+    return min(good, key=lambda point: point.seconds) if good else None
+
+
+def stored(version: str, problem: str) -> list[TimedError]:
+    """Stored runs of a version on a problem."""
+    with STORED.open(encoding="utf-8", newline="") as stream:
+        points = [_of_row(row) for row in csv.DictReader(stream)]
+    return [point for point in points if (point.version, point.problem) == (version, problem)]
+
+
+def _of_row(row: Mapping[str, str]) -> TimedError:
+    errors = {figure.name: float(row[figure.name]) for figure in FIGURES}
+    return TimedError(row["version"], row["problem"], row["setting"], float(row["seconds"]), errors)
+
+
+def _row(point: TimedError) -> dict[str, Any]:
+    told = {"version": point.version, "problem": point.problem, "setting": point.setting}
+    return told | {"seconds": f"{point.seconds:.3f}"} | {name: f"{error:.6f}" for name, error in point.errors.items()}
+
+
+def _compared(points: Sequence[TimedError], problem: str) -> Iterator[str]:
+    """What every error of `LIMITS` takes."""
+    for limit in LIMITS:
+        took = {}
+        for version in dict.fromkeys(point.version for point in points):
+            own = [point for point in points if (point.version, point.problem) == (version, problem)]
+            took[version] = fastest_within(own, limit)
+        told = [
+            f"{version} {'nothing' if one is None else f'{one.seconds:.2f} s ({one.setting})'}"
+            for version, one in took.items()
+        ]
+        before, now = took.get(BEFORE), took.get(NOW)
+        ratio = f": {before.seconds / now.seconds:.1f}x" if before is not None and now is not None else ""
+        yield f"{problem}, every figure within {limit:.1%}: {', '.join(told)}{ratio}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Solve the problems and tell what errors take."""
+    parser = argparse.ArgumentParser(prog="python -m validation.error_time")
+    parser.add_argument("--against", metavar="COMMIT", help="a stored commit, too")
+    parser.add_argument("--table", type=Path, help="CSV of all runs")
+    options = parser.parse_args(arguments)
+    points: list[TimedError] = []
+    with ExitStack() as held:
+        trees = {NOW: ROOT}
+        if options.against:
+            trees[BEFORE] = held.enter_context(checked_out(options.against))
+        for problem in WEAR_PROBLEMS:
+            with workers(list(trees.values())) as started:
+                for point in measured(problem, dict(zip(trees, started, strict=True))):
+                    points.append(point)
+                    print(f"{point.problem}, {point.version}, {point.setting}: {point.seconds:.2f} s, "
+                          f"{point.worst:.2%}", flush=True)  # fmt: skip
+                    if options.table:
+                        with options.table.open("w", encoding="utf-8", newline="") as stream:
+                            writer = csv.DictWriter(stream, _row(point), lineterminator="\n")
+                            writer.writeheader()
+                            writer.writerows(map(_row, points))
+            for line in _compared(points, problem.name):
+                print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
