@@ -5,11 +5,11 @@ More threads also sum in another order, and results would hang on their number i
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import lru_cache
 
-import scipy.linalg  # noqa: F401 - a BLAS is found only once it is loaded; numpy's comes with it
 from threadpoolctl import ThreadpoolController
 
 __all__ = ["one_blas_thread"]
@@ -18,11 +18,14 @@ __all__ = ["one_blas_thread"]
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """Hold BLAS to one thread."""
-    with _libraries().limit(limits=1, user_api="blas"):
+    with _libraries(len(sys.modules)).limit(limits=1, user_api="blas"):
         yield
 
 
-@cache
-def _libraries() -> ThreadpoolController:
-    """The libraries of this process, looked for once: that takes a tenth of a run with a coarse grid."""
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> ThreadpoolController:
+    """The libraries of this process with so many modules imported: further ones may bring further libraries.
+
+    To look for them takes a tenth of a run with a coarse grid.
+    """
     return ThreadpoolController()

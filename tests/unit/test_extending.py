@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import semiwear as sw
+from semiwear.meshing.tooth_contact import separation_of_neighbours
 from tests.scenes import TINY
 
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
@@ -90,6 +91,7 @@ def test_a_run_takes_the_path(shipped):
             seen.add(frame.f_code.co_qualname)
 
     scene = shipped.replace({**TINY, "wear.until.control_depths_um": [5.0]})
+    separation_of_neighbours.cache_clear()
     sys.setprofile(watch)
     try:
         sw.simulate(scene)
