@@ -14,6 +14,7 @@ from semiwear.errors import SemiwearError
 from semiwear.report.markup import figure_text, table
 from validation import finite_elements as store
 from validation.accuracy_time import Asked, Point, asked_for, cold_seconds, cost_of_a_digit, points_of
+from validation.error_time import BEFORE, stored
 from validation.charts import COLOURS, MARKERS, Draw, card, cards, pareto, plain_log
 from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
@@ -87,7 +88,8 @@ def build(problems: Problems, quick: bool, progress: Progress) -> Section:
         card(
             f"time-{problem.name}-{figure.name.replace(' ', '-')}",
             f"{figure.name.capitalize()}: {problem.title}",
-            "Error against the converged run of the same method. Grey: no other point is better in both.",
+            "Error against the converged run of the same method. Broad: no other point is better in both. Dashed: "
+            "the best of lines before wear steps were made faster, timed on another day.",
             _error_over_time([p for p in points if p.problem == problem.name], figure, elements, problem.name),
         )
         for problem in problems.wear
@@ -177,12 +179,16 @@ def _digits(points: Sequence[Point], problems: Problems) -> str:
 
 def _error_over_time(points: Sequence[Point], figure: Figure, elements: FiniteElementCost, problem: str) -> Draw:
     swept = [point for point in points if not point.converged]
+    before = stored(BEFORE, problem)
 
     def draw(ax: Any) -> None:
         seconds = np.array([point.seconds for point in swept])
         error = np.maximum([point.errors[figure.name] for point in swept], _LEAST)
         front = pareto(seconds, error)
         ax.step(seconds[front], error[front], where="post", color="#BBBBBB", linewidth=5.0, zorder=0)
+        took, left = np.array([(one.seconds, max(one.errors[figure.name], _LEAST)) for one in before]).T
+        best = pareto(took, left)
+        ax.plot(took[best], left[best], "--", marker=".", color="#777777", linewidth=1.0, label="line, before")
         for k, method in enumerate(dict.fromkeys(point.method for point in swept)):
             own = np.array([point.method == method for point in swept])
             ax.plot(seconds[own], error[own], marker=MARKERS[k], color=COLOURS[k], linewidth=1.0, label=method)
