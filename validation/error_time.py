@@ -1,9 +1,10 @@
 """Error against time of fidelity `line`, of this version and of a stored one, on the wear problems of the report.
 
     python -m validation.error_time [--against COMMIT] [--table FOUND.csv]
+    python -m validation.error_time --draw PICTURE.svg  # of what is stored
 
 Every problem is solved at `GRIDS` with `STEPS` wear steps, by both versions in turn on one thread; what counts as
-converged is each version's own finest setting. The report draws the stored version in grey.
+converged is each version's own finest setting. `validation/data/error_time.csv` is one such table.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from semiwear.plot.style import styled
 from validation.bench_cases import BenchCase
 from validation.bench_main import ROOT, Worker, checked_out, workers
+from validation.charts import COLOURS, pareto, plain_log
 from validation.problems import FIGURES, METHODS, WEAR_PROBLEMS, Figure, Setting, WearProblem
 
 __all__ = ["BEFORE", "STORED", "TimedError", "fastest_within", "stored"]
@@ -132,12 +135,39 @@ def _compared(points: Sequence[TimedError], problem: str) -> Iterator[str]:
         yield f"{problem}, every figure within {limit:.1%}: {', '.join(told)}{ratio}"
 
 
+def draw(path: Path) -> None:
+    """Worst error of any figure over time, a panel a problem: now in colour, before in grey."""
+    with styled():
+        from matplotlib.figure import Figure as Drawing
+
+        picture = Drawing(figsize=(10.0, 3.6), layout="constrained")
+        panels = picture.subplots(1, len(WEAR_PROBLEMS), sharey=True)
+        for axis, problem in zip(panels, WEAR_PROBLEMS, strict=True):
+            for version, colour in ((BEFORE, "#999999"), (NOW, COLOURS[0])):
+                points = stored(version, problem.name)
+                seconds, errors = np.array([(point.seconds, point.worst) for point in points]).T
+                best = pareto(seconds, errors)
+                axis.loglog(seconds, errors, ".", color=colour, markersize=3.0, alpha=0.6)
+                axis.loglog(seconds[best], errors[best], "o-", color=colour, label=version)
+            plain_log(axis.xaxis)
+            plain_log(axis.yaxis, percent=True)
+            axis.set_title(problem.title, fontsize="medium", wrap=True)
+            axis.set_xlabel("Processor time, warm (s)")
+        panels[0].set_ylabel("Greatest error of any figure")
+        panels[0].legend(frameon=False)
+        picture.savefig(path, metadata={"Date": None, "Creator": None})
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Solve the problems and tell what errors take."""
     parser = argparse.ArgumentParser(prog="python -m validation.error_time")
     parser.add_argument("--against", metavar="COMMIT", help="a stored commit, too")
     parser.add_argument("--table", type=Path, help="CSV of all runs")
+    parser.add_argument("--draw", metavar="PICTURE", type=Path, help="draw what is stored instead (extra plot)")
     options = parser.parse_args(arguments)
+    if options.draw:
+        draw(options.draw)
+        return
     points: list[TimedError] = []
     with ExitStack() as held:
         trees = {NOW: ROOT}

@@ -14,8 +14,8 @@ from semiwear.errors import SemiwearError
 from semiwear.report.markup import figure_text, table
 from validation import finite_elements as store
 from validation.accuracy_time import Asked, Point, asked_for, cold_seconds, cost_of_a_digit, points_of
-from validation.error_time import BEFORE, stored
 from validation.charts import COLOURS, MARKERS, Draw, card, cards, pareto, plain_log
+from validation.error_time import BEFORE, stored
 from validation.problems import Figure, Problems, wear_problem
 from validation.progress import Progress
 from validation.section import Section
