@@ -25,6 +25,7 @@ __all__ = ["LoadedState", "LoadedTeeth", "fresh_flanks", "slices_near"]
 _USUAL_DEPTH = 5.5e-3  # of the base pitch: wear and modification for which the problem's reach always has room
 _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share loads as they yield: Newton's steps
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
+_FIRST_PASSES, _FIRST_TOLERANCE = 6, 1e-3  # of the same, where no loads are known before
 _SMOOTH_PASSES, _SMOOTH_TOLERANCE = 12, 1e-7  # of the same, where results are to be smooth
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
 
@@ -192,7 +193,9 @@ class LoadedTeeth:
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
         edged, residual = coarse, 0.0
-        passes, tolerance = (_SMOOTH_PASSES, _SMOOTH_TOLERANCE) if self.smooth else (_EDGE_PASSES, _EDGE_TOLERANCE)
+        passes, tolerance = (_FIRST_PASSES, _FIRST_TOLERANCE) if start is None else (_EDGE_PASSES, _EDGE_TOLERANCE)
+        if self.smooth:
+            passes, tolerance = _SMOOTH_PASSES, _SMOOTH_TOLERANCE
         for _ in range(passes):
             before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged)
             if edged is before and solved:
