@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -151,7 +152,7 @@ def draw(path: Path) -> None:
                 axis.loglog(seconds[best], errors[best], "o-", color=colour, label=version)
             plain_log(axis.xaxis)
             plain_log(axis.yaxis, percent=True)
-            axis.set_title(problem.title, fontsize="medium", wrap=True)
+            axis.set_title(fill(problem.title, 34), fontsize="medium")
             axis.set_xlabel("Processor time, warm (s)")
         panels[0].set_ylabel("Greatest error of any figure")
         panels[0].legend(frameon=False)
