@@ -5,7 +5,8 @@ evenly along that step it wears what it should to second order, but a ripple som
 worn deeper, since the transform of an even density is negative there. Laid as a triangle, two steps wide, no ripple
 is, but all wear is smoothed. In between lies a trapezoid as wide as 1 + f steps, even over 1 - f of them: its
 transform, sinc(l) sinc(f l) of steps l to a wavelength, is negative for wavelengths from f steps to one alone, and
-smooths by f^2 of the triangle. So few nodes as not to hold such ripples let f be as little as a half.
+smooths by f^2 of what the triangle does. Where nodes are too far apart to hold such ripples, f is as little as
+a half.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ __all__ = [
 VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
 _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits
-_FADES = 0.5  # f at least; it is half of the nodes to a step
+_FADES = 0.5  # least f; half of the cells to a step where that is more, and 1 at most
 
 
 @njit(cache=True, error_model="numpy")

@@ -37,7 +37,7 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
 _HOLD = 0.75  # t: of 1, 0.88, 0.8, 0.75 and 0.65, that of the least errors in runs with one body worn and with both
-_CYCLES = (4, 64)  # within an implicit step: of two, greatest depths of shallow steps are a percent too great
+_CYCLES = (4, 64)  # within an implicit step: with two, the greatest depth of a shallow one is 1 % more
 _DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
 _LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
 _AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
