@@ -361,7 +361,7 @@ def _bends(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
     if not all(np.isfinite(values.get(side, np.nan)) for side in _NEAR):
         return True
     middle = quantity.value(base.measured, low_is_good=True)
-    change, bend = abs(values[1] - values[-1]), abs(values[1] - 2.0 * middle + values[-1])
+    change, bend = abs(values[1] - values[-1]), abs(_second_difference(values, middle))
     return 2.0 * bend > _STRAIGHT * change and _KINKED * bend > one.slight * abs(middle)
 
 
@@ -373,7 +373,12 @@ def _bends_unevenly(one: _Moved, quantity: Quantity, base: Outcome) -> bool:
     if not all(np.isfinite(values.get(side, np.nan)) for side in (*_NEAR, _AHEAD)):
         return True
     third = _third_difference(values, middle, 1)
-    return abs(third) > _EVEN_AHEAD * abs(values[1] - 2.0 * middle + values[-1])
+    return abs(third) > _EVEN_AHEAD * abs(_second_difference(values, middle))
+
+
+def _second_difference(values: Mapping[int, float], middle: float) -> float:
+    """Second difference over one step to either side."""
+    return values[1] - 2.0 * middle + values[-1]
 
 
 def _third_difference(values: Mapping[int, float], middle: float, sign: int) -> float:
@@ -386,12 +391,12 @@ def _slopes(values: Mapping[int, float], middle: float, step: float) -> tuple[fl
     known = {side: value for side, value in values.items() if np.isfinite(value)}
     if set(values) == set(known) == set(_NEAR):
         slope = (known[1] - known[-1]) / (2.0 * step)
-        return slope, _KINKED * abs(known[1] - 2.0 * middle + known[-1]) / step, False
+        return slope, _KINKED * abs(_second_difference(known, middle)) / step, False
     if len(known) == len(_SIDES):
         near = (known[1] - known[-1]) / (2.0 * step)
         far = (known[2] - known[-2]) / (4.0 * step)
         slope, error = (4.0 * near - far) / 3.0, abs(near - far) / 3.0
-        bend = abs(known[1] - 2.0 * middle + known[-1])
+        bend = abs(_second_difference(known, middle))
         uneven = max(abs(_third_difference(known, middle, sign)) for sign in (-1, 1))
         if uneven <= _EVEN * bend:
             return slope, error, False

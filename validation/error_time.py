@@ -13,25 +13,26 @@ import argparse
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from semiwear.plot.style import styled
 from validation.bench_cases import BenchCase
 from validation.bench_main import ROOT, Worker, checked_out, workers
 from validation.charts import COLOURS, pareto, plain_log
-from validation.problems import FIGURES, METHODS, WEAR_PROBLEMS, Figure, Setting, WearProblem
+from validation.problems import FIGURES, METHODS, WEAR_PROBLEMS, Setting, WearProblem
 
 __all__ = ["BEFORE", "STORED", "TimedError", "fastest_within", "stored"]
 
 STORED = Path(__file__).parent / "data" / "error_time.csv"
 NOW, BEFORE = "now", "before"
-GRIDS = ((8, 15, 61, 9), (12, 31, 81, 17), (18, 45, 121, 25), (24, 61, 141, 33), (36, 91, 161, 33))
-"""Roll positions, slices, profile points and harmonics."""
+_LINE = next(method for method in METHODS if method.name == "line")
+GRIDS = _LINE.settings
 STEPS = (1, 2, 4, 6, 8, 12)
 LIMITS = (0.03, 0.01, 0.004)
 """Errors of which it is told what they take."""
@@ -62,39 +63,36 @@ class TimedError:
         return max(self.errors.values())
 
 
-def _solved(worker: Worker, problem: WearProblem, setting: Setting) -> tuple[dict[str, list[float]], float] | None:
-    changes = dict(problem.changes) | {"numerics.fidelity": "line"} | setting.changes
-    case = BenchCase(problem.name, problem.title, problem.base, changes)
+def _solved(worker: Worker, problem: WearProblem, setting: Setting) -> tuple[xr.DataTree, float] | None:
+    """What figures are read from, and seconds; None where it cannot be solved."""
+    case = BenchCase(
+        problem.name, problem.title, problem.base, {**problem.changes, **_LINE.changes, **setting.changes}
+    )
     answer = worker.run(case.request() | {"history": True})
-    return None if "error" in answer else (answer["history"], answer["processor"])
-
-
-def _greatest(history: Mapping[str, Sequence[float]], figure: Figure) -> float:
-    found = np.concatenate([np.ravel(history[name]) for name in figure.variables if name in history])
-    return float(found[np.abs(found).argmax()])
+    if "error" in answer:
+        return None
+    last = {name: (("wear_step", f"of {name}"), [values]) for name, values in answer["history"].items()}
+    return xr.DataTree.from_dict({"/history": xr.Dataset(last)}), answer["processor"]
 
 
 def measured(problem: WearProblem, running: Mapping[str, Worker]) -> Iterator[TimedError]:
     """Runs of a problem by every version, the converged ones first and told of only through the errors."""
-    converged = next(method.reference for method in METHODS if method.name == "line")
-    exact: dict[str, Mapping[str, Sequence[float]]] = {}
+    exact: dict[str, xr.DataTree] = {}
     for version, worker in running.items():
-        found = _solved(worker, problem, converged)
+        found = _solved(worker, problem, _LINE.reference)
         if found is None:
             raise RuntimeError(f"{problem.name}: the converged run of the version {version} cannot be solved")
         exact[version] = found[0]
     for grid in GRIDS:
         for steps in STEPS:
-            setting = Setting(*grid, steps)
+            setting = replace(grid, wear_steps=steps)
             for version, worker in running.items():
                 found = _solved(worker, problem, setting)
                 if found is None:
                     continue
-                errors = {}
-                for figure in FIGURES:
-                    there = _greatest(exact[version], figure)
-                    errors[figure.name] = abs(_greatest(found[0], figure) / there - 1.0)
-                yield TimedError(version, problem.name, setting.label, found[1], errors)
+                tree, seconds = found
+                errors = {figure.name: figure.error(tree, exact[version]) for figure in FIGURES}
+                yield TimedError(version, problem.name, setting.label, seconds, errors)
 
 
 def fastest_within(points: Sequence[TimedError], limit: float) -> TimedError | None:

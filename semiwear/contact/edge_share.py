@@ -206,14 +206,15 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         change, wears = _foreseen(g[foot], g[valley], before, most)
         higher += change
         before[1], before[2] = g[foot], g[valley]
-        before[3] = min(height, highest - g[foot], closes) / closes  # an edge comes to press by and by
+        apart = min(height / closes, 1.0)
+        before[3] = min(apart, (highest - g[foot]) / closes)  # an edge comes to press by and by
         if higher < -_FAR * closes or higher > _FAR * closes + wears:
             before[0] = 1.0 if higher > 0.0 else 0.0
-            return edge, at, before[0], min(height / closes, 1.0)
+            return edge, at, before[0], apart
         distance = abs(_turning_place(u, g, count, valley) - _turning_place(u, g, count, foot)) * per_mm
         curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
         other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
         before[0] = _share_under(higher, curvature, other, closes, distance, wears)
-        return edge, at, before[0], min(height / closes, 1.0)
+        return edge, at, before[0], apart
     before[3] = 0.0
     return 0, 0.0, 0.0, 0.0

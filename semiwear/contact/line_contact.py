@@ -26,10 +26,10 @@ from semiwear.contact.slice_pressure import solve_slices
 from semiwear.errors import ConvergenceError
 from semiwear.threads import in_shares
 
-__all__ = ["LINE", "SMOOTH_LINE", "line_pressures", "solve_lines", "with_pressed_edges"]
+__all__ = ["LINE", "SMOOTH_LINE", "SMOOTH_WIDTH_TOLERANCE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
-_SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
+SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 _ROUNDING = 0.01  # of a usual approach: over it slices come to bear where results are to be smooth
 _CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
 _PRESSES_IN = 0.05  # of a usual approach, likewise: an edge that is nearer by less
@@ -114,7 +114,7 @@ def with_pressed_edges(
 LINE = Fidelity(solve_lines, with_pressed_edges, line_pressures)
 """Line loads, with Hertz's pressure across them."""
 SMOOTH_LINE = Fidelity(
-    partial(solve_lines, tolerance=_SMOOTH_WIDTH_TOLERANCE, rounding=_ROUNDING),
+    partial(solve_lines, tolerance=SMOOTH_WIDTH_TOLERANCE, rounding=_ROUNDING),
     partial(with_pressed_edges, smooth=True),
     line_pressures,
 )

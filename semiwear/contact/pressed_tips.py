@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
-from semiwear.contact.line_contact import solve_lines
+from semiwear.contact.line_contact import SMOOTH_WIDTH_TOLERANCE, solve_lines
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.problem import ContactProblem
@@ -24,7 +24,6 @@ __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
 
 _AWAY = 1.0  # mm: an opened gap that nothing closes
 _TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach then is right to 1e-4
-_SMOOTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 
 
 def pressed_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
@@ -69,7 +68,7 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     start.force[without] = 0.0
     positions = [int(position) for position in candidates if start.force[problem.rolls_of(int(position))].any()]
     opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
-    tolerance = _SMOOTH_TOLERANCE if teeth.smooth else _TOLERANCE
+    tolerance = SMOOTH_WIDTH_TOLERANCE if teeth.smooth else _TOLERANCE
     loads = solve_lines(problem, opened, start, positions=positions, tolerance=tolerance)
     for position in positions:
         rolls = problem.rolls_of(position)

@@ -98,8 +98,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
     height = amount / (reach + even)
     if reach < _SHORT_STEP * (nodes[p + 1] - nodes[p]):
         laid = _lay_straight(nodes, split, middle - reach, middle - even, 0.0, height, out)
-        if even > 0.0:
-            laid += _lay_straight(nodes, split, middle - even, middle + even, height, height, out)
+        laid += _lay_straight(nodes, split, middle - even, middle + even, height, height, out)
         return laid + _lay_straight(nodes, split, middle + even, middle + reach, height, 0.0, out)
     # as in `lay_points`, with the amount below the first node taken off and no more than up to the last one
     steep = height / (reach - even)
