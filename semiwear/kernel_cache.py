@@ -22,10 +22,26 @@ from numba.core import event
 
 from semiwear.errors import SemiwearError
 
-__all__ = ["ZERO", "ensure_cache", "keep_apart", "njit", "telling_of_compilation"]
+__all__ = ["ZERO", "ensure_cache", "inner_njit", "keep_apart", "njit", "telling_of_compilation"]
 
-njit = partial(numba.njit, no_cfunc_wrapper=True)
+def _counting(counted: bool) -> dict[str, bool]:
+    """numba's option to count references or not; none where it knows none: inner kernels are slower then."""
+    try:
+        from numba.core.cpu import CPUTargetOptions
+    except ImportError:
+        return {}
+    return {"_nrt": counted} if hasattr(CPUTargetOptions, "_nrt") else {}
+
+
+njit = partial(numba.njit, no_cfunc_wrapper=True, **_counting(True))
 """The decorator of kernels: without an entry for C, which nothing calls and an eighth of compilation goes to."""
+inner_njit = partial(njit, **_counting(False))
+"""The decorator of kernels that others call in their loops: they work in memory that they are given.
+
+numba counts references whenever a part of an array is read, a third of the time of such a kernel. Where nothing is
+made and no array is handed back there is nothing to count. numba refuses to compile a kernel of this kind that makes
+an array; that none returns an array, or calls what does, is for a test to hold.
+"""
 ZERO = np.int64(0)
 """Where kernels begin to count: numba compiles anew for a plain 0 that is handed on, which is a type of its own."""
 

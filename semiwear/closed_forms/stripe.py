@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import ellipe, ellipkm1
 
 from semiwear.arrays import FloatArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["stripe_integral_to", "stripe_kernel", "stripe_table"]
 
@@ -53,7 +53,7 @@ def stripe_table() -> tuple[FloatArray, FloatArray]:
     return values, stripe_kernel(at) * at
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def stripe_integral_to(logarithm, values, slopes):  # type: ignore[no-untyped-def]
     """Integral of the kernel from 0 to s/b by cubic Hermite in ln(s/b), from this logarithm."""
     if logarithm < _LOG_START:

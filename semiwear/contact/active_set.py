@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = [
     "ActiveSetStatus",
@@ -78,7 +78,7 @@ def active_set_work(n):  # type: ignore[no-untyped-def]
     return ActiveSetWork(pressed, points, np.empty((n, n)), np.empty(n), np.empty(n))
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_row(a, i, x, y):  # type: ignore[no-untyped-def]
     """Row i of a Cholesky factor in place, and of both solutions of it; False where its pivot is not positive."""
     for j in range(i):
@@ -98,7 +98,7 @@ def _factor_row(a, i, x, y):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_two_rows(a, i, x, y):  # type: ignore[no-untyped-def]
     """Rows i (even) and i + 1 of the same, by two columns at a time: what is read serves twice."""
     n = i + 1
@@ -133,7 +133,7 @@ def _factor_two_rows(a, i, x, y):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     """Solve two right-hand sides in place with the lower triangle of a; False when a is not positive definite."""
     for i in range(0, n - 1, 2):
@@ -150,7 +150,7 @@ def cholesky_solve(a, n, x, y):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _first_to_touch(gap, lever):  # type: ignore[no-untyped-def]
     """Point that closes first as the bodies approach."""
     first = -1
@@ -160,7 +160,7 @@ def _first_to_touch(gap, lever):  # type: ignore[no-untyped-def]
     return first
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _respond(matrix, gap, lever, on, a, x, y):  # type: ignore[no-untyped-def]
     """Forces on the pressed points that close the gap (x) and that a unit approach causes (y)."""
     for i in range(on.shape[0]):
@@ -170,7 +170,7 @@ def _respond(matrix, gap, lever, on, a, x, y):  # type: ignore[no-untyped-def]
     return cholesky_solve(a, on.shape[0], x, y)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _balancing(lever, load, on, x, y):  # type: ignore[no-untyped-def]
     """Approach at which the forces of the pressed points bear the load."""
     top, bottom = load, 0.0
@@ -180,7 +180,7 @@ def _balancing(lever, load, on, x, y):  # type: ignore[no-untyped-def]
     return top / bottom
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def separate(matrix, gap, lever, approach, force, slack):  # type: ignore[no-untyped-def]
     """Separation of every point under forces."""
     for i in range(gap.shape[0]):
@@ -190,7 +190,7 @@ def separate(matrix, gap, lever, approach, force, slack):  # type: ignore[no-unt
         slack[i] = total
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _worst(gap, lever, approach, active, force, slack):  # type: ignore[no-untyped-def]
     """Points that pull hardest and penetrate deepest, -1 where none does; rounding is no penetration."""
     pull, press = -1, -1
@@ -206,7 +206,7 @@ def _worst(gap, lever, approach, active, force, slack):  # type: ignore[no-untyp
     return pull, press
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyped-def]
     """Let go of points that pull and take in those that penetrate: all of them, or the worst."""
     if freely:
@@ -218,7 +218,7 @@ def _change(active, force, slack, pull, press, freely):  # type: ignore[no-untyp
         active[press] = True
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def substitute(factor, n, x):  # type: ignore[no-untyped-def]
     """Solve a right-hand side in place by a Cholesky factor."""
     for i in range(n):
@@ -232,7 +232,7 @@ def substitute(factor, n, x):  # type: ignore[no-untyped-def]
             x[k] -= factor[i, k] * x[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def correct_forces(work, lever, load, approach, slack, force):  # type: ignore[no-untyped-def]
     """Close the gaps that are left between pressed points by the factor of a compliance close to theirs.
 
@@ -302,7 +302,7 @@ def solve_active_set(matrix, gap, lever, load, approach, by_load, active, force,
     return solve_active_set_in(work, matrix, gap, lever, load, approach, by_load, active, force, slack, most)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def solve_active_set_in(work, matrix, gap, lever, load, approach, by_load, active, force, slack, most):  # type: ignore[no-untyped-def]
     """As `solve_active_set`, in an `ActiveSetWork` that keeps the factor of the last set."""
     points, n = work.points, gap.shape[0]

@@ -22,7 +22,8 @@ from math import log, pi, sqrt
 
 from semiwear.arrays import FloatArray
 from semiwear.contact.footprint import CLOSED, open_part, root_of, segment
-from semiwear.kernel_cache import njit
+from semiwear.contact.gap import lowest
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["closed_alone", "highest_that_bears", "share_of_edge"]
 
@@ -38,7 +39,7 @@ def closed_alone(line_load: FloatArray, modulus: float) -> FloatArray:
     return 2.0 / (pi * modulus) * line_load
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def highest_that_bears(least, depth, closes):  # type: ignore[no-untyped-def]
     """Gap beyond which nothing bears beside an edge or a valley at the least gap.
 
@@ -47,7 +48,7 @@ def highest_that_bears(least, depth, closes):  # type: ignore[no-untyped-def]
     return least + CLOSED * depth + (1.0 + _FAR) * closes
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-def]
     """Curvature of the parabola that has the same footprint of some depth as the gap around a point."""
     least = g[bottom]
@@ -62,7 +63,7 @@ def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-d
     return 0.5 * (pi * depth / max(area * per_mm, _LEAST * depth * sqrt(depth))) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
     """Gap that a contact with a share of the load closes, the other one as datum."""
     share = max(share, _LEAST)
@@ -70,7 +71,7 @@ def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
     return 0.5 * closes * share * (2.0 * log(distance / half_width) + 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _share_under(higher, curvature, other, closes, distance, wears):  # type: ignore[no-untyped-def]
     """Share of a load that the contact of the first curvature bears where the other one's ground is so much higher.
 
@@ -95,7 +96,7 @@ def _share_under(higher, curvature, other, closes, distance, wears):  # type: ig
     return below + short / (short + over) * (above - below)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
     """Change of the gap that decides until the middle of a cycle, where an edge bears nothing; less it where all."""
     known = before[3]
@@ -108,7 +109,7 @@ def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
     return 0.5 * known * (off_valley - _STEADY * steady), 0.5 * known * both
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _turning_place(u, g, count, c):  # type: ignore[no-untyped-def]
     """Place where the gap turns about a point: by the parabola through it and the points beside it.
 
@@ -123,7 +124,7 @@ def _turning_place(u, g, count, c):  # type: ignore[no-untyped-def]
     return u[c] + min(max(away, -0.5 * before), 0.5 * after)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
     """Lowest point of the outline beyond a border, on the rounding of the lower (-1) or upper edge; -1 for none."""
     c, step = (0, 1) if edge < 0 else (count - 1, -1)
@@ -137,7 +138,7 @@ def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
     return foot
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _ridge_and_valley(u, g, count, border, edge, foot, highest):  # type: ignore[no-untyped-def]
     """Points of the outline inside a border: where the gap has fallen most from the ridge before it; -1 for none."""
     step = 1 if edge < 0 else -1
@@ -152,7 +153,7 @@ def _ridge_and_valley(u, g, count, border, edge, foot, highest):  # type: ignore
     return ridge, valley if ridge != foot else -1
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most):  # type: ignore[no-untyped-def]
     """Share of a slice's load that an edge bears.
 
@@ -187,10 +188,10 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
     apart : float
         0 where edge and valley are one contact, 1 where the ridge between them is higher than what is closed.
     """
-    if count < 3 or closes <= 0.0:
+    if count < 3 or closes <= 0.0 or (u[0] >= low and u[count - 1] <= high):
         before[3] = 0.0
         return 0, 0.0, 0.0, 0.0
-    highest = highest_that_bears(g[:count].min(), depth, closes)
+    highest = highest_that_bears(lowest(g, count), depth, closes)
     for edge in (-1, 1):
         border = low if edge < 0 else high
         foot = _foot(u, g, count, border, edge)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.flank_grid import change_above, slope_at
 
 __all__ = ["MOST_PARTS", "FineRow", "fill_row", "fine_row", "forget_row", "parts_of_cells"]
@@ -41,13 +41,13 @@ def fine_row(points):  # type: ignore[no-untyped-def]
     return FineRow(np.empty(most), np.empty(most), np.zeros(3, dtype=np.int64))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def forget_row(row):  # type: ignore[no-untyped-def]
     """Nothing is known of another row."""
     row.known[:] = 0
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def parts_of_cells(nodes, longest):  # type: ignore[no-untyped-def]
     """Into how many parts cells are cut so that none is longer than `longest`: 1, 2, 3, 4, 6, 9 ...
 
@@ -61,7 +61,7 @@ def parts_of_cells(nodes, longest):  # type: ignore[no-untyped-def]
     return parts
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _tabulate(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
     """Fill in cells from `first` up to `end`, with the last node."""
     nodes, split, removed = gap.nodes, gap.split, gap.removed
@@ -77,7 +77,7 @@ def _tabulate(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
     row.place[end * parts], row.removed[end * parts] = nodes[end], removed[end]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fill_row(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
     """Make cells from `first` up to `end` known, each in so many parts."""
     known = row.known

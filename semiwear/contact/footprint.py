@@ -29,12 +29,13 @@ from semiwear.contact.gap import (
     fresh_on,
     gap_at,
     gap_of_flanks,
+    lowest,
     rises_within,
     slice_gap,
     varies_by,
 )
 from semiwear.errors import ConvergenceError
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
@@ -136,22 +137,13 @@ class _Found(NamedTuple):
     cut: FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def depth_of(bend, half_width):  # type: ignore[no-untyped-def]
     """Depth d of a footprint: the sagitta of a fresh gap of this bend over the reference half-width."""
     return 0.5 * max(bend * half_width, _LEAST_BEND) * half_width
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
-def _lowest(g, count):  # type: ignore[no-untyped-def]
-    """Least of the first finite values."""
-    least = g[0]
-    for c in range(1, count):
-        least = min(least, g[c])
-    return least
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _along_row(curve, at, place, removed, u, g):  # type: ignore[no-untyped-def]
     """Outline where a row of material removed is tabulated."""
     for k in range(place.shape[0]):
@@ -186,14 +178,14 @@ def reach_space(nodes):  # type: ignore[no-untyped-def]
     return Reach(row, np.empty(most), np.empty(most), np.array([0, nodes.shape[1] - 1]))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _above(removed, g, first, cell, highest):  # type: ignore[no-untyped-def]
     """Whether the gap is above a height in all of a cell: the fresh one at one node, what is removed at the other."""
     node = first + cell
     return min(g[cell], g[cell + 1]) - abs(removed[node] - removed[node + 1]) > highest
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def closed_between(removed, g, first, low, high, highest, from_low, from_high):  # type: ignore[no-untyped-def]
     """Nodes of `g` from `low` up to `high`, less cells above a height at those ends from which it is looked for."""
     while from_low and low < high - 1 and _above(removed, g, first, low, highest):
@@ -203,18 +195,18 @@ def closed_between(removed, g, first, low, high, highest, from_low, from_high): 
     return low, high
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _closed_cells(gap, first, end, depth, u, g):  # type: ignore[no-untyped-def]
     """Of the cells from `first` up to `end`, those between the outermost ones that a footprint can close."""
     nodes, removed, cells = gap.nodes[first : end + 1], gap.removed, end - first
     fresh = fresh_curve(gap.derivatives)
     _along_row(fresh, gap.at, nodes, removed[first : end + 1], u[: cells + 1], g[: cells + 1])
-    highest = _lowest(g, cells + 1) + CLOSED * depth
+    highest = lowest(g, cells + 1) + CLOSED * depth
     low, high = closed_between(removed, g, first, ZERO, cells, highest, True, True)
     return first + low, first + high
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     """Outline of what a footprint may reach, in `space`: depth, number of places and least gap.
 
@@ -256,10 +248,10 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
         count += 1
     if to_high and gap.high_radius > 0.0:
         count = add_arc(gap, 1.0, depth, u, g, count)
-    return depth, count, _lowest(g, count)
+    return depth, count, lowest(g, count)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def split_at(u, g, count, place):  # type: ignore[no-untyped-def]
     """Put a point into an outline of `count` points, at a place on it, straight between those beside; which it is."""
     c = count
@@ -271,7 +263,7 @@ def split_at(u, g, count, place):  # type: ignore[no-untyped-def]
     return c
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def segment(width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(depth - g) and of (depth - g) t over a stretch on which g is linear.
 
@@ -286,7 +278,7 @@ def segment(width, t_a, t_b):  # type: ignore[no-untyped-def]
     return 2.0 / 3.0 * per * (a + ab + b), 0.4 * per * (a * a + b * b + ab * (a + ab + b))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def open_part(u_a, width, a, b):  # type: ignore[no-untyped-def]
     """Start and width of the part of a stretch where depth - g, straight from a to b, is positive."""
     if a < 0.0:
@@ -296,13 +288,13 @@ def open_part(u_a, width, a, b):  # type: ignore[no-untyped-def]
     return u_a, width
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def root_of(a):  # type: ignore[no-untyped-def]
     """Square root of depth - g; zero where the gap is not closed."""
     return sqrt(a) if a > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
     """Depth and least gap of a footprint, its area, moments of gap and place, and the share of depth at a cut end."""
     depth, count, least = reached(gap, half_width, space)

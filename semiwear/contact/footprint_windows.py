@@ -21,7 +21,7 @@ from semiwear.contact.gap import (
     rises_within,
     slice_gap,
 )
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
@@ -32,14 +32,14 @@ __all__ = ["look_within", "narrow", "widest"]
 _BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def look_within(window, points):  # type: ignore[no-untyped-def]
     """First and last node between which a footprint is looked for in a window of a slice of so many points."""
     first = window[0] + _BESIDE - 1 if window[0] > 0 else ZERO
     return first, (window[1] - _BESIDE if window[1] < points else points - 1)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner_njit(cache=True, error_model="numpy", nogil=True)
 def _widest(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore[no-untyped-def]
     last = nodes.shape[1]
     for k in range(loaded.shape[0]):
@@ -87,7 +87,7 @@ def widest(lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: flo
     return windows
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _least_on_edge(gap, direction, depth, u, g):  # type: ignore[no-untyped-def]
     """Least gap on the rounding of the lower (-1) or upper edge; infinite where there is none."""
     border, radius = (gap.low, gap.low_radius) if direction < 0.0 else (gap.high, gap.high_radius)
@@ -99,7 +99,7 @@ def _least_on_edge(gap, direction, depth, u, g):  # type: ignore[no-untyped-def]
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignore[no-untyped-def]
     nodes, removed, points = gap.nodes, gap.removed, gap.nodes.shape[0]
     low, high = look_within(window, points)

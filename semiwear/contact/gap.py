@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell, smooth_value
 from semiwear.meshing.removed import Removed
@@ -29,6 +29,7 @@ __all__ = [
     "fresh_slope",
     "gap_at",
     "gap_of_flanks",
+    "lowest",
     "most_places",
     "outline",
     "removed_at",
@@ -144,7 +145,7 @@ class FreshCurve(NamedTuple):
     above: float
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _convex_within(bend, third, fourth):  # type: ignore[no-untyped-def]
     """First zero of bend + third t + fourth t^2/2 at t >= 0; infinite if there is none."""
     rest = third * third - 2.0 * bend * fourth
@@ -157,7 +158,7 @@ def _convex_within(bend, third, fourth):  # type: ignore[no-untyped-def]
     return 0.0 if fourth < 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fresh_curve(derivatives):  # type: ignore[no-untyped-def]
     """Fresh separation across a slice from its value and derivatives at the line."""
     bend, third, fourth = max(derivatives[2], 0.0), derivatives[3], derivatives[4]
@@ -165,7 +166,7 @@ def fresh_curve(derivatives):  # type: ignore[no-untyped-def]
     return FreshCurve(derivatives[0], derivatives[1], bend, third, fourth, below, above)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fresh_on(curve, away):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance in profile coordinates from the line.
 
@@ -178,13 +179,13 @@ def fresh_on(curve, away):  # type: ignore[no-untyped-def]
     return curve.least + rise + (away - d) * slope
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fresh_gap(away, derivatives):  # type: ignore[no-untyped-def]
     """Fresh separation at a distance from the line, from its derivatives there: `fresh_on`."""
     return fresh_on(fresh_curve(derivatives), away)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
     """Derivative of `fresh_gap`."""
     curve = fresh_curve(derivatives)
@@ -192,20 +193,20 @@ def fresh_slope(away, derivatives):  # type: ignore[no-untyped-def]
     return curve.slope + d * (curve.bend + d * (0.5 * curve.third + d * curve.fourth / 6.0))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def removed_at(gap, place):  # type: ignore[no-untyped-def]
     """Material removed from both flanks at a profile coordinate."""
     cell, x = locate(gap.nodes, gap.split, place)
     return smooth_value(gap.removed, gap.nodes, gap.split, cell, x)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def gap_at(gap, place):  # type: ignore[no-untyped-def]
     """Gap at a profile coordinate between the borders."""
     return fresh_gap(place - gap.at, gap.derivatives) + removed_at(gap, place)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _tangent(gap, direction):  # type: ignore[no-untyped-def]
     """Fresh separation at the lower (-1) or upper border, and its slope outwards per mm."""
     border = gap.low if direction < 0.0 else gap.high
@@ -213,13 +214,13 @@ def _tangent(gap, direction):  # type: ignore[no-untyped-def]
     return fresh_gap(border - gap.at, gap.derivatives), slope
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _beyond(beyond, fresh, slope, radius):  # type: ignore[no-untyped-def]
     """Fresh separation on a rounded edge, so far beyond its border: the flank's tangent falls away along an arc."""
     return fresh + slope * beyond + radius - sqrt(max(radius * radius - beyond * beyond, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def fresh_at(gap, place):  # type: ignore[no-untyped-def]
     """Fresh separation at a place between the borders or on a rounded edge; infinite beyond the edge itself."""
     if gap.low <= place <= gap.high:
@@ -233,7 +234,7 @@ def fresh_at(gap, place):  # type: ignore[no-untyped-def]
     return _beyond(beyond, fresh, slope, radius)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
     """How far beyond a border a rounded edge has opened by a height; its radius at most."""
     if height >= radius * (1.0 + slope):
@@ -242,7 +243,7 @@ def _reach_on_edge(height, slope, radius):  # type: ignore[no-untyped-def]
     return (sqrt(max(steep * radius * radius - rest * rest, 0.0)) - slope * rest) / steep
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def add_arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
     """Append points of a rounded edge to the outline, in the order of their profile coordinates.
 
@@ -275,19 +276,19 @@ def add_arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def rises_within(height, bend):  # type: ignore[no-untyped-def]
     """Distance within which a fresh gap of this bend rises by a height: without end where it is flat."""
     return sqrt(2.0 * height / bend) if bend > 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def most_places(nodes):  # type: ignore[no-untyped-def]
     """Size of arrays for the outline of a slice of these nodes."""
     return nodes.shape[1] + ON_EDGES
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _at_nodes(gap, curve, first, end, u, g, count):  # type: ignore[no-untyped-def]
     """Append nodes to the outline."""
     nodes, removed, at = gap.nodes, gap.removed, gap.at
@@ -297,7 +298,16 @@ def _at_nodes(gap, curve, first, end, u, g, count):  # type: ignore[no-untyped-d
     return count + end - first
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@inner_njit(cache=True, error_model="numpy", fastmath=True)
+def lowest(values, count):  # type: ignore[no-untyped-def]
+    """Least of the first finite values."""
+    least = values[0]
+    for c in range(1, count):
+        least = min(least, values[c])
+    return least
+
+
+@inner_njit(cache=True, error_model="numpy", fastmath=True)
 def varies_by(values):  # type: ignore[no-untyped-def]
     """Greatest less least of finite values."""
     least = greatest = values[0]
@@ -307,7 +317,7 @@ def varies_by(values):  # type: ignore[no-untyped-def]
     return greatest - least
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     """Points (profile, gap) of a slice between start and stop, with the arcs of edges there; returns their number."""
     low, high, nodes = gap.low, gap.high, gap.nodes

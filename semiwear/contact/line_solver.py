@@ -16,8 +16,8 @@ from semiwear.contact.active_set import (
     solve_active_set_in,
 )
 from semiwear.contact.rounded_contact import solve_rounded
-from semiwear.contact.stripe import add_pairs, average_along_lines, near_pairs, near_stripe
-from semiwear.kernel_cache import njit
+from semiwear.contact.stripe import NearPairs, add_pairs, average_along_lines, near_stripe
+from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = ["LineStatus", "NearField", "Slices", "solve_line_loads"]
 
@@ -51,6 +51,8 @@ class Slices(NamedTuple):
     curvature : (n,) array [1/mm]
     starts : (lines + 1,) int array
         First slice of each line.
+    pairs : NearPairs
+        Slices near each other.
     """
 
     static: FloatArray
@@ -61,6 +63,7 @@ class Slices(NamedTuple):
     floor: FloatArray
     curvature: FloatArray
     starts: IntArray
+    pairs: NearPairs
 
 
 class NearField(NamedTuple):
@@ -68,8 +71,6 @@ class NearField(NamedTuple):
 
     Attributes
     ----------
-    distance : float [mm]
-        Up to which it is not in `Slices.static`.
     modulus : float [MPa]
         E*.
     average : float [mm]
@@ -78,14 +79,13 @@ class NearField(NamedTuple):
         `stripe_table`.
     """
 
-    distance: float
     modulus: float
     average: float
     values: FloatArray
     slopes: FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _mixing(residual, last_residual):  # type: ignore[no-untyped-def]
     """Share of the step before that is taken back (Anderson 1965, depth one)."""
     product, square = 0.0, 0.0
@@ -96,7 +96,7 @@ def _mixing(residual, last_residual):  # type: ignore[no-untyped-def]
     return min(max(product / square, -5.0), 5.0) if square > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[no-untyped-def]
     """Separation of every slice under forces."""
     n = slices.gap.shape[0]
@@ -112,7 +112,7 @@ def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[n
             slack[j] += between[p] * force[i]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _corrected(work, slices, pairs, between, torque, closed, active, rotation, force, slack):  # type: ignore[no-untyped-def]
     """Forces corrected by the factor of other half-widths: whether they fulfil the contact conditions, and rotation.
 
@@ -193,7 +193,7 @@ def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, 
     force, slack = np.zeros(n), np.zeros(n)
     residual, last_residual, image, last_image = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     rotation, change = 0.0, 0.0
-    pairs = near_pairs(slices.starts, slices.arc, slices.length, near.distance)
+    pairs = slices.pairs
     work = active_set_work(n)
     for iteration in range(1, max_iterations + 1):
         between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)

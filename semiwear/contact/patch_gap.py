@@ -12,7 +12,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, slice_gap
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, cubic, locate, slopes_of_cell
 
@@ -54,7 +54,7 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
     return farthest
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def pressed_span(row):  # type: ignore[no-untyped-def]
     """First and last cell that is not zero; last < first when there is none."""
     first, last = 0, row.shape[0] - 1
@@ -65,7 +65,7 @@ def pressed_span(row):  # type: ignore[no-untyped-def]
     return first, last
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def between_cells(row, x):  # type: ignore[no-untyped-def]
     """Value between the middles of cells, zero beyond."""
     c = int(np.floor(x))

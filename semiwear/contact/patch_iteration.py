@@ -27,7 +27,7 @@ from semiwear.contact.complementarity import (
     separation_left,
 )
 from semiwear.contact.patch_system import PatchSystem, displace, plans_of, precondition, row_preconditioner
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = ["solve_in_windows"]
 
@@ -109,7 +109,7 @@ def _window_around(wanted, gap, starts, every):  # type: ignore[no-untyped-def]
     return first, width
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner_njit(cache=True, error_model="numpy", nogil=True)
 def _missed(window, gap, lever, rotation, force, displacement, harmless, wanted):  # type: ignore[no-untyped-def]
     """Whether cells beyond the window penetrate by more than rounding or `harmless` times the greatest force.
 
@@ -131,7 +131,7 @@ def _missed(window, gap, lever, rotation, force, displacement, harmless, wanted)
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _inside(window, values, out):  # type: ignore[no-untyped-def]
     """Values of all cells in the window."""
     for r in range(values.shape[0]):
@@ -139,7 +139,7 @@ def _inside(window, values, out):  # type: ignore[no-untyped-def]
             out[r, c] = values[r, window.first[r] + c]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _everywhere(window, values, out):  # type: ignore[no-untyped-def]
     """Values of all cells from those in the window, zero beyond."""
     for r in range(out.shape[0]):
@@ -149,7 +149,7 @@ def _everywhere(window, values, out):  # type: ignore[no-untyped-def]
             out[r, window.first[r] + c] = values[r, c]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _rising_arms(lever, window, torque, pressure, arms):  # type: ignore[no-untyped-def]
     """Lever arm of every cell in the window, and forces scaled to bear the torque."""
     total = 0.0

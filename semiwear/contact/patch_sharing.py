@@ -10,7 +10,7 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.patch_iteration import solve_in_windows
 from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = ["SharedTorque", "share_torque"]
 
@@ -108,7 +108,7 @@ def _from_first_touch(gap, lever, guess):  # type: ignore[no-untyped-def]
     return near, start, touching
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@inner_njit(cache=True, error_model="numpy", nogil=True)
 def _left(gap, lever, rotation, force, displacement):  # type: ignore[no-untyped-def]
     """Greatest gap under pressed cells or penetration of others, greatest approach of a cell, and the torque."""
     worst, approach, borne = 0.0, 0.0, 0.0
@@ -123,7 +123,7 @@ def _left(gap, lever, rotation, force, displacement):  # type: ignore[no-untyped
     return worst, approach, borne
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _change_contact(active, force, slack, tolerance, near, freely):  # type: ignore[no-untyped-def]  # noqa: C901
     """Let go of cells that pull; take in pierced cells, in each row `near` its deepest; returns how many change."""
     rows, columns = active.shape

@@ -22,7 +22,7 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.compliance.fourier import convolve
 from semiwear.compliance.half_space import GridPlans, grid_plans
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 
 __all__ = ["PatchSystem", "RowPreconditioner", "displace", "plans_of", "precondition", "row_preconditioner"]
 
@@ -116,7 +116,7 @@ def _add_whole(smooth, tilt, aside, across, force, per_force, out):  # type: ign
             out[r, c] = per_force * out[r, c] + even + across[r, c] * (linear + across[r, c] * square)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
     """Cholesky factor of m cells of a row (its diagonal inverse), their response to an even displacement, its sum."""
     total = 0.0
@@ -224,7 +224,7 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
     _solve(kept, residual, out)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
     """`_factor_row` of every row whose free cells are not those that they were before; whether coupling is due, too.
 
@@ -275,7 +275,7 @@ def _couple_rows(kept, starts, coefficients, smooth):  # type: ignore[no-untyped
             kept.coupling[i, j] = kept.coupling[j, i] = root[i] * value * root[j]
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _factor_whole(kept, lift):  # type: ignore[no-untyped-def]
     """Factor of the coupling of rows, of which `lift` is added to the diagonal; False where it is not definite."""
     a = kept.whole

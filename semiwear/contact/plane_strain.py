@@ -11,14 +11,14 @@ from math import log
 import numpy as np
 
 from semiwear.contact.active_set import cholesky_solve
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["influences", "mean_log", "plane_contact", "respond"]
 
 _SETS = 60  # of pressed cells that are tried
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def mean_log(distance, width):  # type: ignore[no-untyped-def]
     """Mean of the logarithm of the distance from a place to a cell of some width."""
     high, low = distance + 0.5 * width, distance - 0.5 * width
@@ -28,7 +28,7 @@ def mean_log(distance, width):  # type: ignore[no-untyped-def]
     return total / width
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
     """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
     constant = log(2.0 * span)
@@ -39,7 +39,7 @@ def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
             out[j, i] = out[i, j]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
     """Forces on the pressed cells that close the gap (x) and that a unit approach causes (y).
 
@@ -53,7 +53,7 @@ def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
     return cholesky_solve(a, m, x, y)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+@inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
 def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-untyped-def]
     """Let cells press that penetrate; whether there are any."""
     changed = False
@@ -68,7 +68,7 @@ def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-un
     return changed
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
     """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
     for _ in range(_SETS):

@@ -10,6 +10,7 @@ from semiwear.arrays import FloatArray
 from semiwear.contact.line_solver import NearField, Slices, solve_line_loads
 from semiwear.contact.problem import picked
 from semiwear.contact.rounded_contact import rounded_from
+from semiwear.contact.stripe import pairs_among
 from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["LEAST_WIDTH", "MARGIN", "SharingRules", "WornSlices", "share_torque"]
@@ -114,11 +115,12 @@ def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force,
         else:
             active[i], width[i] = gap[i] <= nearest, usual
     starts = _places_of(found.starts, chosen)
+    pairs = found.pairs if n == found.flat.size else pairs_among(found.pairs, chosen, found.flat.size)
     floor = np.empty(n)
     for i in range(n):
         floor[i] = LEAST_WIDTH * usual
     status, rotation, load, slack, iterations, change = solve_line_loads(
-        Slices(static, gap, lever, arc, length, floor, curvature, starts),
+        Slices(static, gap, lever, arc, length, floor, curvature, starts, pairs),
         rules.near, torque, rounding, rules.tolerance, rules.max_iterations, active, width,
     )  # fmt: skip
     if status != 0:

@@ -23,7 +23,7 @@ from semiwear.compliance.tooth import CompliantBody, ElasticTeeth
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import TeethLoads
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.stripe import add_far_stripe, less_aside, subtract_mid_surface
+from semiwear.contact.stripe import NearPairs, add_far_stripe, less_aside, near_pairs, subtract_mid_surface
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -60,12 +60,12 @@ def _least_separation(lines: ContactLines) -> FloatArray:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def picked(matrix, slope, chosen, moved):  # type: ignore[no-untyped-def]
-    """Part of a matrix (n, n) between chosen points, each moved [mm]; `slope` is the change of row i by its move."""
+    """Part of a symmetric matrix between chosen points, each moved [mm]; `slope`: change of row i by its move."""
     out = np.empty((chosen.size, chosen.size))
     for i in range(chosen.size):
-        for j in range(chosen.size):
+        for j in range(i + 1):
             change = slope[chosen[i], chosen[j]] * moved[i] + slope[chosen[j], chosen[i]] * moved[j]
-            out[i, j] = matrix[chosen[i], chosen[j]] + change
+            out[i, j] = out[j, i] = matrix[chosen[i], chosen[j]] + change
     return out
 
 
@@ -87,6 +87,8 @@ class Candidates(NamedTuple):
         The same and the far field of the stripe kernel.
     slope : (n, n) array [mm/N/mm]
         Change of row i when point i moves.
+    pairs : NearPairs
+        Slices between which the stripe kernel is not in `static`.
     aside : (m, m) array [mm/N/mm^2]
         `less_aside` between all n; of no rows where pressure is not resolved across the lines.
     farthest_aside : (n,) array [mm]
@@ -103,6 +105,7 @@ class Candidates(NamedTuple):
     smooth: FloatArray
     static: FloatArray
     slope: FloatArray
+    pairs: NearPairs
     aside: FloatArray
     farthest_aside: FloatArray
     least: FloatArray
@@ -313,6 +316,7 @@ class ContactProblem:
             smooth=smooth,
             static=static,
             slope=slope,
+            pairs=near_pairs(starts, arc, length, self.near_field),
             aside=less_aside(starts, arc, length, *mid_surface) if resolved else np.zeros((0, 0)),
             farthest_aside=np.minimum(_FARTHEST_ASIDE * depth, _FARTHEST_MOVE * self.base_pitch * lines.spacing[at]),
             least=self._least[at],

@@ -20,7 +20,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from semiwear.contact.active_set import ActiveSetStatus, cholesky_solve, separate, substitute
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["Rounding", "rounded_from", "solve_rounded"]
 
@@ -47,7 +47,7 @@ class Rounding(NamedTuple):
     load: float
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def rounded_from(rounding):  # type: ignore[no-untyped-def]
     """Separation from which a slice comes to bear [mm]; only what is needed of the two is compiled."""
     if rounding is None:
@@ -55,7 +55,7 @@ def rounded_from(rounding):  # type: ignore[no-untyped-def]
     return rounding.depth
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _joins(slack, compliance, depth, full):  # type: ignore[no-untyped-def]
     """Force on a point by itself that bears nothing yet and is nearer than the depth."""
     near, stiff = 1.0 - slack / depth, compliance * full / depth
@@ -63,7 +63,7 @@ def _joins(slack, compliance, depth, full):  # type: ignore[no-untyped-def]
     return full * min(t, 1.0) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _moved(force, change, full):  # type: ignore[no-untyped-def]
     """Force after a change that is linear in t."""
     t = sqrt(force / full) if force < full else 0.5 * (force / full + 1.0)
@@ -73,7 +73,7 @@ def _moved(force, change, full):  # type: ignore[no-untyped-def]
     return full * t * t if t < 1.0 else full * (2.0 * t - 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _residuals(matrix, gap, lever, full, depth, approach, force, slack):  # type: ignore[no-untyped-def]
     """Separations less those of the curve, in `slack`, of points that bear or come to do so; the greatest one."""
     separate(matrix, gap, lever, approach, force, slack)
@@ -92,7 +92,7 @@ def _residuals(matrix, gap, lever, full, depth, approach, force, slack):  # type
     return worst
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _factored(work, matrix, lever, full, depth, force):  # type: ignore[no-untyped-def]
     """Factor of the compliance between points that bear, each with that of the curve; False if not positive."""
     a, on, count = work.factor, work.points, 0
@@ -111,7 +111,7 @@ def _factored(work, matrix, lever, full, depth, force):  # type: ignore[no-untyp
     return cholesky_solve(a, count, work.closing, work.response)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _same_points(work, force):  # type: ignore[no-untyped-def]
     """Whether the points that bear are those of the factor."""
     count = 0
@@ -123,7 +123,7 @@ def _same_points(work, force):  # type: ignore[no-untyped-def]
     return count == work.pressed[0]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _changes(work, lever, missing, slack):  # type: ignore[no-untyped-def]
     """Forces that close what is left of the separations, in `work`, and the turn that bears what is missing."""
     count, stiffness = work.pressed[0], 0.0
@@ -136,7 +136,7 @@ def _changes(work, lever, missing, slack):  # type: ignore[no-untyped-def]
     return missing / stiffness
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def solve_rounded(work, known, matrix, gap, lever, full, depth, load, closed, approach, force, slack):  # type: ignore[no-untyped-def]
     """Forces and approach under a load, from those of a contact with corners or of one like it.
 

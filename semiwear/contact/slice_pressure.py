@@ -22,6 +22,7 @@ from semiwear.contact.gap import (
     fresh_curve,
     fresh_on,
     gap_of_flanks,
+    lowest,
     most_places,
     outline,
     rises_within,
@@ -32,7 +33,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.contact.plane_strain import influences, mean_log, plane_contact
 from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.errors import ConvergenceError
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell
 from semiwear.threads import in_shares
@@ -60,7 +61,7 @@ def _flamant() -> FloatArray:
 _INFLUENCE = _flamant()
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-def]
     """First and last points of the stretches whose gap is within `depth` of the least; returns their number."""
     bands = 0
@@ -94,7 +95,7 @@ def _bands(u, g, count, least, depth, first, last):  # type: ignore[no-untyped-d
     return bands
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untyped-def]
     """Where bands begin and end [mm]: at points of the outline, or where the gap is `depth` between two of them."""
     u, g = work.u, work.g
@@ -111,7 +112,7 @@ def _ends_of_bands(work, bands, least, depth, smooth):  # type: ignore[no-untype
             work.end[band] -= over / (over + under) * (u[last] - u[last - 1])
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, unit):  # type: ignore[no-untyped-def]
     """Greatest gap above the least of places outside all bands that the flanks would penetrate; zero if none."""
     constant, farthest = log(2.0 * span), 0.0
@@ -136,7 +137,7 @@ def _pressed_beyond(work, count, least, bands, n, per_mm, span, approach, load, 
     return farthest
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _cells(gap, bands, begin, end, place, width, opening):  # type: ignore[no-untyped-def]
     """Middles and widths of the cells of all bands [mm], and the gaps there; returns their number."""
     n, cells, curve, removed = 0, _CELLS[bands - 1], fresh_curve(gap.derivatives), gap.removed
@@ -157,7 +158,7 @@ def _cells(gap, bands, begin, end, place, width, opening):  # type: ignore[no-un
     return n
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _cut_off(bands, begin, end, force, low, high):  # type: ignore[no-untyped-def]
     """Whether pressure ends where cells end; at the end of a flank that is no edge it has to."""
     cells = _CELLS[bands - 1]
@@ -193,6 +194,7 @@ class _Work(NamedTuple):
     y: FloatArray
     on: IntArray
     active: BoolArray
+    pressed: BoolArray
     u: FloatArray
     g: FloatArray
     first: IntArray
@@ -205,13 +207,13 @@ def _work_space(places: int) -> _Work:
     gap, force, place, width, x, y = np.empty((6, _MOST))
     influence, factor = np.empty((2, _MOST, _MOST))
     u, g = np.empty((2, places))
-    on, active = np.empty(_MOST, dtype=np.int64), np.empty(_MOST, dtype=np.bool_)
+    on, (active, pressed) = np.empty(_MOST, dtype=np.int64), np.empty((2, _MOST), dtype=np.bool_)
     first, last = np.empty((2, len(_CELLS)), dtype=np.int64)
     begin, end = np.empty((2, len(_CELLS)))
-    return _Work(gap, force, place, width, influence, factor, x, y, on, active, u, g, first, last, begin, end)
+    return _Work(gap, force, place, width, influence, factor, x, y, on, active, pressed, u, g, first, last, begin, end)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def]
     """Forces on cells of a slice: how many, least gap, span, approach and its derivative (NaN if unsettled)."""
     spread, closes = varies_by(gap.removed), unit * load
@@ -220,7 +222,7 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
     for _ in range(_ATTEMPTS):
         reach = rises_within(spread + depth, gap.derivatives[2])
         count = outline(gap, gap.at - reach, gap.at + reach, depth, work.u, work.g)
-        least = work.g[:count].min()
+        least = lowest(work.g, count)
         bands = _bands(work.u, work.g, count, least, depth, work.first, work.last)
         _ends_of_bands(work, bands, least, depth, smooth)
         n = _cells(gap, bands, work.begin, work.end, work.place, work.width, work.gap)
@@ -248,7 +250,7 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
             if smooth is not None:
                 rate = smooth_rate(
                     work.gap[:n], influence, approach, rate, work.active[:n], work.force[:n], work.factor, work.x,
-                    work.y, work.on, _CELLS[bands - 1],
+                    work.y, work.on, work.pressed, _CELLS[bands - 1],
                 )  # fmt: skip
             break
         depth = max(depth, _BEYOND * beyond)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import pi
 
 from semiwear.contact.plane_strain import respond
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["smooth_rate"]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-untyped-def]
     """Change of the approach by the load while these cells are pressed; a given one where that is undefined."""
     m = 0
@@ -23,7 +23,7 @@ def _rate(influence, active, force, a, x, y, points, none):  # type: ignore[no-u
     return 1.0 / y[:m].sum()
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _weights(gap, influence, approach, force, end, beyond, inside):  # type: ignore[no-untyped-def]
     """Weights of a stretch without the cell at its end, as it is, and with the one beyond, where there is one."""
     if not inside:
@@ -37,7 +37,7 @@ def _weights(gap, influence, approach, force, end, beyond, inside):  # type: ign
     return 0.5 * (1.0 - share), 0.5, 0.5 * share
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _with_ends(active, first, last, low, high):  # type: ignore[no-untyped-def]
     """Change the ends of a stretch: 0 without its cell there, 1 as it is, 2 with the next one."""
     active[first] = low > 0
@@ -49,8 +49,8 @@ def _with_ends(active, first, last, low, high):  # type: ignore[no-untyped-def]
         active[last + 1] = True
 
 
-@njit(cache=True, error_model="numpy")
-def smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points, cells):  # type: ignore[no-untyped-def]
+@inner_njit(cache=True, error_model="numpy")
+def smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points, on, cells):  # type: ignore[no-untyped-def]
     """Change of the approach by the load, continuous where cells come to be pressed.
 
     Contact does not end where a cell does. A cell that has just come to be pressed bears nothing, one next to which
@@ -60,9 +60,11 @@ def smooth_rate(gap, influence, approach, rate, active, force, a, x, y, points, 
     end the pressure c sqrt(d) and the slope pi c sqrt(d) of the gap differ by pi, which weighs force against gap. On
     a parabola it leaves 2e-4 of steps of 1.4e-2 in the half-width.
     """
-    n, smooth, first = gap.shape[0], rate, 0
-    on = active.copy()
-    if on.sum() < 2:
+    n, smooth, first, pressed = gap.shape[0], rate, 0, 0
+    for i in range(n):
+        on[i] = active[i]
+        pressed += on[i]
+    if pressed < 2:
         return rate
     for last in range(n):
         start, stop = last // cells * cells, (last // cells + 1) * cells  # of the band

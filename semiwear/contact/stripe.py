@@ -9,7 +9,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.stripe import stripe_integral_to
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = [
     "NearPairs",
@@ -19,6 +19,7 @@ __all__ = [
     "less_aside",
     "near_pairs",
     "near_stripe",
+    "pairs_among",
     "subtract_mid_surface",
 ]
 
@@ -72,6 +73,24 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
+    """Of near pairs of so many slices, those of chosen ones, by their numbers among these."""
+    number, most = np.full(size, -1), pairs.one.shape[0]
+    for i in range(chosen.shape[0]):
+        number[chosen[i]] = i
+    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    n = 0
+    for p in range(most):
+        i, j = number[pairs.one[p]], number[pairs.other[p]]
+        if i >= 0 and j >= 0:
+            one[n], other[n], upper[n], lower[n] = i, j, pairs.upper[p], pairs.lower[p]
+            beyond[n], mean[n] = pairs.beyond[p], pairs.length[p]
+            n += 1
+    return NearPairs(one[:n], other[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
+
+
+@njit(cache=True, error_model="numpy")
 def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-untyped-def]
     """Stripe kernel between near slices of one line, as compliance [mm/N].
 
@@ -98,7 +117,7 @@ def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-u
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
     """Add compliances between near slices to a symmetric matrix."""
     for n in range(pairs.one.shape[0]):
@@ -108,7 +127,7 @@ def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
             matrix[j, i] += between[n]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # type: ignore[no-untyped-def]
     """Add the stripe kernel between slices of one line that are farther than `near` [mm/N]: no width shows there.
 
@@ -140,7 +159,7 @@ def add_far_stripe(matrix, starts, arc, length, half_width, near, factor):  # ty
                 matrix[j, i] += total
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def subtract_mid_surface(matrix, starts, arc, length, depth, shear_factor, poisson):  # type: ignore[no-untyped-def]
     """Subtract what tooth compliance counts already: the half-space displacement at the mid-surface [mm/N].
 

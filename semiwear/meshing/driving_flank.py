@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, between_stations, change_above, cubic, locate, slope_at
@@ -37,7 +37,7 @@ def driving_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
     return FlankGrid(face, np.ascontiguousarray(np.broadcast_to(nodes, shape)), np.full(face.size, split))
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
     """Station below a face coordinate and the weight of the next one; a weight below 0 or above 1 lies beyond."""
     x = (face - first) / step
@@ -45,7 +45,7 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
     return low, x - low
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _at_station(depth, low, weight, own, split, first, end, here, slope):  # type: ignore[no-untyped-def]
     """Fill in depths between two stations and their slopes at nodes from `first` up to `end`."""
     for n in range(max(first - _FOR_SLOPES, 0), min(end + _FOR_SLOPES, own.shape[0])):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 from semiwear.meshing.flank_pair import FlankPair
 
 __all__ = [
@@ -136,7 +136,7 @@ def flank_grid(pair: FlankPair, face: FloatArray, points: int) -> FlankGrid:
     return FlankGrid(face, np.where(index <= k, below, above), split)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def locate(profile, split, place):  # type: ignore[no-untyped-def]
     """Cell and fraction of a place in one slice's nodes; places off the nodes are held at the ends."""
     last = profile.shape[0] - 1
@@ -153,7 +153,7 @@ def locate(profile, split, place):  # type: ignore[no-untyped-def]
     return split + k, x - k
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _minmod(a, b):  # type: ignore[no-untyped-def]
     """The smaller of two of one sign; zero when they differ in sign."""
     if a * b <= 0.0:
@@ -161,7 +161,7 @@ def _minmod(a, b):  # type: ignore[no-untyped-def]
     return a if abs(a) < abs(b) else b
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
     """Change per cell at a node: that of the parabola through its neighbours, limited so that no new crest arises.
 
@@ -191,7 +191,7 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
     return _minmod(lower + share * bend, most if tangent > 0.0 else -most)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
     """A change per cell below a node, per cell above."""
     if node != split or split == nodes.shape[0] - 1:
@@ -199,7 +199,7 @@ def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
     return slope * (nodes[split + 1] - nodes[split]) / (nodes[split] - nodes[split - 1])
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def slopes_of_cell(values, nodes, split, cell):  # type: ignore[no-untyped-def]
     """Changes per cell, of this cell, at both of its nodes."""
     return change_above(slope_at(values, nodes, split, cell), nodes, split, cell), slope_at(
@@ -207,7 +207,7 @@ def slopes_of_cell(values, nodes, split, cell):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
     """Value at fraction `x` of a cell whose nodes have values a, b and changes per cell there."""
     y = 1.0 - x
@@ -215,7 +215,7 @@ def cubic(a, b, slope_a, slope_b, x):  # type: ignore[no-untyped-def]
     return a + (b - a) * x * x * (3.0 - 2.0 * x) + (slope_a * y - slope_b * x) * x * y
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def smooth_value(values, nodes, split, cell, x):  # type: ignore[no-untyped-def]
     """Value at fraction `x` of a cell by the cubic with the slopes of its nodes: what is removed between nodes.
 

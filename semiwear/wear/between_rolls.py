@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.kernel_cache import ZERO, inner_njit
 from semiwear.meshing.flank_grid import locate
 
 __all__ = [
@@ -34,7 +34,7 @@ _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would 
 _FADES = 0.5  # least f; half of the cells to a step where that is more, and 1 at most
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def step_of(place, rate, k):  # type: ignore[no-untyped-def]
     """How far a place moves in the step about a roll position."""
     before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
@@ -42,7 +42,7 @@ def step_of(place, rate, k):  # type: ignore[no-untyped-def]
     return (place[after] - place[before]) / max(after - before, 1)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyped-def]
     """Add a density that is straight from one place up to another one; returns how much of it lies on the nodes."""
     last = nodes.shape[0] - 1
@@ -66,7 +66,7 @@ def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyp
     return laid
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def span_of(nodes, step):  # type: ignore[no-untyped-def]
     """How far to either side of a place an amount is laid evenly, and how far in all, from a step either way."""
     last = nodes.shape[0] - 1
@@ -76,7 +76,7 @@ def span_of(nodes, step):  # type: ignore[no-untyped-def]
     return 0.5 * (1.0 - fades) * step, 0.5 * (1.0 + fades) * step
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _up_to(x, even, reach):  # type: ignore[no-untyped-def]
     """Amount of a trapezoid about zero up to a place, and the integral of that; both times (reach^2 - even^2)."""
     a, b = max(x + reach, 0.0), max(x + even, 0.0)
@@ -84,7 +84,7 @@ def _up_to(x, even, reach):  # type: ignore[no-untyped-def]
     return 0.5 * (a * a - b * b - c * c + d * d), (a * a * a - b * b * b - c * c * c + d * d * d) / 6.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
     """Add to nodes an amount that is even about a place and fades out on either side.
 
@@ -118,7 +118,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
     return whole - first
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
     """Whether amounts at rising places that fade out over a step lie on the nodes, as `lay_points` needs it."""
     last, reach = nodes.shape[0] - 1, span_of(nodes, step)[1]
@@ -127,7 +127,7 @@ def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
     return middle[0] - reach > nodes[0] and middle[count - 1] + reach < nodes[last]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[no-untyped-def]
     """Add to nodes amounts at rising places that all move by one step, as `lay` does one by one.
 
@@ -161,7 +161,7 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
     return start, p + 1
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type: ignore[no-untyped-def]
     """Add the stretches of a footprint to nodes, each faded out over its own step.
 
@@ -181,13 +181,13 @@ def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type
     return locate(nodes, split, lowest)[0], locate(nodes, split, highest)[0] + 2, beyond
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _share_held(distance, slack):  # type: ignore[no-untyped-def]
     """Part in which an end of the slice that is so near holds a footprint: all of one that it cuts off."""
     return min(max(1.0 - distance / slack, 0.0), 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def shifts_of(middle, ends, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
     """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
 
@@ -222,7 +222,7 @@ def shifts_of(middle, ends, at_edge, pieces, low, high, slack, moves, low_moves,
     return alike
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def node_width(nodes, p):  # type: ignore[no-untyped-def]
     """Width that a node stands for: half of the cells on either side."""
     left = nodes[p] - nodes[p - 1] if p > 0 else 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.patch_gap import PatchCells, between_cells, pressed_span
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.flank_grid import locate
 from semiwear.wear.between_rolls import node_width
 
@@ -18,14 +18,14 @@ __all__ = ["deposit_cells"]
 _ROUNDING = 1e-12
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _speed(sliding, slope, away):  # type: ignore[no-untyped-def]
     """Length of a sliding velocity that changes with the profile coordinate."""
     v0, v1 = sliding[0] + slope[0] * away, sliding[1] + slope[1] * away
     return sqrt(v0 * v0 + v1 * v1)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _share(nodes, split, weight, at, start, size, lower, upper, sliding, slope, out):  # type: ignore[no-untyped-def]
     """Add a straight stretch of a rate to nodes as straight lines between them weigh it; returns what is on them."""
     end = nodes.shape[0] - 1

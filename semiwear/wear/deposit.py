@@ -15,8 +15,8 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.edge_share import share_of_edge
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of, split_at
-from semiwear.contact.gap import gap_of_flanks, slice_gap
-from semiwear.kernel_cache import ZERO, njit
+from semiwear.contact.gap import gap_of_flanks, lowest, slice_gap
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
@@ -96,14 +96,14 @@ def piece_space(nodes):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def factor_in(what, k, i):  # type: ignore[no-untyped-def]
     """Vector by which an amount counts in a slice: its place, both components and their changes."""
     centre, slope = what.centre[k, i], what.slope[k, i]
     return what.place[k, i], centre[0], centre[1], slope[0], slope[1]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def factor_at(factor, place):  # type: ignore[no-untyped-def]
     """Length of that vector at a place."""
     middle, first, second, change, other = factor
@@ -112,7 +112,7 @@ def factor_at(factor, place):  # type: ignore[no-untyped-def]
     return sqrt(first * first + second * second)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  # type: ignore[no-untyped-def]
     """Append the stretches of a footprint between two points of the outline, whose shares sum up to `share`."""
     area, begin, mass, middle = 0.0, pieces, space.mass, space.middle
@@ -143,7 +143,7 @@ def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  #
     return pieces
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-def]
     """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
 
@@ -163,13 +163,13 @@ def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-de
             start, stop = (ZERO, split) if side < 0 else (split, count)
             own = share if side == edge else 1.0 - share
             if own > 0.0:
-                bottom = g[start : stop + 1].min()
+                bottom = lowest(g[start:], stop + 1 - start)
                 mark = edge if side == edge else VALLEY
                 pieces = _add_pieces(u, g, start, stop, bottom, depth, apart * own, mark, space, pieces)
     return pieces
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, laid):  # type: ignore[no-untyped-def]
     """Lay a footprint on the nodes of its slice, (points,), by itself; its shares are used up.
 
@@ -192,7 +192,7 @@ def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, laid):  #
     return first, end, whole * total, whole * beyond
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def over_widths(nodes, amounts):  # type: ignore[no-untyped-def]
     """Turn amounts at the nodes of a slice into densities."""
     for p in range(nodes.shape[0]):

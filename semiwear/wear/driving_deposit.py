@@ -10,7 +10,7 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
 from semiwear.contact.footprint_windows import look_within
 from semiwear.contact.gap import gap_of_flanks, slice_gap
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank, station_of
 from semiwear.meshing.flank_grid import FlankGrid
@@ -53,7 +53,7 @@ class _Driving(NamedTuple):
     split: int
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _add_to_stations(driving, k, i, laid, first, end, times, out):  # type: ignore[no-untyped-def]
     """Add a footprint of a slice so many times to the stations that it meets; returns the part that they take."""
     stations = driving.stations.shape[0]
@@ -68,7 +68,7 @@ def _add_to_stations(driving, k, i, laid, first, end, times, out):  # type: igno
     return taken
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def _add_to_driving(what, driving, places, gap, k, i, length, pieces, space, memory, rows, out, taken):  # type: ignore[no-untyped-def]
     """Add a footprint to the stations of the driving flank that it meets, to what is taken, (2,), and to its row.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["FootprintRows", "lay_down", "no_rows", "rows_of", "take_up"]
 
@@ -54,14 +54,14 @@ def no_rows(shape: tuple[int, ...]) -> FootprintRows:
     return rows_of(np.zeros(shape, dtype=bool), 0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def lay_down(laid, first, end, share, out):  # type: ignore[no-untyped-def]
     """Add a part of a footprint, which lies between two nodes, to a flank or to a row."""
     for p in range(first, end):
         out[p] += share * laid[p]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_njit(cache=True, error_model="numpy")
 def take_up(laid, first, end, total, beyond, rows, row, taken):  # type: ignore[no-untyped-def]
     """Add a footprint to its row, if it has one, and to what is taken, (2,); it is gone from where it was laid."""
     taken[0] += total

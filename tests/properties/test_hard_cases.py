@@ -275,12 +275,12 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap, rounding: flo
     line_load = case.torque / float(case.length.sum())
     depth, full = rounding * usual_approach(line_load, case.modulus), rounding * line_load * case.length
     rounded = Rounding(depth, rounding * line_load) if rounding else None
+    pairs = near_pairs(case.starts, case.arc, case.length, near)
     with within(LONGEST):
         floor = np.full(size, 0.1 * usual)
         status, rotation, force, _, _, change = solve_line_loads(
-            Slices(static, gap, np.ones(size), case.arc, case.length, floor, case.curvature, case.starts),
-            NearField(near, case.modulus, 2.0 * usual, *stripe_table()), case.torque, rounded, 1e-5, 60, active,
-            width,
+            Slices(static, gap, np.ones(size), case.arc, case.length, floor, case.curvature, case.starts, pairs),
+            NearField(case.modulus, 2.0 * usual, *stripe_table()), case.torque, rounded, 1e-5, 60, active, width,
         )  # fmt: skip
     assert np.isfinite([rotation, change]).all()
     if status != LineStatus.CONVERGED:
@@ -290,7 +290,6 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap, rounding: flo
     assert np.isfinite(force).all()
     assert (force >= 0.0).all()
     matrix = static.copy()
-    pairs = near_pairs(case.starts, case.arc, case.length, near)
     add_pairs(matrix, pairs, near_stripe(pairs, width, 1.0 / (pi * case.modulus), *stripe_table()))
     anew = gap + matrix @ force - rotation
     # the loads of slices of other widths were found with widths 1e-5 of the greatest off

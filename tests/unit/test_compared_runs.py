@@ -171,7 +171,7 @@ def test_a_corner_that_presses_with_one_cell_after_another_yields_smoothly() -> 
         work = np.empty((count, count)), np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
         approach, rate = plane_contact(gap, load, _INFLUENCE, active, force, *work)
         assert active[24:].any() and active[24:].sum() <= 2
-        return rate, smooth_rate(gap, _INFLUENCE, approach, rate, active, force, *work, count)
+        return rate, smooth_rate(gap, _INFLUENCE, approach, rate, active, force, *work, np.empty(count, dtype=bool), count)
 
     whole, smooth = np.array([rates(corner) for corner in np.linspace(25.2, 26.8, 801)]).T
     assert np.abs(np.diff(whole)).max() > 0.08
