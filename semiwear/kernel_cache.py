@@ -24,8 +24,9 @@ from semiwear.errors import SemiwearError
 
 __all__ = ["ZERO", "ensure_cache", "inner_njit", "keep_apart", "njit", "telling_of_compilation"]
 
+
 def _counting(counted: bool) -> dict[str, bool]:
-    """numba's option to count references or not; none where it knows none: inner kernels are slower then."""
+    """Option of numba to count references or not; none where it knows none: inner kernels are slower then."""
     try:
         from numba.core.cpu import CPUTargetOptions
     except ImportError:

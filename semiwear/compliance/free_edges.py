@@ -32,13 +32,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise, product
-from math import pi
+from math import log, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.tooth import Elastic
+from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING, Borders
 
@@ -47,6 +49,7 @@ __all__ = ["EdgeDistance", "FreeBody", "FreeEdges", "image_factor", "wedge_facto
 _NEAREST = 0.5  # half-widths: distance at which slices nearer to an edge are held
 _LEAST_DEPTH = 1.5  # half-widths, as for the half-space itself
 _SHARPEST = 100.0 / 90.0  # of a right angle: beyond that the image is not known
+_ALIKE = 1e-12  # of a distance along an image: two that differ by no more are one
 _REACH = 8.0  # depths from an edge, beyond which the local part has no image to speak of
 
 
@@ -113,6 +116,86 @@ class FreeBody:
     depth: FloatArray | None
     ends: tuple[EdgeDistance, ...]
     tips: tuple[EdgeDistance, ...] = ()
+
+
+class _Image(NamedTuple):
+    """Slices of one line that have an image of a body's local compliance in edges.
+
+    Attributes
+    ----------
+    arc, length : (n,) arrays [mm]
+    depth : (n,) array [mm]
+        Of the mid-surface; 0 where nothing is subtracted.
+    distance : (edges, n) array [mm]
+    slope, strong : (edges, n) arrays
+        As in `EdgeDistance`, with the root of the factor.
+    """
+
+    arc: FloatArray
+    length: FloatArray
+    depth: FloatArray
+    distance: FloatArray
+    slope: FloatArray
+    strong: FloatArray
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _quotient(lower, upper, square):  # type: ignore[no-untyped-def]
+    """Exponential of the integral of 1/sqrt(x^2 + square) from `lower` up to `upper`, with nothing that cancels."""
+    first, second = sqrt(lower * lower + square), sqrt(upper * upper + square)
+    if upper < 0.0:
+        return (first - lower) / (second - upper)
+    if lower < 0.0:
+        return (upper + second) * (first - lower) / square
+    return (upper + second) / (lower + first)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _along_image(middle, square, length, half_surface, squared, nu):  # type: ignore[no-untyped-def]
+    """Integral of the local displacement along an image, times 2 pi E/(1 + nu).
+
+    `middle`: along it from its middle, `square`: of the distance there; `squared`: of the depth, 0 where nothing is
+    subtracted.
+    """
+    rest = max(square - middle * middle, 0.0)
+    lower, upper = middle - 0.5 * length, middle + 0.5 * length
+    near = _quotient(lower, upper, rest + half_surface * half_surface)
+    if squared == 0.0:
+        return 2.0 * (1.0 - nu) * log(near)
+    deep = rest + squared
+    ends = upper / sqrt(upper * upper + deep) - lower / sqrt(lower * lower + deep)
+    return 2.0 * (1.0 - nu) * log(near / _quotient(lower, upper, deep)) - ends * squared / deep
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _between(image, i, j, half_surface, nu, single, equal):  # type: ignore[no-untyped-def]
+    """Mean deflection of two slices by one another's images, times 2 pi E/(1 + nu) [1/mm]."""
+    # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
+    here = image.arc[j] - image.arc[i]
+    there, square, factor = -here, here * here, 1.0
+    for edge in range(image.distance.shape[0]):
+        e_i, e_j = image.distance[edge, i], image.distance[edge, j]
+        both = 4.0 * e_i * e_j
+        here += 2.0 * e_i * image.slope[edge, j]
+        there += 2.0 * e_j * image.slope[edge, i]
+        square += both
+        factor *= image.strong[edge, i] * image.strong[edge, j] * (single + equal * both / (e_i + e_j) ** 2)
+    length, squared = sqrt(image.length[i] * image.length[j]), image.depth[i] * image.depth[j]
+    total = _along_image(here, square, length, half_surface, squared, nu)
+    if abs(abs(there) - abs(here)) > _ALIKE * abs(here):  # a straight line and its image are alike from either side
+        total = 0.5 * (total + _along_image(there, square, length, half_surface, squared, nu))
+    return total * factor / length
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _add_image(block, points, image, half_surface, shear, nu, single, equal):  # type: ignore[no-untyped-def]
+    """Add an image to the compliance between all slices of a line, (m, m), of which it concerns some, (n,)."""
+    for i in range(points.shape[0]):
+        for j in range(i + 1):
+            mean = shear * _between(image, i, j, half_surface, nu, single, equal)
+            block[points[i], points[j]] += mean
+            if j < i:
+                block[points[j], points[i]] += mean
 
 
 class FreeEdges:
@@ -227,32 +310,15 @@ class FreeEdges:
         rolls, faces = rolls[near], faces[near]
         if rolls.size == 0:
             return
-        arc, length = self.arc[rolls, faces], self.length[rolls, faces]
-        between = arc[None, :] - arc[:, None]
-        # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
-        middle, square, factor = between.copy(), between**2, np.ones_like(between)
-        single, equal = image_factor(body.poissons_ratio)
-        for edge in edges:
-            e = np.maximum(edge.distance[rolls, faces], _NEAREST * self.half_width)
-            both = 4.0 * np.outer(e, e)
-            middle += 2.0 * np.outer(e, edge.slope[rolls, faces])
-            square += both
-            strong = np.sqrt(edge.factor[rolls, faces])
-            factor *= np.outer(strong, strong) * (single + equal * both / np.add.outer(e, e) ** 2)
-        rest = np.maximum(square - middle**2, 0.0)
-        mean_length = np.sqrt(np.outer(length, length))
-        upper, lower = middle + 0.5 * mean_length, middle - 0.5 * mean_length
-
-        nu = body.poissons_ratio
-        shear = (1.0 + nu) / (2.0 * pi * body.youngs_modulus)
-        surface = np.sqrt(rest + 0.25 * self.half_width**2)
-        image = 2.0 * (1.0 - nu) * (np.arcsinh(upper / surface) - np.arcsinh(lower / surface))
+        nu, nearest = body.poissons_ratio, _NEAREST * self.half_width
+        depth = np.zeros(rolls.size)
         if body.depth is not None:
             depth = np.maximum(body.depth[rolls, faces], _LEAST_DEPTH * self.half_width)
-            squared = np.outer(depth, depth)
-            deep = np.sqrt(rest + squared)
-            for end, sign in ((upper, 1.0), (lower, -1.0)):
-                part = end / np.sqrt(end**2 + deep**2) * squared / deep**2 + 2.0 * (1.0 - nu) * np.arcsinh(end / deep)
-                image -= sign * part
-        image *= shear * factor / mean_length
-        block[np.ix_(near, near)] += 0.5 * (image + image.T)
+        image = _Image(
+            self.arc[rolls, faces], self.length[rolls, faces], depth,
+            np.array([np.maximum(edge.distance[rolls, faces], nearest) for edge in edges]),
+            np.array([edge.slope[rolls, faces] for edge in edges]),
+            np.array([np.sqrt(edge.factor[rolls, faces]) for edge in edges]),
+        )  # fmt: skip
+        shear = (1.0 + nu) / (2.0 * pi * body.youngs_modulus)
+        _add_image(block, np.flatnonzero(near), image, 0.5 * self.half_width, shear, nu, *image_factor(nu))

@@ -210,7 +210,9 @@ def _work_space(places: int) -> _Work:
     on, (active, pressed) = np.empty(_MOST, dtype=np.int64), np.empty((2, _MOST), dtype=np.bool_)
     first, last = np.empty((2, len(_CELLS)), dtype=np.int64)
     begin, end = np.empty((2, len(_CELLS)))
-    return _Work(gap, force, place, width, influence, factor, x, y, on, active, pressed, u, g, first, last, begin, end)
+    return _Work(
+        gap, force, place, width, influence, factor, x, y, on, active, pressed, u, g, first, last, begin, end
+    )
 
 
 @inner_njit(cache=True, error_model="numpy")
