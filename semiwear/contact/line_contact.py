@@ -55,7 +55,7 @@ def solve_lines(
     wear = np.zeros(0) if wear_compliance is None else wear_compliance.ravel()
     slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), wear)
     usual = problem.usual_half_width
-    near = NearField(problem.modulus, 2.0 * usual, *stripe_table())
+    near = NearField(problem.modulus, 2.0 * usual, stripe_table())
     rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
     rounded = Rounding(rounding * problem.typical_approach, rounding * problem.usual_load) if rounding else None
 

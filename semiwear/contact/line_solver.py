@@ -75,14 +75,13 @@ class NearField(NamedTuple):
         E*.
     average : float [mm]
         Length of line over which a half-width is averaged.
-    values, slopes : arrays
+    table : (nodes, 4) array
         `stripe_table`.
     """
 
     modulus: float
     average: float
-    values: FloatArray
-    slopes: FloatArray
+    table: FloatArray
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -196,7 +195,7 @@ def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, 
     pairs = slices.pairs
     work = active_set_work(n)
     for iteration in range(1, max_iterations + 1):
-        between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.values, near.slopes)
+        between = near_stripe(pairs, width, 1.0 / (pi * near.modulus), near.table)
         closed = _NEARLY * max(0.1 * change, tolerance)
         what = (slices, pairs, between, torque, rounding, closed)
         status, rotation = _solve(work, iteration > 1, *what, active, rotation, force, slack)

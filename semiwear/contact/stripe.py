@@ -91,7 +91,7 @@ def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-untyped-def]
+def near_stripe(pairs, half_width, factor, table):  # type: ignore[no-untyped-def]
     """Stripe kernel between near slices of one line, as compliance [mm/N].
 
     Parameters
@@ -101,7 +101,7 @@ def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-u
         Hertz half-width of each slice.
     factor : float
         1/(pi E*).
-    values, slopes : arrays
+    table : array
         `stripe_table`.
 
     Returns
@@ -111,8 +111,8 @@ def near_stripe(pairs, half_width, factor, values, slopes):  # type: ignore[no-u
     width, out = 0.5 * np.log(half_width), np.empty(pairs.one.shape[0])
     for n in range(pairs.one.shape[0]):
         mean = width[pairs.one[n]] + width[pairs.other[n]]
-        total = stripe_integral_to(pairs.upper[n] - mean, values, slopes)
-        total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, values, slopes)
+        total = stripe_integral_to(pairs.upper[n] - mean, table)
+        total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, table)
         out[n] = total * factor / pairs.length[n]
     return out
 

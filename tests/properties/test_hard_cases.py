@@ -117,7 +117,7 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     width = np.where(force > 0.0, loads.half_width.ravel()[system.flat], 0.1 * problem.usual_half_width)
     factor = 1.0 / (pi * problem.modulus)
     pairs = near_pairs(system.starts, system.arc, system.length, teeth.problem.near_field)
-    add_pairs(matrix, pairs, near_stripe(pairs, width, factor, *stripe_table()))
+    add_pairs(matrix, pairs, near_stripe(pairs, width, factor, stripe_table()))
     gap = worn.gap.ravel()[system.flat]
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
@@ -280,7 +280,7 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap, rounding: flo
         floor = np.full(size, 0.1 * usual)
         status, rotation, force, _, _, change = solve_line_loads(
             Slices(static, gap, np.ones(size), case.arc, case.length, floor, case.curvature, case.starts, pairs),
-            NearField(case.modulus, 2.0 * usual, *stripe_table()), case.torque, rounded, 1e-5, 60, active, width,
+            NearField(case.modulus, 2.0 * usual, stripe_table()), case.torque, rounded, 1e-5, 60, active, width,
         )  # fmt: skip
     assert np.isfinite([rotation, change]).all()
     if status != LineStatus.CONVERGED:
@@ -290,7 +290,7 @@ def test_any_gaps_are_closed_by_complementary_loads(case: LineGap, rounding: flo
     assert np.isfinite(force).all()
     assert (force >= 0.0).all()
     matrix = static.copy()
-    add_pairs(matrix, pairs, near_stripe(pairs, width, 1.0 / (pi * case.modulus), *stripe_table()))
+    add_pairs(matrix, pairs, near_stripe(pairs, width, 1.0 / (pi * case.modulus), stripe_table()))
     anew = gap + matrix @ force - rotation
     # the loads of slices of other widths were found with widths 1e-5 of the greatest off
     limit = WIDTHS * (rotation + float(np.abs(matrix @ force).max()))

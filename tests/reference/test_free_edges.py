@@ -195,7 +195,7 @@ def test_compliance_stays_positive_definite(case):
     modulus = 0.5 * E / (1.0 - nu**2)
     local = np.zeros((count, count))
     pairs = near_pairs(starts, arc[0], length[0], np.inf)
-    add_pairs(local, pairs, near_stripe(pairs, widths, 1.0 / (pi * modulus), *stripe_table()))
+    add_pairs(local, pairs, near_stripe(pairs, widths, 1.0 / (pi * modulus), stripe_table()))
     shear = np.full(2, (1.0 + nu) / (2.0 * pi * E))
     subtract_mid_surface(local, starts, arc[0], length[0], np.concatenate(depth), shear, np.full(2, nu))
     at = np.zeros(count, dtype=np.int64), np.arange(count)
@@ -263,7 +263,7 @@ def test_real_lines_stay_positive_definite(small):
         matrix = system.smooth.copy()
         factor = 1.0 / (pi * problem.modulus)
         pairs = near_pairs(system.starts, system.arc, system.length, np.inf)
-        add_pairs(matrix, pairs, near_stripe(pairs, width, factor, *stripe_table()))
+        add_pairs(matrix, pairs, near_stripe(pairs, width, factor, stripe_table()))
         added = edges.matrix(at, system.starts)
         assert np.linalg.eigvalsh(matrix + added)[0] > 0.5 * np.linalg.eigvalsh(matrix)[0] > 0.0
         ends, middle = (at[1] == 0) | (at[1] == lines.face.size - 1), np.abs(at[1] - lines.face.size // 2) < 9

@@ -117,7 +117,7 @@ def test_stripe_kernel_far_away_is_a_point_load():
 def self_compliance(length: float, half_width: float) -> float:
     matrix = np.zeros((1, 1))
     pairs = near_pairs(np.array([0, 1]), np.zeros(1), np.array([length]), np.inf)
-    add_pairs(matrix, pairs, near_stripe(pairs, np.array([half_width]), 1.0 / (np.pi * STEEL), *stripe_table()))
+    add_pairs(matrix, pairs, near_stripe(pairs, np.array([half_width]), 1.0 / (np.pi * STEEL), stripe_table()))
     return float(matrix[0, 0])
 
 
@@ -144,7 +144,7 @@ def test_compliance_between_slices_is_the_kernel_integrated():
     length = np.full(4, 0.7)
     matrix = np.zeros((4, 4))
     pairs = near_pairs(np.array([0, 4]), arc, length, np.inf)
-    add_pairs(matrix, pairs, near_stripe(pairs, half_width, 1.0 / (np.pi * STEEL), *stripe_table()))
+    add_pairs(matrix, pairs, near_stripe(pairs, half_width, 1.0 / (np.pi * STEEL), stripe_table()))
     for i, j in combinations(range(4), 2):
         expected = quad(
             lambda s, i=i, j=j: float(stripe_kernel(np.array(abs(arc[j] - arc[i] + s) / 0.5))) / 0.5, -0.35, 0.35
@@ -297,7 +297,7 @@ class Assembled:
             np.array([b.poissons_ratio for b in bodies]),
         )  # fmt: skip
         pairs = near_pairs(starts, lines.arc[at], lines.length[at], np.inf)
-        add_pairs(self.matrix, pairs, near_stripe(pairs, width, factor, *stripe_table()))
+        add_pairs(self.matrix, pairs, near_stripe(pairs, width, factor, stripe_table()))
 
 
 @pytest.fixture(scope="module")
