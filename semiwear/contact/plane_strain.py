@@ -7,15 +7,50 @@ p >= 0 on narrow cells, gap + u - approach >= 0 and their product zero, with Fla
 from __future__ import annotations
 
 from math import log
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import cho_solve, toeplitz
 
-from semiwear.contact.active_set import cholesky_solve
+from semiwear.arrays import FloatArray
+from semiwear.contact.active_set import cholesky_solve, substitute
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["influences", "mean_log", "plane_contact", "respond"]
+__all__ = ["Cells", "even_cells", "influences", "mean_log", "plane_contact", "respond"]
 
 _SETS = 60  # of pressed cells that are tried
+
+
+class Cells(NamedTuple):
+    """How cells across a slice yield to forces on one another.
+
+    Attributes
+    ----------
+    influence : (n, n) array
+        Deflection -(ln s) up to a constant that keeps it definite.
+    factor : (n, n) array
+        Its Cholesky factor where cells are alike: that of so many cells side by side, wherever they are, begins it.
+        Of no rows elsewhere.
+    response : (n + 1, n) array
+        Forces on so many cells side by side that a unit approach causes.
+    """
+
+    influence: FloatArray
+    factor: FloatArray
+    response: FloatArray
+
+
+def even_cells(count: int) -> Cells:
+    """Cells of a single band, all of one width."""
+    s = np.arange(count, dtype=float)
+    high, low = s + 0.5, np.abs(s - 0.5)
+    whole = high * np.log(high) - np.where(s > 0, 1.0, -1.0) * low * np.log(low) - 1.0
+    influence = np.ascontiguousarray(toeplitz(log(2.0 * count) - whole))
+    factor = np.ascontiguousarray(np.linalg.cholesky(influence))
+    response = np.zeros((count + 1, count))
+    for m in range(1, count + 1):
+        response[m, :m] = cho_solve((factor[:m, :m], True), np.ones(m))
+    return Cells(influence, factor, response)
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -29,13 +64,20 @@ def mean_log(distance, width):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def influences(x, width, n, span, out):  # type: ignore[no-untyped-def]
-    """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric."""
+def influences(x, width, n, per_band, span, out):  # type: ignore[no-untyped-def]
+    """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric.
+
+    All bands have as many cells, `per_band`, and in each of them cells are alike.
+    """
     constant = log(2.0 * span)
     for i in range(n):
         for j in range(i + 1):
             away = abs(x[i] - x[j])
-            out[i, j] = constant - 0.5 * (mean_log(away, width[i]) + mean_log(away, width[j]))
+            if j // per_band == i // per_band:
+                inside = j % per_band > 0
+                out[i, j] = out[i - 1, j - 1] if inside else constant - mean_log(away, width[i])
+            else:
+                out[i, j] = constant - 0.5 * (mean_log(away, width[i]) + mean_log(away, width[j]))
             out[j, i] = out[i, j]
 
 
@@ -51,6 +93,18 @@ def respond(gap, influence, on, a, x, y):  # type: ignore[no-untyped-def]
             a[i, j] = influence[on[i], on[j]]
         x[i], y[i] = gap[on[i]], 1.0
     return cholesky_solve(a, m, x, y)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _respond_among(gap, cells, on, a, x, y):  # type: ignore[no-untyped-def]
+    """As `respond`, by what is known of cells side by side."""
+    m = on.shape[0]
+    if cells.factor.shape[0] == 0 or on[m - 1] - on[0] != m - 1:
+        return respond(gap, cells.influence, on, a, x, y)
+    for i in range(m):
+        x[i], y[i] = gap[on[i]], cells.response[m, i]
+    substitute(cells.factor, m, x)
+    return True
 
 
 @inner_njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
@@ -69,8 +123,20 @@ def _take_in(gap, influence, approach, on, force, active):  # type: ignore[no-un
 
 
 @inner_njit(cache=True, error_model="numpy")
-def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
-    """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled."""
+def plane_contact(gap, load, cells, active, force, a, x, y, points):  # type: ignore[no-untyped-def]
+    """Forces on cells under a load; returns the approach and its derivative, NaN if unsettled.
+
+    Parameters
+    ----------
+    gap : (n,) array
+    load : float
+    cells : Cells
+    active : (n,) bool array, changed
+        Cells that press; one at least.
+    force : (n,) array, changed
+    a, x, y, points : (n, n), (n,), (n,) and (n,) arrays
+        Memory.
+    """
     for _ in range(_SETS):
         m = 0
         for i in range(gap.shape[0]):
@@ -78,7 +144,7 @@ def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type
                 points[m] = i
                 m += 1
         on = points[:m]
-        if not respond(gap, influence, on, a, x, y):
+        if not _respond_among(gap, cells, on, a, x, y):
             break
         top, bottom = load, 0.0
         for i in range(m - 1, -1, -1):
@@ -94,6 +160,6 @@ def plane_contact(gap, load, influence, active, force, a, x, y, points):  # type
                 pulls = True
             else:
                 force[on[i]] = value
-        if not pulls and not _take_in(gap, influence, approach, on, force, active):
+        if not pulls and not _take_in(gap, cells.influence, approach, on, force, active):
             return approach, 1.0 / bottom
     return np.nan, np.nan

@@ -13,7 +13,6 @@ from math import exp, log, pi
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import toeplitz
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.footprint import Footprints
@@ -30,7 +29,7 @@ from semiwear.contact.gap import (
     varies_by,
 )
 from semiwear.contact.loads import SlicePressures
-from semiwear.contact.plane_strain import influences, mean_log, plane_contact
+from semiwear.contact.plane_strain import Cells, even_cells, influences, mean_log, plane_contact
 from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import inner_njit, njit
@@ -50,15 +49,7 @@ _ATTEMPTS = 8
 _MOST = max(n * cells for n, cells in enumerate(_CELLS, 1))
 
 
-def _flamant() -> FloatArray:
-    """Influence -(ln s) of the cells of a single band on one another, up to a constant that keeps it definite."""
-    s = np.arange(_CELLS[0], dtype=float)
-    high, low = s + 0.5, np.abs(s - 0.5)
-    whole = high * np.log(high) - np.where(s > 0, 1.0, -1.0) * low * np.log(low) - 1.0
-    return np.ascontiguousarray(toeplitz(log(2.0 * _CELLS[0]) - whole))
-
-
-_INFLUENCE = _flamant()
+_EVEN = even_cells(_CELLS[0])
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -237,12 +228,12 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
             break
         if not work.active[:n].any():
             work.active[np.argmin(work.gap[:n])] = True
-        influence = even
+        cells = even
         if bands > 1:
-            influence = work.influence
-            influences(work.place, work.width, n, span, influence)
+            influences(work.place, work.width, n, _CELLS[bands - 1], span, work.influence)
+            cells = Cells(work.influence, even.factor[:0], even.response[:0])
         approach, rate = plane_contact(
-            work.gap[:n], load, influence, work.active, work.force, work.factor, work.x, work.y, work.on
+            work.gap[:n], load, cells, work.active, work.force, work.factor, work.x, work.y, work.on
         )
         if np.isnan(approach) or _cut_off(bands, work.begin, work.end, work.force, gap.low, gap.high):
             depth *= _WIDER
@@ -251,8 +242,8 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         if beyond == 0.0:
             if smooth is not None:
                 rate = smooth_rate(
-                    work.gap[:n], influence, approach, rate, work.active[:n], work.force[:n], work.factor, work.x,
-                    work.y, work.on, work.pressed, _CELLS[bands - 1],
+                    work.gap[:n], cells.influence, approach, rate, work.active[:n], work.force[:n], work.factor,
+                    work.x, work.y, work.on, work.pressed, _CELLS[bands - 1],
                 )  # fmt: skip
             break
         depth = max(depth, _BEYOND * beyond)
@@ -338,7 +329,7 @@ def solve_slices(
     ends = True if smooth else None  # None is a type of its own: what it skips is not compiled
 
     def solve(slices: IntArray) -> int:
-        return int(_solve(line_load, flank, modulus, margin, _INFLUENCE, ends, slices, _work_space(places), found))
+        return int(_solve(line_load, flank, modulus, margin, _EVEN, ends, slices, _work_space(places), found))
 
     unsettled = sum(in_shares(solve, np.arange(line_load.shape[1])))
     if unsettled:

@@ -11,7 +11,7 @@ import pytest
 import semiwear as sw
 from semiwear.contact.plane_strain import plane_contact
 from semiwear.contact.pressed_tips import pressed_tips
-from semiwear.contact.slice_pressure import _INFLUENCE, solve_slices
+from semiwear.contact.slice_pressure import _EVEN, solve_slices
 from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.plan import Compared, plan
@@ -169,9 +169,10 @@ def test_a_corner_that_presses_with_one_cell_after_another_yields_smoothly() -> 
         gap = np.minimum(0.9 * (cells - 10.0) ** 2, 20.0 + 40.0 * np.abs(cells - corner))
         active, force = gap < load, np.empty(count)
         work = np.empty((count, count)), np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
-        approach, rate = plane_contact(gap, load, _INFLUENCE, active, force, *work)
+        approach, rate = plane_contact(gap, load, _EVEN, active, force, *work)
         assert active[24:].any() and active[24:].sum() <= 2
-        return rate, smooth_rate(gap, _INFLUENCE, approach, rate, active, force, *work, np.empty(count, dtype=bool), count)
+        pressed = np.empty(count, dtype=bool)
+        return rate, smooth_rate(gap, _EVEN.influence, approach, rate, active, force, *work, pressed, count)
 
     whole, smooth = np.array([rates(corner) for corner in np.linspace(25.2, 26.8, 801)]).T
     assert np.abs(np.diff(whole)).max() > 0.08
