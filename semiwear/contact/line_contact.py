@@ -132,7 +132,7 @@ def _solve_position(
 ) -> None:
     rolls, stepping = problem.rolls_of(position), slices.wear.size > 0
     if loads.force[rolls].any():
-        reached = MARGIN * float(loads.rotation[position] * problem.lines.lever_arm[rolls].max())
+        reached = MARGIN * float(loads.rotation[position] * problem.longest_lever[position])
     else:
         reached = _first_cap(problem, rolls, worn)
     for _ in range(_CAPS):

@@ -280,6 +280,11 @@ class ContactProblem:
         return np.ascontiguousarray(np.arange(self.pairs * self.per_cycle).reshape(self.pairs, -1).T)
 
     @cached_property
+    def longest_lever(self) -> FloatArray:
+        """Greatest lever arm of all slices at a mesh position [mm], (mesh_position,)."""
+        return np.asarray(self.lines.lever_arm[self._rolls].max(axis=(1, 2)))
+
+    @cached_property
     def _least(self) -> FloatArray:
         return _least_separation(self.lines)
 
