@@ -65,6 +65,10 @@ def parts_of_cells(nodes, longest):  # type: ignore[no-untyped-def]
 def _tabulate(row, gap, parts, first, end):  # type: ignore[no-untyped-def]
     """Fill in cells from `first` up to `end`, with the last node."""
     nodes, split, removed = gap.nodes, gap.split, gap.removed
+    if parts == 1:
+        for cell in range(first, end + 1):
+            row.place[cell], row.removed[cell] = nodes[cell], removed[cell]
+        return
     slope = slope_at(removed, nodes, split, first)
     for cell in range(first, end):
         before, slope = change_above(slope, nodes, split, cell), slope_at(removed, nodes, split, cell + 1)
