@@ -7,11 +7,12 @@ are always cut alike are taken in their order. Kernels let go of Python's lock.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,7 +25,15 @@ Result = TypeVar("Result")
 
 SHARES = 8  # of a piece of work: enough that threads end at about the same time
 
-_pool: ContextVar[ThreadPoolExecutor | None] = ContextVar("pool", default=None)
+
+class _Helpers(NamedTuple):
+    """Threads beside the one that shares work out, and how many they are."""
+
+    pool: ThreadPoolExecutor
+    number: int
+
+
+_helpers: ContextVar[_Helpers | None] = ContextVar("helpers", default=None)
 
 
 def available_threads() -> int:
@@ -38,19 +47,23 @@ def available_threads() -> int:
 def using_threads(count: int | None) -> Iterator[None]:
     """Let work be shared out among so many threads; None: among all cores that the process may use."""
     count = available_threads() if count is None else count
-    if count == 1:
-        token = _pool.set(None)
-        try:
-            yield
-        finally:
-            _pool.reset(token)
-        return
-    with ThreadPoolExecutor(count, thread_name_prefix="semiwear") as pool:
-        token = _pool.set(pool)
-        try:
-            yield
-        finally:
-            _pool.reset(token)
+    with _with_helpers(None) if count == 1 else _helping(count - 1):
+        yield
+
+
+@contextmanager
+def _with_helpers(helpers: _Helpers | None) -> Iterator[None]:
+    token = _helpers.set(helpers)
+    try:
+        yield
+    finally:
+        _helpers.reset(token)
+
+
+@contextmanager
+def _helping(count: int) -> Iterator[None]:
+    with ThreadPoolExecutor(count, thread_name_prefix="semiwear") as pool, _with_helpers(_Helpers(pool, count)):
+        yield
 
 
 def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:
@@ -58,14 +71,40 @@ def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Resul
 
     Work that is shared out again by such a share stays on its thread.
     """
-    shares = np.array_split(items, min(SHARES, items.size)) if items.size else []
-    pool = _pool.get()
-    if pool is None or len(shares) < 2:
-        return [work(share) for share in shares]
-    return list(pool.map(work, shares))
+    return _shared_out(work, np.array_split(items, min(SHARES, items.size)) if items.size else [])
 
 
 def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
     """Results of `work` on a few large items, in their order."""
-    pool = _pool.get()
-    return [work(item) for item in items] if pool is None else list(pool.map(work, items))
+    return _shared_out(work, list(items))
+
+
+def _shared_out(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """Results of `work`: every thread takes the next item until none is left, this one among them."""
+    helpers = _helpers.get()
+    if helpers is None or len(items) < 2:
+        return [work(item) for item in items]
+    left, lock = iter(range(len(items))), threading.Lock()
+    found: dict[int, Result] = {}
+    failed: dict[int, Exception] = {}
+
+    def take() -> None:
+        while True:
+            with lock:
+                number = next(left, None)
+            if number is None:
+                return
+            try:
+                found[number] = work(items[number])
+            except Exception as error:
+                failed[number] = error
+
+    helping = [helpers.pool.submit(take) for _ in range(min(helpers.number, len(items) - 1))]
+    with _with_helpers(None):
+        take()
+    for one in helping:
+        if not one.cancel():  # it has begun
+            one.result()
+    if failed:
+        raise failed[min(failed)]
+    return [found[number] for number in range(len(items))]
