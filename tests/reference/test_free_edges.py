@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from skfem import MeshHex
 
 from fem_reference.elasticity import ElasticBody
@@ -245,6 +246,47 @@ def test_edge_parallel_to_the_line_against_its_end():
     expected = 1.831 * shear * (1.4 / r - 25.0 / deep**3 - 1.4 / deep)
     np.testing.assert_allclose(seen[2:], expected, rtol=0.03)
     assert np.all(np.diff(seen) < 0.0)
+
+
+@given(
+    st.lists(st.floats(0.3, 5.0), min_size=4, max_size=4),
+    st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4),
+    st.floats(-3.0, 3.0),
+    st.booleans(),
+    st.sampled_from([1, 2]),
+)
+def test_two_slices_see_the_mean_of_one_another_s_images(distances, slopes, apart, elastic, count):
+    """By quadrature of the local displacement along either image, whatever the edges' slopes along the line."""
+    half_width, lengths, deep = 0.2, np.array([0.8, 1.1]), np.array([1.7, 2.3])
+    near = [(np.array(distances[2 * n : 2 * n + 2]), np.array(slopes[2 * n : 2 * n + 2])) for n in range(count)]
+    edges = tuple(EdgeDistance(e[None], turn[None], np.array([[1.0, 0.7]])) for e, turn in near)
+    body = FreeBody(E, NU, deep[None] if elastic else None, edges[:1], edges[1:])
+    free = FreeEdges(np.array([[0.0, apart]]), lengths[None], (body,), half_width)
+    at = np.zeros(2, dtype=np.int64), np.arange(2)
+    found, both = np.zeros((2, 2)), 0.0
+    free._add_image(found, at, body, edges)
+    single, equal = image_factor(NU)
+    length, depth = np.sqrt(lengths.prod()), np.sqrt(deep.prod())
+
+    def displacement(x: float, here: int) -> float:
+        """At a slice, under unit force at a place of the other one's image."""
+        s = apart if here == 0 else -apart
+        r2 = (s + x) ** 2 + sum(4.0 * e[here] * (e[1 - here] + turn[1 - here] * x) for e, turn in near)
+        middle = s + 2.0 * sum(e[here] * turn[1 - here] for e, turn in near)
+        r2 = max(r2, (x + middle) ** 2)  # an image is no nearer than the line on which it lies
+        value = 2.0 * (1.0 - NU) / np.sqrt(r2 + 0.25 * half_width**2)
+        if elastic:
+            value -= depth**2 / (r2 + depth**2) ** 1.5 + 2.0 * (1.0 - NU) / np.sqrt(r2 + depth**2)
+        return (1.0 + NU) / (2.0 * pi * E) * value
+
+    for here in (0, 1):
+        middle = -(apart if here == 0 else -apart) - 2.0 * sum(e[here] * turn[1 - here] for e, turn in near)
+        nearest = [middle] if abs(middle) < 0.5 * length else None
+        both += 0.5 * quad(displacement, -0.5 * length, 0.5 * length, args=(here,), points=nearest)[0] / length
+    for e, _ in near:
+        both *= np.sqrt(0.7) * (single + equal * 4.0 * e.prod() / e.sum() ** 2)
+    np.testing.assert_allclose(found[0, 1], both, rtol=1e-6, atol=1e-6 * abs(both) + 1e-14)
+    assert found[0, 1] == found[1, 0]
 
 
 @pytest.mark.slow
