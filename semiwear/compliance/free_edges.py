@@ -139,60 +139,102 @@ class _Image(NamedTuple):
     strong: FloatArray
 
 
-@inner_njit(cache=True, error_model="numpy")
-def _quotient(lower, upper, square):  # type: ignore[no-untyped-def]
-    """Exponential of the integral of 1/sqrt(x^2 + square) from `lower` up to `upper`, with nothing that cancels."""
-    first, second = sqrt(lower * lower + square), sqrt(upper * upper + square)
-    if upper < 0.0:
-        return (first - lower) / (second - upper)
-    if lower < 0.0:
-        return (upper + second) * (first - lower) / square
-    return (upper + second) / (lower + first)
+class _Row(NamedTuple):
+    """Images of a slice and of every one before it in one another: (n,) arrays, of which the first are in use.
 
-
-@inner_njit(cache=True, error_model="numpy")
-def _along_image(middle, square, length, half_surface, squared, nu):  # type: ignore[no-untyped-def]
-    """Integral of the local displacement along an image, times 2 pi E/(1 + nu).
-
-    `middle`: along it from its middle, `square`: of the distance there; `squared`: of the depth, 0 where nothing is
-    subtracted.
+    Attributes
+    ----------
+    here, there : arrays [mm]
+        Along the image from its middle, that of the other slice and that of this one.
+    square : array [mm^2]
+        Of the distance there.
+    factor, length : arrays [1], [mm]
+        On the image, and the mean of both slices.
+    quotient, ends : arrays
+        Exponential of the logarithms along the image, and the other terms.
+    total : array [mm]
+        Displacement along the image, times 2 pi E/(1 + nu).
     """
-    rest = max(square - middle * middle, 0.0)
-    lower, upper = middle - 0.5 * length, middle + 0.5 * length
-    near = _quotient(lower, upper, rest + half_surface * half_surface)
-    if squared == 0.0:
-        return 2.0 * (1.0 - nu) * log(near)
-    deep = rest + squared
-    ends = upper / sqrt(upper * upper + deep) - lower / sqrt(lower * lower + deep)
-    return 2.0 * (1.0 - nu) * log(near / _quotient(lower, upper, deep)) - ends * squared / deep
+
+    here: FloatArray
+    there: FloatArray
+    square: FloatArray
+    factor: FloatArray
+    length: FloatArray
+    quotient: FloatArray
+    ends: FloatArray
+    total: FloatArray
+
+
+# in loops over arrays, which compilers turn into several slices at once
+@inner_njit(cache=True, error_model="numpy")
+def _mirrored(image, i, single, equal, row):  # type: ignore[no-untyped-def]
+    """Find where the images of a slice and of those before it lie; whether all are alike from either side."""
+    # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
+    for j in range(i + 1):
+        row.here[j] = image.arc[j] - image.arc[i]
+        row.there[j], row.square[j], row.factor[j] = -row.here[j], row.here[j] * row.here[j], 1.0
+        row.length[j] = sqrt(image.length[i] * image.length[j])
+    for edge in range(image.distance.shape[0]):
+        own, turn, strong = image.distance[edge, i], image.slope[edge, i], image.strong[edge, i]
+        for j in range(i + 1):
+            other = image.distance[edge, j]
+            both = 4.0 * own * other
+            row.here[j] += 2.0 * own * image.slope[edge, j]
+            row.there[j] += 2.0 * other * turn
+            row.square[j] += both
+            row.factor[j] *= strong * image.strong[edge, j] * (single + equal * both / (own + other) ** 2)
+    alike = True
+    for j in range(i + 1):
+        alike &= abs(abs(row.there[j]) - abs(row.here[j])) <= _ALIKE * abs(row.here[j])
+    return alike
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _between(image, i, j, half_surface, nu, single, equal):  # type: ignore[no-untyped-def]
-    """Mean deflection of two slices by one another's images, times 2 pi E/(1 + nu) [1/mm]."""
-    # along the image of slice j, x from its middle: r^2 = (s + x)^2 + 4 e_i (e_j + slope x), a square and a rest
-    here = image.arc[j] - image.arc[i]
-    there, square, factor = -here, here * here, 1.0
-    for edge in range(image.distance.shape[0]):
-        e_i, e_j = image.distance[edge, i], image.distance[edge, j]
-        both = 4.0 * e_i * e_j
-        here += 2.0 * e_i * image.slope[edge, j]
-        there += 2.0 * e_j * image.slope[edge, i]
-        square += both
-        factor *= image.strong[edge, i] * image.strong[edge, j] * (single + equal * both / (e_i + e_j) ** 2)
-    length, squared = sqrt(image.length[i] * image.length[j]), image.depth[i] * image.depth[j]
-    total = _along_image(here, square, length, half_surface, squared, nu)
-    if abs(abs(there) - abs(here)) > _ALIKE * abs(here):  # a straight line and its image are alike from either side
-        total = 0.5 * (total + _along_image(there, square, length, half_surface, squared, nu))
-    return total * factor / length
+def _sum_with_root(x, root, square):  # type: ignore[no-untyped-def]
+    """Sum of a length and the root of its square and another one, with nothing that cancels."""
+    return x + root if x >= 0.0 else square / (root - x)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _add_along(middle, image, i, half_surface, nu, row):  # type: ignore[no-untyped-def]
+    """Add the local displacement along images, of which slices are so far from the middle, to `total`."""
+    for j in range(i + 1):
+        near = max(row.square[j] - middle[j] * middle[j], 0.0) + half_surface * half_surface
+        lower, upper = middle[j] - 0.5 * row.length[j], middle[j] + 0.5 * row.length[j]
+        first, second = sqrt(lower * lower + near), sqrt(upper * upper + near)
+        row.quotient[j] = _sum_with_root(upper, second, near) / _sum_with_root(lower, first, near)
+        row.ends[j] = 0.0
+    if image.depth[i] > 0.0:
+        for j in range(i + 1):
+            squared = image.depth[i] * image.depth[j]
+            deep = max(row.square[j] - middle[j] * middle[j], 0.0) + squared
+            lower, upper = middle[j] - 0.5 * row.length[j], middle[j] + 0.5 * row.length[j]
+            first, second = sqrt(lower * lower + deep), sqrt(upper * upper + deep)
+            row.quotient[j] *= _sum_with_root(lower, first, deep) / _sum_with_root(upper, second, deep)
+            row.ends[j] = (upper / second - lower / first) * squared / deep
+    for j in range(i + 1):
+        row.total[j] += 2.0 * (1.0 - nu) * log(row.quotient[j]) - row.ends[j]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _add_image(block, points, image, half_surface, shear, nu, single, equal):  # type: ignore[no-untyped-def]
     """Add an image to the compliance between all slices of a line, (m, m), of which it concerns some, (n,)."""
-    for i in range(points.shape[0]):
+    n = points.shape[0]
+    row = _Row(
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    )  # fmt: skip
+    for i in range(n):
+        alike = _mirrored(image, i, single, equal, row)
         for j in range(i + 1):
-            mean = shear * _between(image, i, j, half_surface, nu, single, equal)
+            row.total[j] = 0.0
+        _add_along(row.here, image, i, half_surface, nu, row)
+        share = shear
+        if not alike:  # a straight line and its image are alike from either side
+            _add_along(row.there, image, i, half_surface, nu, row)
+            share = 0.5 * shear
+        for j in range(i + 1):
+            mean = share * row.total[j] * row.factor[j] / row.length[j]
             block[points[i], points[j]] += mean
             if j < i:
                 block[points[j], points[i]] += mean
