@@ -7,6 +7,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq, nnls
 
@@ -24,7 +26,7 @@ from semiwear.contact.active_set import ActiveSetStatus, solve_active_set
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus
-from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, subtract_mid_surface
+from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, pairs_among, subtract_mid_surface
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
@@ -151,6 +153,32 @@ def test_compliance_between_slices_is_the_kernel_integrated():
         )[0]
         assert matrix[i, j] == matrix[j, i]
         assert matrix[i, j] == pytest.approx(expected / (np.pi * STEEL * 0.7), rel=1e-5)
+
+
+@given(st.data())
+def test_near_pairs_of_some_slices_are_those_of_all_among_them(data):
+    count = data.draw(st.integers(1, 12))
+    starts = np.array([0, data.draw(st.integers(0, count)), count])
+    steps = np.array(data.draw(st.lists(st.floats(0.1, 2.0), min_size=count, max_size=count)))
+    arc, length = np.cumsum(steps), 0.1 + steps
+    arc[starts[1] :] -= 0.5 * arc[-1]  # lines lie beside each other
+    chosen = np.flatnonzero(data.draw(st.lists(st.booleans(), min_size=count, max_size=count)))
+    some = pairs_among(near_pairs(starts, arc, length, 1.7), chosen, count)
+    alone = near_pairs(np.searchsorted(chosen, starts), arc[chosen], length[chosen], 1.7)
+    for found, expected in zip(some, alone, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_slices_that_need_not_be_looked_at_change_no_loads(small, monkeypatch):
+    def forces(room):
+        monkeypatch.setattr("semiwear.contact.problem._ROOM", room)
+        teeth = plan(small).loaded_teeth()
+        found = teeth.load(np.zeros(teeth.grid.profile.shape)).loads.force
+        return found, sum(known.flat.size for known in teeth.problem._kept.values())
+
+    (few, looked_at), (many, more) = forces(1.0), forces(6.0)
+    assert more > looked_at
+    np.testing.assert_allclose(many, few, rtol=1e-6, atol=1e-8 * few.max())
 
 
 # ---------------------------------------------------------------- one rigid tooth is a Hertz ellipse
