@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -171,13 +172,36 @@ class BeyondOnLines:
                     matrix[block] += rows[mine] @ moved
                     slope[block] += slopes[mine] @ moved
 
-    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int) -> FloatArray:
+    def by_ends(self, at: FloatArray, fillet: FloatArray) -> FloatArray:
+        """Stress at the root that free ends add, by loads spread along the axis and up the flank [MPa/N].
+
+        Parameters as of `root_stress`.
+
+        Returns
+        -------
+        (stations, F, loads) array
+        """
+        ends = self.ends
+        between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
+        observed = along_width(at / self.width, ORDERS)
+        return np.asarray(np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True))
+
+    @cached_property
+    def _spread(self) -> FloatArray:
+        """Loads spread along the axis, (roll, face, orders)."""
+        return along_width(self.along, ORDERS)
+
+    def root_stress(
+        self, loads: FloatArray, by_ends: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
+    ) -> FloatArray:
         """Tangential stress that free ends add on the loaded tooth itself, and an inclined tooth's wheel on all.
 
         Parameters
         ----------
         loads : (roll, face, places) array [N]
             Forces at load heights, spaced as `load_heights`.
+        by_ends : array
+            What `by_ends` gives for these observers.
         at : (stations,) array [mm]
             Observers along the axis, from the middle of the body.
         fillet : (F,) array
@@ -189,14 +213,9 @@ class BeyondOnLines:
         -------
         (roll, stations, F) array [MPa]
         """
-        spread = along_width(self.along, ORDERS)
         fewer, _ = cubic_weights(load_heights(loads.shape[2]), load_heights(HEIGHTS))
-        force = np.einsum("kfp,kfh,hg->kpg", spread, loads, fewer, optimize=True).reshape(len(loads), -1)
-        ends = self.ends
-        between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
-        observed = along_width(at / self.width, ORDERS)
-        table = np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True)
-        stress: FloatArray = np.einsum("zfl,kl->kzf", table, force, optimize=True)
+        force = (self._spread.transpose(0, 2, 1) @ loads @ fewer).reshape(len(loads), -1)
+        stress = (force @ by_ends.reshape(-1, force.shape[1]).T).reshape(-1, *by_ends.shape[:2])
         if self.wheel is not None:
             stress += self.wheel.root_stress(loads, self.along, at / self.width, fillet, per_tooth)
         return stress

@@ -144,7 +144,12 @@ class BeyondPrism(Protocol):
     ) -> None:
         """Add to the compliance between contact points, teeth counted towards where the load pushes."""
 
-    def root_stress(self, loads: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int) -> FloatArray:
+    def by_ends(self, at: FloatArray, fillet: FloatArray) -> FloatArray:
+        """What of that stress depends on the places alone, `by_ends` of `root_stress`."""
+
+    def root_stress(
+        self, loads: FloatArray, by_ends: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
+    ) -> FloatArray:
         """Stress of the fillet [MPa], (roll, station, fillet point), by forces at load heights.
 
         `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length, `per_tooth` the
@@ -307,7 +312,7 @@ class BodyOnLines:
         modal = self.cosine[loaded].transpose(0, 2, 1) @ shares.reshape(*shares.shape[:2], -1)
         modal = np.ascontiguousarray(modal.transpose(1, 0, 2))
         # the mean of the stress in the load's section, and of that in the observer's under all loads
-        at, stations, points = tooth.stations, ROOT_STATIONS, width // 3
+        stations, points = ROOT_STATIONS, width // 3
         table = self.stress.transpose(1, 0, 2, 3).reshape(harmonics, -1, width)  # (harmonic, section and height, ...)
         by_load = modal @ table
         stress = np.zeros((3, loads.shape[0], stations, points))
@@ -324,15 +329,27 @@ class BodyOnLines:
             stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
         result = stress[1]
         if self.beyond is not None:
-            from_middle = at - (tooth.start + 0.5 * tooth.width)
             result = result + self.beyond.root_stress(
-                loads, from_middle, np.linspace(ROOT_FROM, 1.0, points), -tooth.ahead * per_cycle
+                loads, self._by_ends, *self._observers, -tooth.ahead * per_cycle
             )
         # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
         # and the observer is then its neighbour on the other side
         result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
         result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
         return greatest_along_root(result)
+
+    @property
+    def _observers(self) -> tuple[FloatArray, FloatArray]:
+        """Stations along the axis from the middle [mm], and points of the fillet as shares of its length."""
+        body = self.body
+        points = np.linspace(ROOT_FROM, 1.0, self.stress.shape[-1] // 3)
+        return body.stations - (body.start + 0.5 * body.width), points
+
+    @cached_property
+    def _by_ends(self) -> FloatArray:
+        """Stress at the root that free ends add, by loads, as `BeyondOnLines.by_ends` gives it."""
+        assert self.beyond is not None
+        return self.beyond.by_ends(*self._observers)
 
     @cached_property
     def _waves_at_root(self) -> FloatArray:
