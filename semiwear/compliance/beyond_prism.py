@@ -201,7 +201,7 @@ class BeyondOnLines:
         loads : (roll, face, places) array [N]
             Forces at load heights, spaced as `load_heights`.
         by_ends : array
-            What `by_ends` gives for these observers.
+            Of the same observers, from `by_ends`.
         at : (stations,) array [mm]
             Observers along the axis, from the middle of the body.
         fillet : (F,) array

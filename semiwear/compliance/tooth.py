@@ -145,7 +145,7 @@ class BeyondPrism(Protocol):
         """Add to the compliance between contact points, teeth counted towards where the load pushes."""
 
     def by_ends(self, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """What of that stress depends on the places alone, `by_ends` of `root_stress`."""
+        """Part of that stress that depends on the places alone, `by_ends` of `root_stress`."""
 
     def root_stress(
         self, loads: FloatArray, by_ends: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
