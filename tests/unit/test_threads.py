@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from functools import cache
 
 import numpy as np
@@ -68,6 +69,21 @@ def test_threads_are_used_and_a_share_keeps_to_its_own():
     with pytest.raises(threading.BrokenBarrierError):
         meet.abort()
         in_shares(work, np.arange(2))
+
+
+def test_a_share_of_the_thread_that_shares_out_stays_there_while_others_are_idle():
+    meet, caller = threading.Barrier(2, timeout=20.0), threading.get_ident()
+
+    def nested(own):
+        time.sleep(2e-3)
+        return threading.get_ident()
+
+    def work(share):
+        meet.wait()
+        return set(in_shares(nested, np.arange(8))) if threading.get_ident() == caller else set()
+
+    with using_threads(2):
+        assert set().union(*in_shares(work, np.arange(2))) == {caller}
 
 
 @pytest.mark.parametrize("count", [1, 4])
