@@ -218,7 +218,7 @@ def _add_along(middle, image, i, half_surface, nu, row):  # type: ignore[no-unty
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _add_image(block, points, image, half_surface, shear, nu, single, equal):  # type: ignore[no-untyped-def]
+def _add_rows(block, points, image, half_surface, shear, nu, single, equal):  # type: ignore[no-untyped-def]
     """Add an image to the compliance between all slices of a line, (m, m), of which it concerns some, (n,)."""
     n = points.shape[0]
     row = _Row(
@@ -363,4 +363,4 @@ class FreeEdges:
             np.array([np.sqrt(edge.factor[rolls, faces]) for edge in edges]),
         )  # fmt: skip
         shear = (1.0 + nu) / (2.0 * pi * body.youngs_modulus)
-        _add_image(block, np.flatnonzero(near), image, 0.5 * self.half_width, shear, nu, *image_factor(nu))
+        _add_rows(block, np.flatnonzero(near), image, 0.5 * self.half_width, shear, nu, *image_factor(nu))
