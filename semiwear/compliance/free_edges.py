@@ -197,22 +197,28 @@ def _sum_with_root(x, root, square):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
+def _between_ends(middle, length, square):  # type: ignore[no-untyped-def]
+    """Exponential of the integral of 1/r along an image, r^2 = x^2 + square, and what x/r changes by."""
+    lower, upper = middle - 0.5 * length, middle + 0.5 * length
+    first, second = sqrt(lower * lower + square), sqrt(upper * upper + square)
+    quotient = _sum_with_root(upper, second, square) / _sum_with_root(lower, first, square)
+    return quotient, upper / second - lower / first
+
+
+@inner_njit(cache=True, error_model="numpy")
 def _add_along(middle, image, i, half_surface, nu, row):  # type: ignore[no-untyped-def]
     """Add the local displacement along images, of which slices are so far from the middle, to `total`."""
     for j in range(i + 1):
         near = max(row.square[j] - middle[j] * middle[j], 0.0) + half_surface * half_surface
-        lower, upper = middle[j] - 0.5 * row.length[j], middle[j] + 0.5 * row.length[j]
-        first, second = sqrt(lower * lower + near), sqrt(upper * upper + near)
-        row.quotient[j] = _sum_with_root(upper, second, near) / _sum_with_root(lower, first, near)
+        row.quotient[j], _ = _between_ends(middle[j], row.length[j], near)
         row.ends[j] = 0.0
     if image.depth[i] > 0.0:
         for j in range(i + 1):
             squared = image.depth[i] * image.depth[j]
             deep = max(row.square[j] - middle[j] * middle[j], 0.0) + squared
-            lower, upper = middle[j] - 0.5 * row.length[j], middle[j] + 0.5 * row.length[j]
-            first, second = sqrt(lower * lower + deep), sqrt(upper * upper + deep)
-            row.quotient[j] *= _sum_with_root(lower, first, deep) / _sum_with_root(upper, second, deep)
-            row.ends[j] = (upper / second - lower / first) * squared / deep
+            quotient, ends = _between_ends(middle[j], row.length[j], deep)
+            row.quotient[j] /= quotient
+            row.ends[j] = ends * squared / deep
     for j in range(i + 1):
         row.total[j] += 2.0 * (1.0 - nu) * log(row.quotient[j]) - row.ends[j]
 
@@ -230,7 +236,7 @@ def _add_rows(block, points, image, half_surface, shear, nu, single, equal):  # 
             row.total[j] = 0.0
         _add_along(row.here, image, i, half_surface, nu, row)
         share = shear
-        if not alike:  # a straight line and its image are alike from either side
+        if not alike:  # as they are where a straight line meets a straight edge
             _add_along(row.there, image, i, half_surface, nu, row)
             share = 0.5 * shear
         for j in range(i + 1):
