@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -172,53 +171,54 @@ class BeyondOnLines:
                     matrix[block] += rows[mine] @ moved
                     slope[block] += slopes[mine] @ moved
 
-    def by_ends(self, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """Stress at the root that free ends add, by loads spread along the axis and up the flank [MPa/N].
-
-        Parameters as of `root_stress`.
-
-        Returns
-        -------
-        (stations, F, loads) array
-        """
-        ends = self.ends
-        between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
-        observed = along_width(at / self.width, ORDERS)
-        return np.asarray(np.einsum("zp,pgl,fg->zfl", observed, ends.stress, between, optimize=True))
-
-    @cached_property
-    def _spread(self) -> FloatArray:
-        """Loads spread along the axis, (roll, face, orders)."""
-        return along_width(self.along, ORDERS)
-
-    def root_stress(
-        self, loads: FloatArray, by_ends: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
-    ) -> FloatArray:
+    def at_root(self, at: FloatArray, fillet: FloatArray) -> BeyondAtRoot:
         """Tangential stress that free ends add on the loaded tooth itself, and an inclined tooth's wheel on all.
+
+        Parameters
+        ----------
+        at : (stations,) array [mm]
+            Observers along the axis, from the middle of the body.
+        fillet : (F,) array
+            Points of the fillet as shares of its length from the end of the flank.
+        """
+        ends, share = self.ends, at / self.width
+        between = make_interp_spline(ends.fillet_share, np.eye(ends.fillet_share.size), k=3)(fillet)
+        by_ends = np.einsum("zp,pgl,fg->zfl", along_width(share, ORDERS), ends.stress, between, optimize=True)
+        wheel = None if self.wheel is None else self.wheel.at_root(self.along, share, fillet)
+        return BeyondAtRoot(along_width(self.along, ORDERS), np.asarray(by_ends), wheel)
+
+
+@dataclass(frozen=True)
+class BeyondAtRoot:
+    """Stress at places of the root, by loads on the contact lines.
+
+    Attributes
+    ----------
+    spread : (roll, face, orders) array
+        Of the loads along the axis.
+    by_ends : (stations, F, loads) array [MPa/N]
+        Stress that free ends add, by loads spread along the axis and up the flank.
+    wheel : _WheelAtRoot, optional
+    """
+
+    spread: FloatArray
+    by_ends: FloatArray
+    wheel: _WheelAtRoot | None = None
+
+    def stress(self, loads: FloatArray, per_tooth: int) -> FloatArray:
+        """Stress [MPa], (roll, stations, F).
 
         Parameters
         ----------
         loads : (roll, face, places) array [N]
             Forces at load heights, spaced as `load_heights`.
-        by_ends : array
-            Of the same observers, from `by_ends`.
-        at : (stations,) array [mm]
-            Observers along the axis, from the middle of the body.
-        fillet : (F,) array
-            Points of the fillet as shares of its length from the end of the flank.
         per_tooth : int
             Rolls from a tooth to the next towards where the load pushes; negative where those come earlier.
-
-        Returns
-        -------
-        (roll, stations, F) array [MPa]
         """
         fewer, _ = cubic_weights(load_heights(loads.shape[2]), load_heights(HEIGHTS))
-        force = (self._spread.transpose(0, 2, 1) @ loads @ fewer).reshape(len(loads), -1)
-        stress = (force @ by_ends.reshape(-1, force.shape[1]).T).reshape(-1, *by_ends.shape[:2])
-        if self.wheel is not None:
-            stress += self.wheel.root_stress(loads, self.along, at / self.width, fillet, per_tooth)
-        return stress
+        force = (self.spread.transpose(0, 2, 1) @ loads @ fewer).reshape(len(loads), -1)
+        stress = (force @ self.by_ends.reshape(-1, force.shape[1]).T).reshape(-1, *self.by_ends.shape[:2])
+        return stress if self.wheel is None else stress + self.wheel.stress(loads, per_tooth)
 
 
 @dataclass(frozen=True)
@@ -246,12 +246,35 @@ class _StrainedWheel:
         ]
         return cls(parts[0] - parts[1], wheel.fillet_share, wheel.factor)
 
-    def root_stress(
-        self, loads: FloatArray, along: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
-    ) -> FloatArray:
-        """As `BeyondOnLines.root_stress`, places along the axis as shares of the width."""
-        force = np.einsum("kfp,kfh->kph", along_width(along, POLYNOMIALS), loads, optimize=True)
-        seen = np.einsum("zq,oqph,kph->okz", along_width(at, POLYNOMIALS), self.table, force, optimize=True)
+    def at_root(self, along: FloatArray, at: FloatArray, fillet: FloatArray) -> _WheelAtRoot:
+        """As `BeyondOnLines.at_root`, for loads and observers at shares of the width."""
+        observed = np.einsum("zq,oqph->ozph", along_width(at, POLYNOMIALS), self.table)
+        factor = make_interp_spline(self.fillet_share, self.factor, k=3)(fillet)
+        return _WheelAtRoot(along_width(along, POLYNOMIALS), observed, factor)
+
+
+@dataclass(frozen=True)
+class _WheelAtRoot:
+    """The same at places of the root.
+
+    Attributes
+    ----------
+    spread : (roll, face, P) array
+        Of the loads along the axis.
+    table : (9, stations, P, H) array [MPa/N]
+        For each of `OFFSETS`: stress of the surface by loads at the load heights.
+    factor : (F,) array
+        From the stress of the surface to that at points of the fillet.
+    """
+
+    spread: FloatArray
+    table: FloatArray
+    factor: FloatArray
+
+    def stress(self, loads: FloatArray, per_tooth: int) -> FloatArray:
+        """As `BeyondAtRoot.stress`."""
+        force = np.einsum("kfp,kfh->kph", self.spread, loads, optimize=True)
+        seen = np.einsum("ozph,kph->okz", self.table, force, optimize=True)
         stress = np.zeros(seen.shape[1:])
         for teeth, part in zip(OFFSETS, seen, strict=True):
             # the loaded tooth stands at the roll of the observed one less so many teeth
@@ -262,7 +285,7 @@ class _StrainedWheel:
                 stress[:shift] += part[-shift:]
             else:
                 stress += part
-        return np.asarray(stress[:, :, None] * make_interp_spline(self.fillet_share, self.factor, k=3)(fillet))
+        return np.asarray(stress[:, :, None] * self.factor)
 
 
 def _ring_form(

@@ -144,16 +144,20 @@ class BeyondPrism(Protocol):
     ) -> None:
         """Add to the compliance between contact points, teeth counted towards where the load pushes."""
 
-    def by_ends(self, at: FloatArray, fillet: FloatArray) -> FloatArray:
-        """Part of that stress that depends on the places alone, `by_ends` of `root_stress`."""
+    def at_root(self, at: FloatArray, fillet: FloatArray) -> BeyondRoot:
+        """Stress at places of the root, prepared for any loads.
 
-    def root_stress(
-        self, loads: FloatArray, by_ends: FloatArray, at: FloatArray, fillet: FloatArray, per_tooth: int
-    ) -> FloatArray:
+        `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length.
+        """
+
+
+class BeyondRoot(Protocol):
+    """Stress at places of the root beyond that of the prism."""
+
+    def stress(self, loads: FloatArray, per_tooth: int) -> FloatArray:
         """Stress of the fillet [MPa], (roll, station, fillet point), by forces at load heights.
 
-        `at` counts from the middle of the body [mm], `fillet` is a share of the fillet's length, `per_tooth` the
-        number of rolls from a tooth to the next towards where the load pushes.
+        `per_tooth` is the number of rolls from a tooth to the next towards where the load pushes.
         """
 
 
@@ -328,28 +332,22 @@ class BodyOnLines:
             spread = (loads[loaded].transpose(0, 2, 1) @ self.splines[loaded]).reshape(loaded.size, -1)
             stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
         result = stress[1]
-        if self.beyond is not None:
-            result = result + self.beyond.root_stress(
-                loads, self._by_ends, *self._observers, -tooth.ahead * per_cycle
-            )
+        if self._beyond_root is not None:
+            result = result + self._beyond_root.stress(loads, -tooth.ahead * per_cycle)
         # a neighbour's load: the pair one roll ahead is the neighbour on the loaded side when `ahead` is +1,
         # and the observer is then its neighbour on the other side
         result[:-per_cycle] += stress[1 - tooth.ahead][per_cycle:]
         result[per_cycle:] += stress[1 + tooth.ahead][:-per_cycle]
         return greatest_along_root(result)
 
-    @property
-    def _observers(self) -> tuple[FloatArray, FloatArray]:
-        """Stations along the axis from the middle [mm], and points of the fillet as shares of its length."""
+    @cached_property
+    def _beyond_root(self) -> BeyondRoot | None:
+        """Beyond the prism: stress at the stations and at points of the fillet."""
+        if self.beyond is None:
+            return None
         body = self.body
         points = np.linspace(ROOT_FROM, 1.0, self.stress.shape[-1] // 3)
-        return body.stations - (body.start + 0.5 * body.width), points
-
-    @cached_property
-    def _by_ends(self) -> FloatArray:
-        """Stress at the root that free ends add, by loads, as `BeyondOnLines.by_ends` gives it."""
-        assert self.beyond is not None
-        return self.beyond.by_ends(*self._observers)
+        return self.beyond.at_root(body.stations - (body.start + 0.5 * body.width), points)
 
     @cached_property
     def _waves_at_root(self) -> FloatArray:
