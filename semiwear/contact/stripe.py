@@ -75,19 +75,13 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
     """Of near pairs of so many slices, those of chosen ones, by their numbers among these."""
-    number, most = np.full(size, -1), pairs.one.shape[0]
-    for i in range(chosen.shape[0]):
-        number[chosen[i]] = i
-    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    n = 0
-    for p in range(most):
-        i, j = number[pairs.one[p]], number[pairs.other[p]]
-        if i >= 0 and j >= 0:
-            one[n], other[n], upper[n], lower[n] = i, j, pairs.upper[p], pairs.lower[p]
-            beyond[n], mean[n] = pairs.beyond[p], pairs.length[p]
-            n += 1
-    return NearPairs(one[:n], other[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
+    number = np.full(size, -1)
+    number[chosen] = np.arange(chosen.shape[0])
+    one, other = number[pairs.one], number[pairs.other]
+    both = np.flatnonzero((one >= 0) & (other >= 0))
+    return NearPairs(
+        one[both], other[both], pairs.upper[both], pairs.lower[both], pairs.beyond[both], pairs.length[both]
+    )
 
 
 @njit(cache=True, error_model="numpy")
