@@ -28,6 +28,7 @@ from semiwear.scene import Scene
 from semiwear.threads import in_threads, using_threads
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.kept_state import restored_state, state_arrays
+from semiwear.wear.parted_step import parted_step_to_depth
 from semiwear.wear.step_count import depth_of_step, steps_for_depth
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.swept_line import Sweep, fresh_sweep
@@ -166,8 +167,14 @@ def _wear_steps(
         point = physics.control_point(teeth)
         assert point is not None
         depths = wear.until.control_depths_um
+        states, part = list(known) or [state], physics.depth_of_part(teeth)
+        there = [0.0, *(1e-3 * depth for depth in depths)]  # at the control point, in every state
         for k, depth in enumerate(depths[done:], done + 1):
-            state = stepper.step_to_depth(state, point, 1e-3 * depth)
+            if part is None:
+                state = stepper.step_to_depth(states[-1], point, there[k])
+            else:
+                state = parted_step_to_depth(stepper, states, point, there, part, smooth=teeth.smooth)
+            states.append(state)
             yield _WearStep(state, k, len(depths), f"{depth:g} um at the control point")
         return
     assert wear.until.meshes is not None

@@ -33,7 +33,7 @@ from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.roll_grid import RollGrid, even_roll_grid, given_roll_grid, pairs_that_can_touch
 from semiwear.plain_text import table
 from semiwear.plan import effects
-from semiwear.plan.choices import Choice, physics_choices
+from semiwear.plan.choices import Choice, parts_deep_steps, physics_choices
 from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines, middle_contact
@@ -44,7 +44,7 @@ from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping
-from semiwear.wear.step_count import steps_of_life
+from semiwear.wear.step_count import PLAIN_STEPS, depth_of_step, steps_of_life
 from semiwear.wear.stepping import ControlPoint, LoadCase, WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 from semiwear.wear.worn import WearMultipliers
@@ -223,6 +223,13 @@ class Plan:
         end = 1e-3 * until.control_depths_um[-1] if until.control_depths_um is not None else until.meshes
         assert end is not None
         return AdaptiveStepper.for_accuracy(replace(stepper, hold=1.0), numerics.accuracy, end)
+
+    def depth_of_part(self, teeth: LoadedTeeth) -> float | None:
+        """Depth of the parts in which deep steps to control depths are taken [mm]; None where none is."""
+        if not parts_deep_steps(self.scene):
+            return None
+        plain = depth_of_step(teeth.pair.base_pitch)
+        return PLAIN_STEPS * plain if self.scene.numerics.wear_scheme == "two-stage" else plain
 
     def control_point(self, teeth: LoadedTeeth) -> ControlPoint | None:
         """The control point on its body's flank, if the scene names one."""

@@ -9,7 +9,7 @@ from semiwear.scene import FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
 
-__all__ = ["Choice", "physics_choices"]
+__all__ = ["Choice", "parts_deep_steps", "physics_choices"]
 
 
 @dataclass(frozen=True)
@@ -158,6 +158,11 @@ def _scheme_choice(scene: Scene) -> Choice:
     return Choice("wear steps", how[scheme], True, f'numerics.wear_scheme = "{scheme}"')
 
 
+def parts_deep_steps(scene: Scene) -> bool:
+    """Whether deep steps to control depths are taken in parts; explicit ones and those of an accuracy are not."""
+    return scene.numerics.wear_scheme != "explicit" and "wear_steps" not in scene.numerics.chosen_for_accuracy
+
+
 def _end_choice(scene: Scene) -> Choice:
     if scene.wear is None:
         return Choice("end of the run", "none", False, "no wear")
@@ -165,6 +170,8 @@ def _end_choice(scene: Scene) -> Choice:
     if (depths := until.control_depths_um) is not None:
         end = f"{len(depths)} control depths to {depths[-1]:g} um"
         why = f"wear.until.control_depths_um on the {scene.wear.watched_body}: meshes found for each"
+        if parts_deep_steps(scene):
+            why += "; deep steps in parts"
         return Choice("end of the run", end, True, why)
     end = f"{until.meshes:g} meshes, steps: {scene.numerics.wear_steps}"
     if until.hours is None:

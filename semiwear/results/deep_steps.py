@@ -7,11 +7,9 @@ import xarray as xr
 
 from semiwear.results.missing import group_of
 from semiwear.results.wearing import scene_tables
+from semiwear.wear.step_count import DEEP, PLAIN_STEPS
 
 __all__ = ["deep_steps"]
-
-# errors at three times: of the greatest depth 0.6 % (face gear, until 60 um), 1.1 % (spur pair), 5 % (helical pair)
-_DEEP = {"implicit": 3.0, "two-stage": 6.0, "explicit": 3.0}  # times the usual depth of a step, by the scheme
 
 
 def deep_steps(tree: xr.DataTree) -> list[str]:
@@ -26,14 +24,17 @@ def deep_steps(tree: xr.DataTree) -> list[str]:
     if "wear_depth_max" not in history or "usual_step_depth" not in diagnostics:
         return []
     scene, usual = scene_tables(tree), float(diagnostics["usual_step_depth"])
-    most = _DEEP.get(str(scene.get("numerics", {}).get("wear_scheme")), _DEEP["implicit"]) * usual
+    scheme = scene.get("numerics", {}).get("wear_scheme")
+    to_depths = "control_depths_um" in scene.get("wear", {}).get("until", {})
+    if to_depths and scheme != "explicit":  # deep ones are taken in parts
+        return []
+    most = (DEEP * PLAIN_STEPS if scheme == "two-stage" else DEEP) * usual
     worn = history["wear_depth_max"].diff("wear_step").transpose("wear_step", "body").values
     deep = int((worn.max(axis=1, initial=0.0) > most).sum())
     if not deep:
         return []
     _, body = np.unravel_index(int(worn.argmax()), worn.shape)
     name = history["body"].values[body]
-    to_depths = "control_depths_um" in scene.get("wear", {}).get("until", {})
     more = "wear.until.control_depths_um" if to_depths else "numerics.wear_steps"
     return [
         f"{deep} of {len(worn)} wear steps take up to {worn.max():.2g} um off the {name}, where {usual:.2g} um a "

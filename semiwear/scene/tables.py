@@ -103,7 +103,8 @@ class WearUntil:
     )
     control_depths_um: tuple[float, ...] | None = declared(
         increasing_depths(),
-        "Wear depths at the control point, increasing; each is a step of the result, the last one ends the run.",
+        "Wear depths at the control point, increasing; each is a step of the result, taken in parts where either "
+        "body wears far deeper in it than in a usual step. The last one ends the run.",
         default=None,
     )
     # Whether the meshes were left to follow from the hours.

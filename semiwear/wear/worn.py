@@ -20,6 +20,10 @@ class Worn(NamedTuple):
         """Greatest wear depth of both [mm]."""
         return max(float(depth.max()) for depth in self if depth is not None)
 
+    def deepest_since(self, before: Worn) -> float:
+        """Greatest depth that either flank has worn by since then [mm]."""
+        return self.plus(-1.0, before).deepest
+
     def plus(self, times: float, other: Worn) -> Worn:
         """Depths and so many times others."""
         driving = None

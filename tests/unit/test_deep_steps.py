@@ -22,16 +22,23 @@ def worn(scene: sw.Scene, pinion: list[float], gear: list[float], usual: float |
 
 
 def test_deep_steps_are_counted_and_the_deepest_is_told() -> None:
-    (told,) = deep_steps(worn(SHIPPED, [0.0, 30.0, 54.0, 85.0], [0.0, 9.0, 12.0, 20.0]))
+    scene = SHIPPED.replace({"numerics.wear_scheme": "explicit"})
+    (told,) = deep_steps(worn(scene, [0.0, 30.0, 54.0, 85.0], [0.0, 9.0, 12.0, 20.0]))
     assert told.startswith("2 of 3 wear steps take up to 31 um off the pinion, where 8 um a step are usual")
     assert told.endswith("Give more wear.until.control_depths_um.")
 
 
 @pytest.mark.parametrize(("scheme", "deepest"), [("implicit", 24.0), ("two-stage", 48.0), ("explicit", 24.0)])
 def test_a_step_in_two_stages_may_be_twice_as_deep(scheme: str, deepest: float) -> None:
-    scene = SHIPPED.replace({"numerics.wear_scheme": scheme})
+    scene = SHIPPED.replace({"numerics.wear_scheme": scheme, "wear.until.meshes": 1e9})
     assert deep_steps(worn(scene, [0.0, 0.0], [0.0, deepest])) == []
     assert len(deep_steps(worn(scene, [0.0, 0.0], [0.0, deepest + 0.1]))) == 1
+
+
+@pytest.mark.parametrize("scheme", ["implicit", "two-stage"])
+def test_steps_to_control_depths_are_taken_in_parts_and_not_told(scheme: str) -> None:
+    scene = SHIPPED.replace({"numerics.wear_scheme": scheme})
+    assert deep_steps(worn(scene, [0.0, 300.0], [0.0, 60.0])) == []
 
 
 def test_results_without_earlier_steps_or_by_an_accuracy_tell_nothing() -> None:
