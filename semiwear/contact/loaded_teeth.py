@@ -141,7 +141,7 @@ class LoadedTeeth:
     ) -> Removed:
         """The same with wear of both flanks, between the nodes of windows only, (roll, face, 2).
 
-        `before`, found for the same slices and windows where those are, gives its memory away.
+        `before` gives its memory away.
         """
         assert self.driving is not None
         grid, unworn = self.driving.driven, self._finer_modification

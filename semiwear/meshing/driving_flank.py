@@ -66,8 +66,6 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
             lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
             if first == end:
                 continue
-            out[k, i, :first] = 0.0
-            out[k, i, end:] = 0.0
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
             on_line, turns = driving_profile[k, i], driving_slope[k, i]
@@ -133,16 +131,16 @@ class DrivingFlank:
         slices : int array, optional
             Slices to do; the others have no wear of the driving flank, as have slices that cannot touch.
         windows : (roll, face, 2) int array, optional
-            First node and the one behind the last to do; everything else is zero.
+            First node and the one behind the last to do; everything else is not known.
         into : array, changed, optional
-            With windows, what was found before in some of the same slices: memory that is used again.
+            With windows: memory that is used again.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         if windows is None:
             out = np.array(np.broadcast_to(unworn + driven, shape), order="C")
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         else:
-            out = np.zeros(shape) if into is None else into
+            out = np.empty(shape) if into is None else into
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 

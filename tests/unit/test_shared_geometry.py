@@ -130,13 +130,16 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     few = loaded_teeth.removed_at_nodes(driven, driving, slices, windows)
     before = loaded_teeth.removed_at_nodes(*less, slices, loaded_teeth.widest_windows(*less, line_load > 0.0))
     again = loaded_teeth.removed_at_nodes(driven, driving, slices, windows, before)
-    assert again.depth is before.depth and (again.depth == few.depth).all()
+    node = np.arange(few.depth.shape[-1])
+    within = (windows[..., :1] <= node) & (node < windows[..., 1:])
+    assert again.depth is before.depth and (again.depth[within] == few.depth[within]).all()
+    few.depth[~within] = np.nan  # nobody reads there
     every = loaded_teeth.removed(driven, driving, slices)
     flank = loaded_teeth.driving
     assert flank is not None
     alone = every.depth == flank.driven.from_grid(driven)
     assert alone[~flank.near].all() and not alone[flank.near].all()
-    assert (few.depth == every.depth).mean() < 0.7  # windows leave something out
+    assert within.mean() < 0.7  # windows leave something out
     what = (motion, line_load, loaded_teeth.half_width, loaded_teeth.problem.modulus, slices)
     found, expected = (
         wear_of_both_flanks(loaded_teeth.fine, loaded_teeth.grid, flank, removed, *what) for removed in (few, every)
