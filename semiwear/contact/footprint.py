@@ -30,6 +30,7 @@ from semiwear.contact.gap import (
     gap_at,
     gap_of_flanks,
     lowest,
+    reaches_ends,
     rises_within,
     slice_gap,
 )
@@ -220,11 +221,9 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     stop = min(gap.high, max(gap.at + reach, gap.low))
     parts = parts_of_cells(nodes, _FINE * width)
     first, end = locate(nodes, split, start)[0], min(locate(nodes, split, stop)[0] + 1, last)
-    to_low, to_high = start <= gap.low, stop >= gap.high
-    if space.within[0] > first:
-        first, to_low = space.within[0], False
-    if space.within[1] < end:
-        end, to_high = space.within[1], False
+    first, end = max(first, space.within[0]), min(end, space.within[1])
+    at_low, at_high = reaches_ends(gap, space.within[0], space.within[1])
+    to_low, to_high = at_low and start <= gap.low, at_high and stop >= gap.high
     if not to_low and not to_high and end - first > _FEW:
         first, end = _closed_cells(gap, first, end, depth, u, g)
     fill_row(row, gap, parts, first, end)

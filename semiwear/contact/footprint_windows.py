@@ -18,6 +18,7 @@ from semiwear.contact.gap import (
     fresh_on,
     gap_at,
     gap_of_flanks,
+    reaches_ends,
     rises_within,
     slice_gap,
     varies_by,
@@ -122,7 +123,7 @@ def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignor
         g[p] = fresh_on(curve, nodes[p] - gap.at) + removed[p]
         if gap.low <= nodes[p] <= gap.high:
             least = min(least, g[p])
-    at_low, at_high = low == 0 or nodes[low] <= gap.low, high == points - 1 or nodes[high] >= gap.high
+    at_low, at_high = reaches_ends(gap, low, high)
     low_edge = _least_on_edge(gap, -1.0, depth, edge[0], edge[1]) if at_low else np.inf
     high_edge = _least_on_edge(gap, 1.0, depth, edge[0], edge[1]) if at_high else np.inf
     least = min(least, min(low_edge, high_edge)) + wears

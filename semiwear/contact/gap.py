@@ -32,6 +32,7 @@ __all__ = [
     "lowest",
     "most_places",
     "outline",
+    "reaches_ends",
     "removed_at",
     "rises_within",
     "slice_gap",
@@ -274,6 +275,13 @@ def add_arc(gap, direction, depth, u, g, count):  # type: ignore[no-untyped-def]
         g[count] = _beyond(x, fresh, slope, radius) + cubic(start, end, slope_a, slope_b, inside)
         count += 1
     return count
+
+
+@inner_njit(cache=True, error_model="numpy")
+def reaches_ends(gap, first, last):  # type: ignore[no-untyped-def]
+    """Whether nodes between two of them reach the lower and the upper end of a slice, with its rounding."""
+    low, high = gap.low - gap.low_radius / gap.per_mm, gap.high + gap.high_radius / gap.per_mm
+    return first == 0 or gap.nodes[first] <= low, last == gap.nodes.shape[0] - 1 or gap.nodes[last] >= high
 
 
 @inner_njit(cache=True, error_model="numpy")

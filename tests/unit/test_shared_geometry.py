@@ -12,6 +12,7 @@ import semiwear as sw
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.local_weights import LocalWeights, between_points, seen_by_points
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.meshing.removed import Removed
 from semiwear.plan import effects, kept_lines, plan, teeth
 from semiwear.wear.followed_gap import FollowedGap
 from semiwear.wear.swept_line import sweep, wear_of_both_flanks
@@ -116,6 +117,16 @@ def worn_teeth(scene: sw.Scene, deeper: float = 1.0) -> tuple[LoadedTeeth, np.nd
     return loaded_teeth, depths[0], depths[1]
 
 
+_READ_BY_NOBODY = -1.0  # mm: as good as pressed
+
+
+def inside(removed: Removed) -> np.ndarray:
+    """Nodes within the windows, (roll, face, profile)."""
+    assert removed.windows is not None
+    node = np.arange(removed.depth.shape[-1])
+    return np.asarray((removed.windows[..., :1] <= node) & (node < removed.windows[..., 1:]))
+
+
 @pytest.mark.parametrize("name", ["face_gear_25x160", "spur_fzg_c"])
 def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     """Wear of both flanks from depths read in the windows of footprints and from depths read everywhere."""
@@ -130,10 +141,9 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     few = loaded_teeth.removed_at_nodes(driven, driving, slices, windows)
     before = loaded_teeth.removed_at_nodes(*less, slices, loaded_teeth.widest_windows(*less, line_load > 0.0))
     again = loaded_teeth.removed_at_nodes(driven, driving, slices, windows, before)
-    node = np.arange(few.depth.shape[-1])
-    within = (windows[..., :1] <= node) & (node < windows[..., 1:])
+    within = inside(few)
     assert again.depth is before.depth and (again.depth[within] == few.depth[within]).all()
-    few.depth[~within] = np.nan  # nobody reads there
+    few.depth[~within] = _READ_BY_NOBODY
     every = loaded_teeth.removed(driven, driving, slices)
     flank = loaded_teeth.driving
     assert flank is not None
@@ -171,6 +181,7 @@ def test_what_footprints_cannot_close_yet_need_not_be_known(name: str, deeper: f
         assert few.windows is not None
         windows = loaded_teeth.widest_windows(driven, driving, line_load > 0.0)
         wide = loaded_teeth.removed_at_nodes(driven, driving, slices, windows)
+        few.depth[~inside(few)] = _READ_BY_NOBODY
         widths.append((np.diff(few.windows).sum(), np.diff(windows).sum()))
         found, expected = (
             wear_of_both_flanks(loaded_teeth.fine, loaded_teeth.grid, flank, removed, *what)
