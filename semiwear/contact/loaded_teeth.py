@@ -121,14 +121,12 @@ class LoadedTeeth:
         """Stations of the driving flank among the slices that meet it at the solved positions."""
         return PassedStations.of(self.lines.driving_face, self.grid.face)
 
-    def removed(
-        self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
-    ) -> Removed:
-        """Material removed from both flanks on the fine roll grid; with `slices` it need be right in these only."""
+    def removed(self, wear: FloatArray, driving_wear: FloatArray | None = None) -> Removed:
+        """Material removed from both flanks on the fine roll grid."""
         if driving_wear is None or self.driving is None:
             return fresh_flanks(self.fine, self.grid, self.modification, wear)
         grid = self.driving.driven
-        depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification, slices)
+        depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification)
         return Removed.met(grid, depth, self.fine.roll.size)
 
     def removed_at_nodes(

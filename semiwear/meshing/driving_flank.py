@@ -129,18 +129,18 @@ class DrivingFlank:
         unworn : (rows, face, profile) array [mm]
             What unworn flanks lack there; one row, or one a roll position.
         slices : int array, optional
-            Slices to do; the others have no wear of the driving flank, as have slices that cannot touch.
+            With windows: slices to do.
         windows : (roll, face, 2) int array, optional
-            First node and the one behind the last to do; everything else is not known.
+            First node and the one behind the last to do; everything else is not known. By default all nodes, where
+            slices that cannot touch have no wear of the driving flank.
         into : array, changed, optional
-            With windows: memory that is used again.
+            Memory that is used again.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
+        out = np.empty(shape) if into is None else into
         if windows is None:
-            out = np.array(np.broadcast_to(unworn + driven, shape), order="C")
+            out[~self.near] = np.broadcast_to(unworn + driven, shape)[~self.near]
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
-        else:
-            out = np.empty(shape) if into is None else into
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 

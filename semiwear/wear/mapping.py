@@ -65,7 +65,12 @@ class WearMapping(Protocol):
     """Wear depths on the flanks from loads at roll positions."""
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
+        self,
+        teeth: LoadedTeeth,
+        motion: Sweep,
+        removed: Removed,
+        weighted_loads: Sequence[WeightedLoads],
+        slices: IntArray,
     ) -> FloatArray:
         """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
 
@@ -133,10 +138,15 @@ class InterpolatedWear:
     grow_driving: Growth = np.add
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
+        self,
+        teeth: LoadedTeeth,
+        motion: Sweep,
+        removed: Removed,
+        weighted_loads: Sequence[WeightedLoads],
+        slices: IntArray,
     ) -> FloatArray:
         """As in `WearMapping`."""
-        return _swept(teeth, motion, teeth.removed(*worn, slices), line_load_of(weighted_loads), slices)
+        return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
 
     def followed(
         self,
@@ -190,7 +200,12 @@ class MarchedWear:
     swept: InterpolatedWear = InterpolatedWear()
 
     def of_mesh(
-        self, teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
+        self,
+        teeth: LoadedTeeth,
+        motion: Sweep,
+        removed: Removed,
+        weighted_loads: Sequence[WeightedLoads],
+        slices: IntArray,
     ) -> FloatArray:
         """As in `WearMapping`; the loads were solved on this flank."""
         return _marched(weighted_loads, _chosen(teeth, slices))[0]
@@ -223,7 +238,7 @@ class MarchedWear:
         if len(influence.parts) == 1:
             return Worn(worn.driven + marched), on_edges
         swept, swept_on_edges = self.swept.worn(influence, weighted_loads, multipliers, slices)
-        removed, line_load, taken = teeth.removed(*worn, slices), line_load_of(weighted_loads), np.zeros(2)
+        removed, line_load, taken = teeth.removed(*worn), line_load_of(weighted_loads), np.zeros(2)
         rest = marched - wear_depth(multiplier, _swept(teeth, motion, removed, line_load, slices, taken))
         on_edges[DRIVEN] += swept_on_edges[DRIVEN] - multiplier * taken[1]
         # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
@@ -236,13 +251,13 @@ class MarchedWear:
 
 
 def driving_wear_at(
-    teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
+    teeth: LoadedTeeth, motion: Sweep, removed: Removed, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
     what = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
-    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, teeth.removed(*worn, slices), *what)[0]
+    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what)[0]
 
 
 def _cells(passage: WeightedLoads) -> PatchCells:

@@ -391,7 +391,7 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
-        start = (teeth, self.motion, self.state.worn, self.weighted_loads(loads), slices)
+        start = (teeth, self.motion, self.state.contact.fine.removed, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:

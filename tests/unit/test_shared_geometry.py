@@ -144,7 +144,7 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     within = inside(few)
     assert again.depth is before.depth and (again.depth[within] == few.depth[within]).all()
     few.depth[~within] = _READ_BY_NOBODY
-    every = loaded_teeth.removed(driven, driving, slices)
+    every = loaded_teeth.removed(driven, driving)
     flank = loaded_teeth.driving
     assert flank is not None
     alone = every.depth == flank.driven.from_grid(driven)
