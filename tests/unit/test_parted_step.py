@@ -64,8 +64,15 @@ def test_the_first_step_is_taken_once_more_where_it_was_deep() -> None:
     assert steps(4.0, [0.0, 1.0]) == [1.0, 0.25, 0.5, 0.75, 1.0]
 
 
+def test_parts_are_alike_unless_results_are_to_be_smooth() -> None:
+    assert steps(3.5, [0.0, 1.0]) == [1.0, 0.25, 0.5, 0.75, 1.0]
+    assert steps(3.5, [0.0, 1.0], smooth=True) == pytest.approx([1.0, 1.0 / 3.5, 2.0 / 3.5, 3.0 / 3.5, 1.0])
+    assert len(steps(4.005, [0.0, 1.0], smooth=True)) == 1 + 4  # without a splinter
+
+
 def test_the_step_before_foretells_the_parts_of_the_next() -> None:
     assert steps(4.0, [0.0, 1.0, 2.5], known=2) == pytest.approx([1.25, 1.5, 1.75, 2.0, 2.25, 2.5])
+    assert steps(4.0, [0.0, 1.0, 1.5, 2.5], known=3) == pytest.approx([1.75, 2.0, 2.25, 2.5])
 
 
 def test_parts_are_no_more_than_the_most_steps_of_a_run() -> None:
