@@ -21,7 +21,6 @@ from semiwear.contact.gap import (
     reaches_ends,
     rises_within,
     slice_gap,
-    varies_by,
 )
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -29,7 +28,7 @@ from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 
-__all__ = ["look_within", "narrow", "varies_in_window", "widest"]
+__all__ = ["look_within", "narrow", "widest"]
 
 _BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
 
@@ -39,18 +38,6 @@ def look_within(window, points):  # type: ignore[no-untyped-def]
     """First and last node between which a footprint is looked for in a window of a slice of so many points."""
     first = window[0] + _BESIDE - 1 if window[0] > 0 else ZERO
     return first, (window[1] - _BESIDE if window[1] < points else points - 1)
-
-
-@inner_njit(cache=True, error_model="numpy")
-def varies_in_window(removed, window):  # type: ignore[no-untyped-def]
-    """Greatest less least of what is removed from a slice, where nothing may be removed outside a window."""
-    first, end = window
-    if end - first == removed.shape[0]:
-        return varies_by(removed)
-    greatest = 0.0
-    for p in range(first, end):
-        greatest = max(greatest, removed[p])
-    return greatest
 
 
 @inner_njit(cache=True, error_model="numpy", nogil=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
-from semiwear.contact.footprint_windows import look_within, varies_in_window
+from semiwear.contact.footprint_windows import look_within
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -113,8 +113,10 @@ def _spread(flank, windows, what, half_width, slices, driving, places, grid, len
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
-            space.reach.row.varies[0] = varies_in_window(gap.removed, windows[k, i])
+            points = gap.nodes.shape[0]
+            within[0], within[1] = look_within(windows[k, i], points)
+            if windows[k, i, 1] - windows[k, i, 0] < points:
+                space.reach.row.varies[0] = np.inf  # the window tells where its footprint may lie
             pieces, wide = pieces_of(gap, half_width, what, k, i, space), length[k, i]
             _add_to_driving(what, driving, places, gap, k, i, wide, pieces, space, memory, theirs, out, taken[0])
             first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, wide, pieces, space, laid)
