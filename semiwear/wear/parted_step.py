@@ -1,8 +1,8 @@
 """Steps to control depths, in parts where they are deep.
 
 Depths at the control point say little of what wears elsewhere: where both bodies wear, a tooth of one may meet many
-times as often as a tooth of the other. A step far deeper than usual errs by several per cent. Its parts take hardly
-longer, since time goes with the cycles in which the contact's shape follows the wear.
+times as often as a tooth of the other. A step far deeper than usual errs by several per cent. Its parts together take
+less than half as long again, since time goes with the cycles in which the contact's shape follows the wear.
 """
 
 from __future__ import annotations
