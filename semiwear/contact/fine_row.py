@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.contact.gap import varies_by
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.flank_grid import change_above, slope_at
 
-__all__ = ["MOST_PARTS", "FineRow", "fill_row", "fine_row", "forget_row", "parts_of_cells", "row_varies_by"]
+__all__ = ["MOST_PARTS", "FineRow", "fill_row", "fine_row", "forget_row", "parts_of_cells"]
 
 MOST_PARTS = 32
 
@@ -28,36 +27,24 @@ class FineRow(NamedTuple):
         Of which the first cells * parts + 1 are in use; known between two cells.
     known : (3,) int array
         Parts of a cell, and the first and the end of the cells that are known.
-    varies : (1,) array [mm]
-        Greatest less least of what is removed at the nodes; negative where it is not known.
     """
 
     place: FloatArray
     removed: FloatArray
     known: IntArray
-    varies: FloatArray
 
 
 @njit(cache=True, error_model="numpy")
 def fine_row(points):  # type: ignore[no-untyped-def]
     """Memory for slices of so many nodes; nothing is known."""
     most = (points - 1) * MOST_PARTS + 1
-    return FineRow(np.empty(most), np.empty(most), np.zeros(3, dtype=np.int64), np.full(1, -1.0))
+    return FineRow(np.empty(most), np.empty(most), np.zeros(3, dtype=np.int64))
 
 
 @inner_njit(cache=True, error_model="numpy")
 def forget_row(row):  # type: ignore[no-untyped-def]
     """Nothing is known of another row."""
     row.known[:] = 0
-    row.varies[0] = -1.0
-
-
-@inner_njit(cache=True, error_model="numpy")
-def row_varies_by(row, removed):  # type: ignore[no-untyped-def]
-    """Greatest less least of what is removed at the nodes."""
-    if row.varies[0] < 0.0:
-        row.varies[0] = varies_by(removed)
-    return row.varies[0]
 
 
 @inner_njit(cache=True, error_model="numpy")

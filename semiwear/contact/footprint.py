@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
-from semiwear.contact.fine_row import FineRow, fill_row, fine_row, forget_row, parts_of_cells, row_varies_by
+from semiwear.contact.fine_row import FineRow, fill_row, fine_row, forget_row, parts_of_cells
 from semiwear.contact.gap import (
     ON_EDGES,
     add_arc,
@@ -33,6 +33,7 @@ from semiwear.contact.gap import (
     reaches_ends,
     rises_within,
     slice_gap,
+    varies_by,
 )
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import ZERO, inner_njit, njit
@@ -161,7 +162,7 @@ class Reach(NamedTuple):
     u, g : (places,) arrays [mm]
         Profile coordinate and gap.
     within : (2,) int array
-        First and last node between which a footprint is looked for: all of them, unless the caller sets others.
+        First and last node between which a footprint is looked for: all, unless the caller knows where it lies.
     """
 
     row: FineRow
@@ -215,8 +216,10 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
     nodes, split, row, u, g = gap.nodes, gap.split, space.row, space.u, space.g
     width, last = half_width / gap.per_mm, nodes.shape[0] - 1
     depth = depth_of(gap.derivatives[2], width)
-    # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
-    reach = width + rises_within(row_varies_by(row, gap.removed) + depth, gap.derivatives[2])
+    reach = np.inf
+    if space.within[0] == 0 and space.within[1] == last:
+        # a footprint cannot lie where the fresh separation alone exceeds what the flanks' shape varies by
+        reach = width + rises_within(varies_by(gap.removed) + depth, gap.derivatives[2])
     start = max(gap.low, min(gap.at - reach, gap.high))
     stop = min(gap.high, max(gap.at + reach, gap.low))
     parts = parts_of_cells(nodes, _FINE * width)
@@ -340,7 +343,7 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             found.cut[k, i] = 1.0 if gap.at - gap.low < width or gap.high - gap.at < width else 0.0
             if not near[k, i]:
                 continue
-            if row_varies_by(space.row, gap.removed) == 0.0 and found.cut[k, i] == 0.0:
+            if varies_by(gap.removed) == 0.0 and found.cut[k, i] == 0.0:
                 continue
             depth, least, area, below, moment, cut = _shape(gap, half_width, space)
             found.least[k, i] = least

@@ -113,10 +113,7 @@ def _spread(flank, windows, what, half_width, slices, driving, places, grid, len
             if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            points = gap.nodes.shape[0]
-            within[0], within[1] = look_within(windows[k, i], points)
-            if windows[k, i, 1] - windows[k, i, 0] < points:
-                space.reach.row.varies[0] = np.inf  # the window tells where its footprint may lie
+            within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
             pieces, wide = pieces_of(gap, half_width, what, k, i, space), length[k, i]
             _add_to_driving(what, driving, places, gap, k, i, wide, pieces, space, memory, theirs, out, taken[0])
             first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, wide, pieces, space, laid)
