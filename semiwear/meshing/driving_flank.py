@@ -139,7 +139,7 @@ class DrivingFlank:
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         out = np.empty(shape) if into is None else into
         if windows is None:
-            out[~self.near] = np.broadcast_to(unworn + driven, shape)[~self.near]
+            np.copyto(out, unworn + driven, where=~self.near[..., None])
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]

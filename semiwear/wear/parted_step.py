@@ -66,5 +66,5 @@ def parted_step_to_depth(
 
 def _ends(parts: float, smooth: bool) -> list[float]:
     """Shares of a step at which its parts end."""
-    count = max(ceil(parts - _SPLINTER), 1)
+    count = ceil(parts - _SPLINTER)
     return [*(k / (parts if smooth else count) for k in range(1, count)), 1.0]
