@@ -35,11 +35,11 @@ from semiwear.wear.swept_line import Sweep, fresh_sweep
 from semiwear.wear.two_stage import TwoStageStepper
 from semiwear.wear.worn import Worn
 
-__all__ = ["NoProgress", "Progress", "require_checkpoint", "simulate"]
+__all__ = ["ADAPTIVE_STATES", "NoProgress", "Progress", "require_checkpoint", "simulate"]
 
 _LOG = logging.getLogger(__name__)
 
-_ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
+ADAPTIVE_STATES = 8  # of a run to a number of meshes, where steps between them follow an accuracy
 _WEARING = "contact and wear"  # the stage
 
 
@@ -192,7 +192,7 @@ def _state_count(
 ) -> int:
     """Wear states of a run: by the depth that is foreseen on either body, unless steps follow an accuracy."""
     if isinstance(stepper, AdaptiveStepper):
-        return _ADAPTIVE_STATES
+        return ADAPTIVE_STATES
     return steps_for_depth(stepper.foreseen_depth(start, meshes), base_pitch)
 
 

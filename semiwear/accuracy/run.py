@@ -24,7 +24,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.results.datasets import with_rating_errors
 from semiwear.results.kinds import Errors, History, difference, history, worst
 from semiwear.scene import Scene
-from semiwear.simulate import NoProgress, Progress, require_checkpoint
+from semiwear.simulate import ADAPTIVE_STATES, NoProgress, Progress, require_checkpoint
 from semiwear.simulate import simulate as simulate_as_given
 
 __all__ = ["ROUNDS", "round_checkpoint", "simulate"]
@@ -212,7 +212,7 @@ class _Search:
         return together([told, self.fixed_steps, chosen, given])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:
-        found = history(simulate_as_given(self._with(self.pilot_scene, values)))
+        found = history(simulate_as_given(_in_fixed_steps(self._with(self.pilot_scene, values))))
         self.pilots += 1
         self.progress.step(self.pilots, 1 + len(self.parameters), "coarse runs, to choose the resolution")
         return found
@@ -236,6 +236,17 @@ def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
     kept = np.unique(np.ceil(np.arange(1, _PILOT_STATES + 1) * len(depths) / _PILOT_STATES).astype(int))
     changes["wear.until.control_depths_um"] = [depths[k - 1] for k in kept]
     return scene.replace(changes), [0, *(int(k) for k in kept)]
+
+
+def _in_fixed_steps(scene: Scene) -> Scene:
+    """The scene in the same few steps at any resolution, each in two stages, unless it gives its own.
+
+    What steps leave is the same in two coarse runs then, and not in their difference.
+    """
+    if "wear_steps" not in scene.numerics.chosen_for_accuracy or scene.numerics.wear_scheme == "explicit":
+        return scene
+    changes = {"numerics.accuracy": None, "numerics.wear_scheme": "two-stage", "numerics.wear_steps": ADAPTIVE_STATES}
+    return scene.replace(changes)
 
 
 def _tell(tree: DataTree, errors: Errors, asked: float) -> None:

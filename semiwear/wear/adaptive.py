@@ -91,26 +91,28 @@ class AdaptiveStepper:
     ) -> WearState:
         """Steps until the reading is at `end`."""
         now, wanted = begin, end - begin
-        stride = state.stride[0] if state.stride else wanted
+        stride, pace = state.stride or (wanted, 0.0)
         while end - now > _END * wanted:
             count = max(1, int(np.ceil((end - now) / stride - _END)))
             length = (end - now) / count  # even steps to the end, none of them a splinter
             there = end if count == 1 else now + length
             try:
-                step = measured(self.stepper, state, _to(advance, there))
+                meshes = pace * length if pace else advance(state, there, None).meshes
+                step = measured(self.stepper, state, meshes, _to(advance, there))
             except ConvergenceError:
                 if length < _SHORTEST * wanted:
                     raise
-                stride = _GROWTH[0] * length
+                stride, pace = _GROWTH[0] * length, 0.0
                 continue
-            self.solved += 3
+            self.solved += 2
+            pace = (step.first.meshes + step.trial.meshes) / length
             # over the wear at the end of the run, which is in proportion to what measures the way
             left = step.error / step.size * min(there / self.end, 1.0) if step.size > 0.0 else 0.0
             allowed = (1.0 - _STAYS) * self.tolerance
             stride = length * float(np.clip(_SAFETY * allowed / max(left, _END), *_GROWTH))
             if left > allowed and length > _SHORTEST * wanted:
                 continue
-            state = replace(self.stepper.commit(step.trial), error=_STAYS * state.error + left, stride=(stride,))
+            state = replace(self.stepper.commit(step.trial), error=_STAYS * state.error + left, stride=(stride, pace))
             reached = end if count == 1 else reading(state)
             if not reached > now + _ADVANCES * length:
                 raise ConvergenceError(

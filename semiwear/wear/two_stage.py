@@ -31,6 +31,9 @@ __all__ = ["BEST_FIRST_STAGE", "SECOND_ORDER", "Measured", "TwoStageStepper", "g
 
 SECOND_ORDER = 1.0 - 0.5**0.5
 BEST_FIRST_STAGE = 0.39419
+ERROR_SHARE = 0.2
+"""Greatest error of a step of second order at any rate z <= 0, over what the rates of wear in its two stages differ
+by, times the step: |factor - exp(z)| over (1 - g) z^2/(1 - g z)^2. It is reached at z = -3.5."""
 
 _HALVINGS = 10  # of a step to a depth
 # Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
@@ -107,30 +110,31 @@ class TwoStageStepper:
 
 @dataclass(frozen=True)
 class Measured:
-    """A step in two stages, and what a plain one says of its error.
+    """A step in two stages, and what the change between them says of its error.
 
     Attributes
     ----------
-    trial : Trial
-        Its last stage.
+    first, trial : Trial
+        Its stages.
     error : float [mm]
         Root of the sum of squares over the worn flanks, estimated.
     size : float [mm]
         Of the wear at the end of the step, likewise.
     """
 
+    first: Trial
     trial: Trial
     error: float
     size: float
 
 
-def measured(stepper: WearStepper, state: WearState, to_the_end: ToTheEnd) -> Measured:
-    """A step in two stages of second order and in one, to the same end."""
-    plain = to_the_end(state, None)
-    first = _first_stage(stepper, state, plain.meshes, plain.loads, SECOND_ORDER)
-    trial = replace(to_the_end(stepper.commit(first), plain.loads), pace=plain.pace)
-    error = greatest_error_share(SECOND_ORDER) * _size(trial.worn, plain.worn)
-    return Measured(trial, error, _size(trial.worn))
+def measured(stepper: WearStepper, state: WearState, meshes: float, to_the_end: ToTheEnd) -> Measured:
+    """A step of second order of about so many meshes, whose end is found, and the error that its stages tell."""
+    first = _first_stage(stepper, state, meshes, None, SECOND_ORDER)
+    trial = to_the_end(stepper.commit(first), first.loads)
+    wear, earlier = trial.worn.plus(-1.0, first.worn), first.worn.plus(-1.0, state.worn)
+    change = _size(wear.plus(-trial.meshes / first.meshes, earlier)) / trial.meshes
+    return Measured(first, trial, ERROR_SHARE * (first.meshes + trial.meshes) * change, _size(trial.worn))
 
 
 def _first_stage(
@@ -140,8 +144,6 @@ def _first_stage(
     return stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
 
 
-def _size(worn: Worn, less: Worn | None = None) -> float:
-    """Root of the sum of squares of a wear, less another [mm]."""
-    others = (None, None) if less is None else less
-    parts = [x if y is None else x - y for x, y in zip(worn, others, strict=True) if x is not None]
-    return float(np.sqrt(sum(np.sum(part**2) for part in parts)))
+def _size(worn: Worn) -> float:
+    """Root of the sum of squares of a wear [mm]."""
+    return float(np.sqrt(sum(np.sum(part**2) for part in worn if part is not None)))
