@@ -76,6 +76,7 @@ def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) ->
     for order in (slice(None), slice(None, None, -1)):
         v, x, inside, counts = value[order], place[order], below[order], loaded[order]
         leaves = inside[:-2] & inside[1:-1] & counts[2:] & ~inside[2:]
+        leaves &= x[1:-1] != x[:-2]  # two positions at one place, as on an edge, tell no slope
         if leaves.any():
             slope = np.median((v[1:-1] - v[:-2])[leaves] / (x[1:-1] - x[:-2])[leaves])
             best = max(best, float(np.max(v[1:-1] + slope * (border - x[1:-1]), where=leaves, initial=0.0)))

@@ -49,7 +49,8 @@ class WearState:
         Estimated error that the steps so far have left, over the wear at the end of the run; 0 where steps are fixed
         and nothing is estimated.
     stride : tuple of float
-        What such estimates suggest for the next step (`semiwear.wear.adaptive`); empty without them.
+        What such estimates suggest for the next step, and the meshes that the last one took over how far it got
+        (`semiwear.wear.adaptive`); empty without them.
     volume : WearVolume
         That Archard's law has worn off so far.
     law_residual : float

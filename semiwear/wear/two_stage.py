@@ -27,29 +27,20 @@ from semiwear.wear.state import ControlPoint, Trial, WearState
 from semiwear.wear.stepping import WearStepper
 from semiwear.wear.worn import Worn
 
-__all__ = ["BEST_FIRST_STAGE", "SECOND_ORDER", "Measured", "TwoStageStepper", "greatest_error_share", "measured"]
+__all__ = ["BEST_FIRST_STAGE", "ERROR_SHARE", "SECOND_ORDER", "Measured", "TwoStageStepper", "measured"]
 
 SECOND_ORDER = 1.0 - 0.5**0.5
 BEST_FIRST_STAGE = 0.39419
-ERROR_SHARE = 0.2
-"""Greatest error of a step of second order at any rate z <= 0, over what the rates of wear in its two stages differ
-by, times the step: |factor - exp(z)| over (1 - g) z^2/(1 - g z)^2. It is reached at z = -3.5."""
+ERROR_SHARE = 0.0663
+"""Greatest error of a step of second order at any rate z <= 0, over what the wear rates of its two stages differ by,
+times the step: |factor - exp(z)| over (1 - g) z^2/(1 - g z)^2, reached at z = -3.5."""
 
 _HALVINGS = 10  # of a step to a depth
 # Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
 _DEPTH_A_CYCLE = 3.3e-5
 
 ToTheEnd = Callable[[WearState, Sequence[TeethLoads] | None], Trial]
-"""A plain implicit step from a state to the end of the step, with loads near those to come."""
-
-
-def greatest_error_share(g: float) -> float:
-    """Greatest error of two stages, over their difference from a plain implicit step, at any rate z <= 0.
-
-    Reached where -z is great: the factors tend to a/z and -1/z, a = (1 - 2 g)/g^2.
-    """
-    a = (1.0 - 2.0 * g) / g**2
-    return a / (1.0 + a)
+"""A plain implicit step from a state to the end of a step, with loads near those to come."""
 
 
 @dataclass(frozen=True)
@@ -114,27 +105,40 @@ class Measured:
 
     Attributes
     ----------
-    first, trial : Trial
-        Its stages.
+    trial : Trial
+        Its last stage.
+    meshes : float
+        Its length.
     error : float [mm]
         Root of the sum of squares over the worn flanks, estimated.
     size : float [mm]
         Of the wear at the end of the step, likewise.
     """
 
-    first: Trial
     trial: Trial
+    meshes: float
     error: float
     size: float
 
 
 def measured(stepper: WearStepper, state: WearState, meshes: float, to_the_end: ToTheEnd) -> Measured:
-    """A step of second order of about so many meshes, whose end is found, and the error that its stages tell."""
+    """A step of second order, and the error that the change between its stages tells.
+
+    Parameters
+    ----------
+    stepper : WearStepper
+        Implicit, of loads at the end of a step.
+    state : WearState
+    meshes : float
+        Its length, about: the first stage is a share of it, and the second goes to the end.
+    to_the_end : callable
+    """
     first = _first_stage(stepper, state, meshes, None, SECOND_ORDER)
     trial = to_the_end(stepper.commit(first), first.loads)
     wear, earlier = trial.worn.plus(-1.0, first.worn), first.worn.plus(-1.0, state.worn)
     change = _size(wear.plus(-trial.meshes / first.meshes, earlier)) / trial.meshes
-    return Measured(first, trial, ERROR_SHARE * (first.meshes + trial.meshes) * change, _size(trial.worn))
+    whole = first.meshes + trial.meshes
+    return Measured(trial, whole, ERROR_SHARE * whole * change, _size(trial.worn))
 
 
 def _first_stage(

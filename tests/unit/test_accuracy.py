@@ -19,7 +19,7 @@ from semiwear.results.kinds import difference, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.two_stage import BEST_FIRST_STAGE, SECOND_ORDER, TwoStageStepper, greatest_error_share, measured
+from semiwear.wear.two_stage import BEST_FIRST_STAGE, ERROR_SHARE, SECOND_ORDER, TwoStageStepper, measured
 from semiwear.wear.worn import Worn
 from tests.same_result import different_variables
 from tests.scenes import TINY
@@ -220,10 +220,10 @@ def exact(meshes):
     return 1.0 - math.exp(-meshes)
 
 
-def both_ways(length):
-    """A step of a length, plain and in two stages."""
+def of_length(length):
+    """A step of a length, whose two stages tell its error."""
     stepper = Implicit()
-    return measured(stepper, stepper.start(), lambda at, near: stepper.trial(at, length - at.meshes, near))
+    return measured(stepper, stepper.start(), length, lambda at, near: stepper.trial(at, length - at.meshes, near))
 
 
 LENGTHS = pytest.mark.parametrize("length", [0.01, 0.1, 0.5, 2.0, 7.0, 50.0, 1e3, 1e6])
@@ -236,7 +236,7 @@ def stays(g, z):
 
 @LENGTHS
 def test_two_stages_err_no_more_than_they_say(length):
-    step = both_ways(length)
+    step = of_length(length)
     depth = float(step.trial.worn.driven[0])
     assert 1.0 - depth == pytest.approx(stays(SECOND_ORDER, -length), abs=1e-12)
     assert step.trial.start.meshes + step.trial.meshes == pytest.approx(length)
@@ -261,9 +261,16 @@ def test_the_evenest_stages_err_least_at_the_rate_where_they_err_most():
 
     assert greatest(BEST_FIRST_STAGE) < min(greatest(g) for g in np.linspace(0.25, 1.0, 301)) + 1e-4
     assert greatest(BEST_FIRST_STAGE) < 0.25 * np.abs(1.0 / (1.0 - z) - np.exp(z)).max()
-    for g in (SECOND_ORDER, BEST_FIRST_STAGE):
-        share = np.abs(stays(g, z) - np.exp(z)) / np.abs(stays(g, z) - 1.0 / (1.0 - z))
-        assert share[z < -1e-2].max() == pytest.approx(greatest_error_share(g), rel=1e-3)
+
+
+def test_the_change_between_stages_covers_the_error_at_any_rate():
+    z, g = -np.logspace(-2.0, 5.0, 40001), SECOND_ORDER
+    first = z / (1.0 - g * z)  # rates of wear in the stages, of a difference of 1
+    change = z * stays(g, z) - first
+    np.testing.assert_allclose(change, (1.0 - g) * z**2 / (1.0 - g * z) ** 2)
+    share = np.abs(stays(g, z) - np.exp(z)) / change
+    assert share.max() <= ERROR_SHARE < 1.01 * share.max()
+    assert z[share.argmax()] == pytest.approx(-3.5, abs=0.1)
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])

@@ -41,6 +41,14 @@ def test_ripple_of_one_slice_is_not_carried_on():
     assert rippled == smooth
 
 
+def test_two_positions_at_one_place_tell_no_slope():
+    """Both may lie on an edge: by that slope the pressure at the border would have no limit."""
+    pressure = pressures(0.3, 0.05)
+    last = np.flatnonzero(pressure.place[:, 0] < CLEAR)[-1]
+    pressure.place[last - 1] = pressure.place[last]
+    assert ZONES.greatest_clear(pressure)[Zone.ROOT] == pressure.inner[last, 0]
+
+
 def test_what_ends_before_the_border_is_not_carried_on():
     pressure = pressures(0.3, 0.05)
     pressure.inner[pressure.place[:, 0] > -1.5] = 0.0
