@@ -98,7 +98,7 @@ def test_a_wrong_depth_spoils_what_wear_has_changed_and_no_more():
 @pytest.mark.parametrize("order", [1.0, 2.0])
 @pytest.mark.parametrize("other", [10, 40])
 def test_two_runs_tell_an_error_that_follows_its_order(order, other):
-    parameter = Parameter("n", 20, 500, order, 1.0)
+    parameter = Parameter("n", 20, 500, order, order, 1.0)
 
     def error(n):
         return 7.0 * n**-order
@@ -108,9 +108,17 @@ def test_two_runs_tell_an_error_that_follows_its_order(order, other):
     assert part.at(35)["q"] == pytest.approx(error(35))
 
 
+def test_refining_gains_each_quantity_what_its_order_says():
+    """The error where two runs are compared is that of the lower order, so that it is not too small for either."""
+    parameter = Parameter("n", 20, 500, 1.0, 2.0, 1.0)
+    part = Contribution.between(parameter, 20, 40, {"contact_pressure_root": 0.1, "wear_depth_max_root": 0.1}, True)
+    assert part.at(20) == pytest.approx({"contact_pressure_root": 0.2, "wear_depth_max_root": 0.2})
+    assert part.at(80) == pytest.approx({"contact_pressure_root": 0.05, "wear_depth_max_root": 0.0125})
+
+
 def parts_of(**errors):
     return tuple(
-        Contribution(Parameter(name, 10, most, 1.0, 1.0), 10, {"q": size}, free)
+        Contribution(Parameter(name, 10, most, 1.0, 1.0, 1.0), 10, {"q": size}, free)
         for name, (size, most, free) in errors.items()
     )
 
@@ -371,8 +379,8 @@ def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(s
     def solve(scene, **_):
         ran.append(scene.numerics.roll_positions)
         size = [1.0, 1.0 + error(ran[-1])]
-        values = xr.Dataset({"load_share_max": ("wear_step", size), "meshes": ("wear_step", [0.0, 1.0])})
-        steps = xr.Dataset({"error_estimate": ("quantity", [0.0])}, {"quantity": ["load_share_max"]})
+        values = xr.Dataset({"contact_pressure_root": ("wear_step", size), "meshes": ("wear_step", [0.0, 1.0])})
+        steps = xr.Dataset({"error_estimate": ("quantity", [0.0])}, {"quantity": ["contact_pressure_root"]})
         return xr.DataTree.from_dict({"/history": values, "/diagnostics": steps})
 
     within = resolution.parameters_of(shipped.numerics)
