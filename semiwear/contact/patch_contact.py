@@ -29,7 +29,7 @@ from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
-from semiwear.contact.patch_system import PatchSystem
+from semiwear.contact.patch_system import PatchSystem, rows_of_pairs
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError
@@ -232,7 +232,7 @@ class _Position:
             tilt=tilt,
             aside=aside,
             across=across,
-            coefficients=_coefficients(int(np.diff(rows.starts).max()), gap.shape[1], cell, problem.modulus),
+            coefficients=_coefficients(max(rows_of_pairs(rows.starts)), gap.shape[1], cell, problem.modulus),
         )
         return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
 
@@ -398,5 +398,7 @@ def _fitted(cells: FloatArray, columns: int) -> FloatArray:
     """Rows of cells cut, or filled with zeros, to so many columns around the middle."""
     more = (columns - cells.shape[-1]) // 2
     if more > 0:
-        return np.pad(cells, ((0, 0), (more, more)))
+        wider = np.zeros((cells.shape[0], columns))
+        wider[:, more:-more] = cells
+        return wider
     return np.ascontiguousarray(cells[:, -more : cells.shape[1] + more])

@@ -77,7 +77,8 @@ def share_torque(
     if sharing.status is ComplementarityStatus.NOT_CONVERGED and again:
         sharing = _by_active_sets(system, near, lever, torque, sharing, max_iterations)
     left, approach, borne = _left(near, lever, sharing.approach, sharing.pressure, sharing.displacement)
-    least = _LEAST * float(system.coefficients.max()) * torque / float(lever.max())
+    # a cell yields most to its own force
+    least = _LEAST * float(system.coefficients[0, 0]) * torque / float(lever.max())
     return SharedTorque(
         sharing,
         touching + sharing.approach,

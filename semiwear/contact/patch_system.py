@@ -14,6 +14,7 @@ but for its shape across the line. That takes a handful of convolutions, whateve
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sqrt
 from typing import NamedTuple
 
@@ -24,7 +25,15 @@ from semiwear.compliance.fourier import convolve
 from semiwear.compliance.half_space import GridPlans, grid_plans
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 
-__all__ = ["PatchSystem", "RowPreconditioner", "displace", "plans_of", "precondition", "row_preconditioner"]
+__all__ = [
+    "PatchSystem",
+    "RowPreconditioner",
+    "displace",
+    "plans_of",
+    "precondition",
+    "row_preconditioner",
+    "rows_of_pairs",
+]
 
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
 _FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves
@@ -70,9 +79,14 @@ class PatchSystem(NamedTuple):
         return out
 
 
+def rows_of_pairs(starts: IntArray) -> tuple[int, ...]:
+    """How many rows each pair has, of which the first ones are given."""
+    return tuple(stop - start for start, stop in pairwise(starts.tolist()))
+
+
 def plans_of(system: PatchSystem, columns: int) -> GridPlans:
     """The half-space under each pair, with so many columns of cells."""
-    return grid_plans(tuple(np.diff(system.starts).tolist()), columns, system.cell)
+    return grid_plans(rows_of_pairs(system.starts), columns, system.cell)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
