@@ -110,11 +110,13 @@ def test_an_approach_of_patches_that_only_grows_is_an_error(coarse, monkeypatch)
 
 
 def test_adaptive_steps_that_do_not_advance_are_an_error(monkeypatch):
-    trial = SimpleNamespace(trial=None, error=0.0, size=1.0)
+    trial = SimpleNamespace(trial=None, meshes=0.5, error=0.0, size=1.0)
     monkeypatch.setattr("semiwear.wear.adaptive.measured", lambda *_: trial)
-    state = SimpleNamespace(stride=(0.5,), error=0.0)
+    state = SimpleNamespace(stride=(0.5, 1.0), error=0.0)
     stepper = AdaptiveStepper(SimpleNamespace(commit=lambda _: state), 0.01, 1.0)
-    monkeypatch.setattr("semiwear.wear.adaptive.replace", lambda one, **_: SimpleNamespace(stride=(0.5,), error=0.0))
+    monkeypatch.setattr(
+        "semiwear.wear.adaptive.replace", lambda one, **_: SimpleNamespace(stride=(0.5, 1.0), error=0.0)
+    )
     with within(5.0), pytest.raises(ConvergenceError, match="no wear step advances"):
         stepper._until(state, 0.0, 1.0, lambda *_: None, lambda _: 0.0)
 
