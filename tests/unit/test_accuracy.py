@@ -18,11 +18,12 @@ from semiwear.results.checkpoint import peek
 from semiwear.results.kinds import difference, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
+from semiwear.simulate import simulate as simulate_as_given
 from semiwear.wear.adaptive import AdaptiveStepper
 from semiwear.wear.two_stage import BEST_FIRST_STAGE, ERROR_SHARE, SECOND_ORDER, TwoStageStepper, measured
 from semiwear.wear.worn import Worn
 from tests.same_result import different_variables
-from tests.scenes import TINY
+from tests.scenes import MEDIUM, TINY
 
 TWO_DEPTHS = TINY | {
     "wear.until.control_depths_um": [2.0, 4.0],
@@ -329,6 +330,28 @@ def test_adaptive_steps_go_on_where_the_last_ones_ended():
 
 
 # ---------------------------------------------------------------- whole runs
+
+
+COARSE_NUMBERS = MEDIUM | {"numerics.profile_points": 81, "numerics.harmonics": 17}
+NOT_FITTED = {
+    "spur pair": ("spur_fzg_c", {"wear.until.meshes": 1e9}),
+    "both bodies": ("face_gear_25x160", {"wear.worn_bodies": ["pinion", "gear"]}),
+    "tip": ("face_gear_25x160", {"wear.control_point.height_mm": 2.5}),
+    "friction": ("face_gear_25x160", {"effects.friction": {}}),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NOT_FITTED)
+def test_adaptive_steps_tell_their_error_where_nothing_was_fitted(name):
+    shipped, changes = NOT_FITTED[name]
+    depths = {} if "wear.until.meshes" in changes else {"wear.until.control_depths_um": [3.0, 9.0]}
+    scene = sw.load_scene(shipped).replace(COARSE_NUMBERS | depths | changes)
+    told, near = (simulate_as_given(scene.replace({"numerics.accuracy": asked})) for asked in (0.03, 0.002))
+    wear, reference = (tree["flank"].wear_depth.fillna(0.0) for tree in (told, near))
+    flank = [dim for dim in wear.dims if dim != "wear_step"]
+    error = np.sqrt(((wear - reference) ** 2).sum(flank) / (reference.isel(wear_step=-1) ** 2).sum())
+    assert 0.0 < float(error.max()) <= float(told["diagnostics"].error_estimate.max()) <= 0.015
 
 
 @pytest.fixture(scope="module")
