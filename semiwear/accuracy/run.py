@@ -147,7 +147,7 @@ class _Search:
         if worst(errors) > self.asked and self.open:
             name = max(errors, key=lambda key: errors[key])
             raise ConvergenceError(
-                f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.2g} of the greatest value of "
+                f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.3g} of the greatest value of "
                 f"its kind, with {_listed(values)}; ask for less, or leave out numbers of [numerics] "
                 "(the error's `result` holds what was found)",
                 tree,
@@ -257,7 +257,7 @@ def _tell(tree: DataTree, errors: Errors, asked: float) -> None:
     tree["diagnostics"].dataset = group.assign(error_estimate=estimates.copy(data=told))
     if "ratings" in tree.children:
         with_rating_errors(tree)
-    tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.2g} estimated"
+    tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.3g} estimated"
 
 
 def _listed(values: Mapping[str, int]) -> str:
