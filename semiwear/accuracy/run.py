@@ -7,7 +7,7 @@
 4. Where they then say too much, a run at half the numbers is asked as well: from so much nearer its difference tells
    the error better, and of first order it is the error. Parameters are refined once more if that is too much, too.
 
-Wear steps look after themselves (`semiwear.wear.adaptive`).
+Wear steps look after themselves (`semiwear.wear.adaptive`), but for coarse runs, which all take the same.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ rates about as fast as itself, whatever its length, so that errors hardly pile u
 there after the next step. Stages do not tell that the contact's shape follows the wear in cycles, nor that slices
 come to bear within a step. Four times what they tell covers the error on the worn flank of the shipped scene,
 nominal, misaligned and lightly loaded, at tolerances from 0.03 to 0.003: what is said is 1.4 to 5 times what is
-found. At 0.001 it is half to twice that. With cases that were not fitted (a spur pair, both bodies worn, the tip's
-side, friction, patches) it is 2.7 to 5.3 times what is found.
+found. At 0.001 it is 0.5 to 1.9 times what is found. With cases that were not fitted (a spur pair, both bodies worn,
+the tip's side, friction, patches) it is 2.7 to 5.3 times what is found.
 """
 
 from __future__ import annotations

@@ -251,6 +251,9 @@ def test_two_stages_err_no_more_than_they_say(length):
     assert step.trial.start.meshes + step.trial.meshes == pytest.approx(length)
     assert abs(depth - exact(length)) <= step.error * (1.0 + 1e-6)
     assert step.size == pytest.approx(depth)
+    assert step.meshes == pytest.approx(length)
+    change = (1.0 - SECOND_ORDER) * length**2 / (1.0 + SECOND_ORDER * length) ** 2
+    assert step.error == pytest.approx(ERROR_SHARE * change)
 
 
 @LENGTHS
@@ -394,13 +397,14 @@ def test_an_accuracy_out_of_reach_is_an_error_that_holds_the_result(shipped, mon
 
 def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(shipped, monkeypatch):
     """A quantity with an error of second order: from far away first order makes too much of it."""
-    ran = []
+    ran, steps_of = [], []
 
     def error(count):
         return 0.3 * (12.0 / count) ** 2
 
     def solve(scene, **_):
         ran.append(scene.numerics.roll_positions)
+        steps_of.append((scene.numerics.accuracy, scene.numerics.wear_scheme))
         size = [1.0, 1.0 + error(ran[-1])]
         values = xr.Dataset({"contact_pressure_root": ("wear_step", size), "meshes": ("wear_step", [0.0, 1.0])})
         steps = xr.Dataset({"error_estimate": ("quantity", [0.0])}, {"quantity": ["contact_pressure_root"]})
@@ -415,6 +419,7 @@ def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(s
     )
     tree = sw.simulate(scene)
     assert ran == [12, 24, 144, 72]
+    assert steps_of == 2 * [(None, "two-stage")] + 2 * [(0.02, "implicit")], "coarse runs take the same steps"
     told = float(tree["diagnostics"].error_estimate.max())
     assert error(144) <= told <= 0.02
 
