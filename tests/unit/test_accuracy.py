@@ -319,6 +319,44 @@ def test_an_early_step_may_err_by_more_and_what_came_before_counts_on():
     assert stepped(0.3, 0.1)[1].error > ended.error
 
 
+class ToDepth(Implicit):
+    """The same, also to a depth; keeps the lengths that were tried, and after how much of them loads hold."""
+
+    def __init__(self):
+        super().__init__()
+        self.asked = []
+
+    def trial(self, state, meshes, near=None, *, loads_after=None):
+        self.asked.append((meshes, loads_after))
+        return super().trial(state, meshes, near, loads_after=loads_after)
+
+    def trial_to_depth(self, state, point, depth, near=None):
+        # depth + h = 1 - (1 - depth)/(1 + n)
+        return super().trial(state, (1.0 - state.depth) / (1.0 - depth) - 1.0, near)
+
+    def depth_at(self, point, wear):
+        return float(wear[0])
+
+
+class Watched:
+    """The only point that there is."""
+
+    def wear(self, worn):
+        return worn.driven
+
+
+def test_first_stages_are_a_share_of_the_step_that_is_foreseen():
+    stepper = ToDepth()
+    adaptive = AdaptiveStepper(stepper, 0.4, 1.0)
+    adaptive.step(stepper.start(), 0.25)
+    assert stepper.asked[0] == pytest.approx(((1.0 - SECOND_ORDER) * 0.25, SECOND_ORDER * 0.25))
+    stepper.asked.clear()
+    adaptive.step_to_depth(stepper.start(), Watched(), 0.2)
+    plain = stepper.trial_to_depth(stepper.start(), Watched(), 0.2).meshes
+    assert plain == pytest.approx(0.25)
+    assert stepper.asked[0] == pytest.approx(((1.0 - SECOND_ORDER) * plain, SECOND_ORDER * plain))
+
+
 def test_adaptive_steps_go_on_where_the_last_ones_ended():
     adaptive = AdaptiveStepper(Implicit(), 1e-3, 3.0)
     state = adaptive.start()
@@ -422,6 +460,14 @@ def test_a_run_at_half_the_numbers_is_asked_where_the_coarse_ones_say_too_much(s
     assert steps_of == 2 * [(None, "two-stage")] + 2 * [(0.02, "implicit")], "coarse runs take the same steps"
     told = float(tree["diagnostics"].error_estimate.max())
     assert error(144) <= told <= 0.02
+
+
+@pytest.mark.parametrize("own", [{"numerics.wear_steps": 3}, {"numerics.wear_scheme": "explicit"}])
+def test_coarse_runs_leave_steps_alone_that_a_scene_gives(shipped, own):
+    scene = shipped.replace({"numerics.accuracy": 0.02} | own)
+    assert run._in_fixed_steps(scene) == scene
+    free = run._in_fixed_steps(shipped.replace({"numerics.accuracy": 0.02}))
+    assert (free.numerics.accuracy, free.numerics.wear_scheme) == (None, "two-stage")
 
 
 @pytest.mark.slow
