@@ -49,6 +49,7 @@ Arrays = dict[str, np.ndarray]
 
 _UM = 1e3  # micrometres in a millimetre
 _CLEAR = 0.25  # of the pitch band's width, half a half-width: worn, the ridge's pressure falls by half across it
+_ONE_PLACE = 1e-6  # of the way to the next position: what is less is rounding
 
 
 def coordinates(teeth: LoadedTeeth) -> Arrays:
@@ -76,7 +77,8 @@ def _greatest_below(border: FloatArray, value: FloatArray, place: FloatArray) ->
     for order in (slice(None), slice(None, None, -1)):
         v, x, inside, counts = value[order], place[order], below[order], loaded[order]
         leaves = inside[:-2] & inside[1:-1] & counts[2:] & ~inside[2:]
-        leaves &= x[1:-1] != x[:-2]  # two positions at one place, as on an edge, tell no slope
+        # two positions at one place, as on an edge, tell no slope
+        leaves &= np.abs(x[1:-1] - x[:-2]) > _ONE_PLACE * np.abs(x[2:] - x[1:-1])
         if leaves.any():
             slope = np.median((v[1:-1] - v[:-2])[leaves] / (x[1:-1] - x[:-2])[leaves])
             best = max(best, float(np.max(v[1:-1] + slope * (border - x[1:-1]), where=leaves, initial=0.0)))

@@ -41,11 +41,12 @@ def test_ripple_of_one_slice_is_not_carried_on():
     assert rippled == smooth
 
 
-def test_two_positions_at_one_place_tell_no_slope():
+@pytest.mark.parametrize("rounding", [0.0, 1e-15, -1e-15])
+def test_two_positions_at_one_place_tell_no_slope(rounding):
     """Both may lie on an edge: by that slope the pressure at the border would have no limit."""
     pressure = pressures(0.3, 0.05)
     last = np.flatnonzero(pressure.place[:, 0] < CLEAR)[-1]
-    pressure.place[last - 1] = pressure.place[last]
+    pressure.place[last - 1] = pressure.place[last] + rounding
     assert ZONES.greatest_clear(pressure)[Zone.ROOT] == pressure.inner[last, 0]
 
 
