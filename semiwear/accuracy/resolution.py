@@ -44,33 +44,33 @@ class Parameter:
         Beyond, rounding and the narrowness of slices spoil what is gained.
     order : float
         q.
-    of_wear : float
-        q of wear depths, load shares and transmission errors.
     cost : float
         Exponent with which the time of a run grows.
     refined : bool
         Whether a finer value tells the error, or a coarser one: where a finer one is dear and the order is high.
+    of_wear : float, optional
+        q of wear depths, load shares and transmission errors, where it is another.
     """
 
     name: str
     start: int
     most: int
     order: float
-    of_wear: float
     cost: float
     refined: bool = True
+    of_wear: float | None = None
 
     def order_of(self, quantity: str) -> float:
         """The order q of a reported quantity."""
-        return self.of_wear if kind_of(quantity) in _OF_WEAR else self.order
+        return self.order if self.of_wear is None or kind_of(quantity) not in _OF_WEAR else self.of_wear
 
 
 PARAMETERS = (
-    Parameter("roll_positions", 12, 144, 1.0, 1.5, 1.0),
-    Parameter("face_slices", 31, 151, 1.0, 1.0, 1.6),
-    Parameter("profile_points", 81, 401, 1.5, 1.5, 0.3),
-    Parameter("harmonics", 17, 65, 2.0, 2.0, 0.5, refined=False),
-    Parameter("cells_per_half_width", 4, 16, 1.0, 1.0, 1.5),
+    Parameter("roll_positions", 12, 144, 1.0, 1.0, of_wear=1.5),
+    Parameter("face_slices", 31, 151, 1.0, 1.6),
+    Parameter("profile_points", 81, 401, 1.5, 0.3),
+    Parameter("harmonics", 17, 65, 2.0, 0.5, refined=False),
+    Parameter("cells_per_half_width", 4, 16, 1.0, 1.5),
 )
 
 

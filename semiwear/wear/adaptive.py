@@ -99,27 +99,27 @@ class AdaptiveStepper:
         end: float,
         advance: Advance,
         reading: Callable[[WearState], float],
-        meshes_by_reading: float | None = None,
+        meshes_per_reading: float | None = None,
     ) -> WearState:
         """Steps until the reading is at `end`; a plain step tells its meshes where nothing else does."""
         now, wanted = begin, end - begin
-        stride, pace = state.stride or (wanted, meshes_by_reading)
+        stride, per_reading = state.stride or (wanted, meshes_per_reading)
         while end - now > _END * wanted:
             count = max(1, int(np.ceil((end - now) / stride - _END)))
             length = (end - now) / count  # even steps to the end, none of them a splinter
             there = end if count == 1 else now + length
             try:
-                if pace is None:
-                    pace = advance(state, there, None).meshes / length
+                if per_reading is None:
+                    per_reading = advance(state, there, None).meshes / length
                     self.solved += 1
-                step = measured(self.stepper, state, pace * length, _to(advance, there))
+                step = measured(self.stepper, state, per_reading * length, _to(advance, there))
             except ConvergenceError:
                 if length < _SHORTEST * wanted:
                     raise
-                stride, pace = _GROWTH[0] * length, meshes_by_reading
+                stride, per_reading = _GROWTH[0] * length, meshes_per_reading
                 continue
             self.solved += 2
-            pace = step.meshes / length
+            per_reading = step.meshes / length
             # over the wear at the end of the run, which is in proportion to what measures the way
             told = _BEYOND_STAGES * step.error
             left = told / step.size * min(there / self.end, 1.0) if step.size > 0.0 else 0.0
@@ -127,7 +127,8 @@ class AdaptiveStepper:
             stride = length * float(np.clip(_SAFETY * allowed / max(left, _END), *_GROWTH))
             if left > allowed and length > _SHORTEST * wanted:
                 continue
-            state = replace(self.stepper.commit(step.trial), error=_STAYS * state.error + left, stride=(stride, pace))
+            error = _STAYS * state.error + left
+            state = replace(self.stepper.commit(step.trial), error=error, stride=(stride, per_reading))
             reached = end if count == 1 else reading(state)
             if not reached > now + _ADVANCES * length:
                 raise ConvergenceError(

@@ -99,7 +99,7 @@ def test_a_wrong_depth_spoils_what_wear_has_changed_and_no_more():
 @pytest.mark.parametrize("order", [1.0, 2.0])
 @pytest.mark.parametrize("other", [10, 40])
 def test_two_runs_tell_an_error_that_follows_its_order(order, other):
-    parameter = Parameter("n", 20, 500, order, order, 1.0)
+    parameter = Parameter("n", 20, 500, order, 1.0)
 
     def error(n):
         return 7.0 * n**-order
@@ -111,7 +111,7 @@ def test_two_runs_tell_an_error_that_follows_its_order(order, other):
 
 def test_refining_gains_each_quantity_what_its_order_says():
     """The error where two runs are compared is that of the lower order, so that it is not too small for either."""
-    parameter = Parameter("n", 20, 500, 1.0, 2.0, 1.0)
+    parameter = Parameter("n", 20, 500, 1.0, 1.0, of_wear=2.0)
     part = Contribution.between(parameter, 20, 40, {"contact_pressure_root": 0.1, "wear_depth_max_root": 0.1}, True)
     assert part.at(20) == pytest.approx({"contact_pressure_root": 0.2, "wear_depth_max_root": 0.2})
     assert part.at(80) == pytest.approx({"contact_pressure_root": 0.05, "wear_depth_max_root": 0.0125})
@@ -119,7 +119,7 @@ def test_refining_gains_each_quantity_what_its_order_says():
 
 def parts_of(**errors):
     return tuple(
-        Contribution(Parameter(name, 10, most, 1.0, 1.0, 1.0), 10, {"q": size}, free)
+        Contribution(Parameter(name, 10, most, 1.0, 1.0), 10, {"q": size}, free)
         for name, (size, most, free) in errors.items()
     )
 
@@ -374,11 +374,12 @@ def test_adaptive_steps_go_on_where_the_last_ones_ended():
 
 
 COARSE_NUMBERS = MEDIUM | {"numerics.profile_points": 81, "numerics.harmonics": 17}
-NOT_FITTED = {
-    "spur pair": ("spur_fzg_c", {"wear.until.meshes": 1e9}),
-    "both bodies": ("face_gear_25x160", {"wear.worn_bodies": ["pinion", "gear"]}),
-    "tip": ("face_gear_25x160", {"wear.control_point.height_mm": 2.5}),
-    "friction": ("face_gear_25x160", {"effects.friction": {}}),
+TO_9_UM: dict[str, Any] = COARSE_NUMBERS | {"wear.until.control_depths_um": [3.0, 9.0]}
+NOT_FITTED: dict[str, tuple[str, dict[str, Any]]] = {
+    "spur pair": ("spur_fzg_c", COARSE_NUMBERS | {"wear.until.meshes": 1e9}),
+    "both bodies": ("face_gear_25x160", TO_9_UM | {"wear.worn_bodies": ["pinion", "gear"]}),
+    "tip": ("face_gear_25x160", TO_9_UM | {"wear.control_point.height_mm": 2.5}),
+    "friction": ("face_gear_25x160", TO_9_UM | {"effects.friction": {}}),
 }
 
 
@@ -386,8 +387,7 @@ NOT_FITTED = {
 @pytest.mark.parametrize("name", NOT_FITTED)
 def test_adaptive_steps_tell_their_error_where_nothing_was_fitted(name):
     shipped, changes = NOT_FITTED[name]
-    depths = {} if "wear.until.meshes" in changes else {"wear.until.control_depths_um": [3.0, 9.0]}
-    scene = sw.load_scene(shipped).replace(COARSE_NUMBERS | depths | changes)
+    scene = sw.load_scene(shipped).replace(changes)
     told, near = (simulate_as_given(scene.replace({"numerics.accuracy": asked})) for asked in (0.03, 0.002))
     wear, reference = (tree["flank"].wear_depth.fillna(0.0) for tree in (told, near))
     flank = [dim for dim in wear.dims if dim != "wear_step"]
