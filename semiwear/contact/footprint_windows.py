@@ -24,7 +24,7 @@ from semiwear.contact.gap import (
 )
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid
+from semiwear.meshing.flank_grid import FlankGrid, first_from
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_shares
 
@@ -59,8 +59,8 @@ def _widest(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore
             if stop >= high:
                 stop = high + flank.high_radius[k, i] / flank.spacing[k, i]
                 start = min(start, high - flank.high_radius[k, i] / flank.spacing[k, i])
-            windows[k, i, 0] = max(np.searchsorted(nodes[i], start) - _BESIDE, 0)
-            windows[k, i, 1] = min(np.searchsorted(nodes[i], stop) + _BESIDE, last)
+            windows[k, i, 0] = max(first_from(nodes[i], start) - _BESIDE, 0)
+            windows[k, i, 1] = min(first_from(nodes[i], stop) + _BESIDE, last)
 
 
 def widest(lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float) -> IntArray:

@@ -13,7 +13,7 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell, smooth_value
+from semiwear.meshing.flank_grid import cubic, first_from, locate, slopes_of_cell, smooth_value
 from semiwear.meshing.removed import Removed
 
 __all__ = [
@@ -333,7 +333,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
     count = ZERO
     if start <= low and gap.low_radius > 0.0:
         count = add_arc(gap, -1.0, depth, u, g, count)
-    p = np.searchsorted(nodes, start)
+    p = first_from(nodes, start)
     if start > low and p > 0 and nodes[p - 1] > low + same:
         # from a node, where nothing has to be read between
         p -= 1
@@ -344,7 +344,7 @@ def outline(gap, start, stop, depth, u, g):  # type: ignore[no-untyped-def]
         if p < nodes.shape[0] and nodes[p] <= start:
             p += 1
     curve = fresh_curve(gap.derivatives)
-    end = max(np.searchsorted(nodes, stop), p)
+    end = max(first_from(nodes, stop), p)
     if end < nodes.shape[0] and nodes[end] < high - same and stop < high:
         # to a node, for the same reason
         count = _at_nodes(gap, curve, p, end + 1, u, g, count)

@@ -34,6 +34,7 @@ from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
 from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import ZERO, njit
+from semiwear.meshing.flank_grid import first_from
 from semiwear.threads import in_shares
 
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
@@ -379,7 +380,7 @@ def _find_rows(rolls, least, approach, flat):  # type: ignore[no-untyped-def]
         first = min(near, slices - count)
         for i in range(first, first + count):
             place = roll * slices + i
-            at = np.searchsorted(flat, place)
+            at = first_from(flat, place)
             row_rolls[n], row_faces[n] = roll, i
             index[n] = at if at < flat.size and flat[at] == place else -1
             n += 1

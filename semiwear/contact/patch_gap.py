@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, slice_gap
+from semiwear.contact.gap import FlankGap, fresh_at, fresh_curve, fresh_on, lowest, slice_gap
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
-from semiwear.meshing.flank_grid import FlankGrid, cubic, locate, slopes_of_cell
+from semiwear.meshing.flank_grid import FlankGrid, cubic, first_from, locate, slopes_of_cell
 
 __all__ = ["PatchCells", "between_cells", "pressed_span"]
 
@@ -27,7 +27,7 @@ def _gaps(rolls, faces, approach, columns, width, flank, out):  # type: ignore[n
     farthest = -1.0
     for r in range(rolls.shape[0]):
         gap = slice_gap(flank, rolls[r], faces[r])
-        least, curve = gap.removed.min(), fresh_curve(gap.derivatives)
+        least, curve = lowest(gap.removed, gap.removed.shape[0]), fresh_curve(gap.derivatives)
         known, start, end, slope_a, slope_b = -1, 0.0, 0.0, 0.0, 0.0
         for side in (-1.0, 1.0):
             c, before = 0, gap.derivatives[0]
@@ -81,7 +81,7 @@ def _greatest(rolls, faces, values, width, profile, spacing, nodes, out):  # typ
         k, i = rolls[r], faces[r]
         first, last = pressed_span(values[r])
         at, per_mm = profile[k, i], spacing[k, i]
-        p = np.searchsorted(nodes[i], at + (first - 1 - half) * width / per_mm)
+        p = first_from(nodes[i], at + (first - 1 - half) * width / per_mm)
         stop = at + (last + 1 - half) * width / per_mm
         while last >= first and p < nodes.shape[1] and nodes[i, p] < stop:
             out[i, p] = max(out[i, p], between_cells(values[r], (nodes[i, p] - at) * per_mm / width + half))

@@ -142,11 +142,11 @@ def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force,
 
 
 @njit(cache=True, error_model="numpy")
-def _chosen(near, every):  # type: ignore[no-untyped-def]
-    """Numbers of the near ones, or of all."""
+def _chosen(near):  # type: ignore[no-untyped-def]
+    """Numbers of the near ones."""
     out, count = np.empty(near.shape[0], dtype=np.int64), ZERO
     for i in range(near.shape[0]):
-        if near[i] or every:
+        if near[i]:
             out[count] = i
             count += 1
     return out[:count]
@@ -198,11 +198,14 @@ def share_torque(found, worn, torque, rules, rounding, rolls, expected, cap, for
         else:
             near[i] = found.least[i] < cap
         count += near[i]
-    chosen = _chosen(near, count == 0)
-    answer = _share_among(found, chosen, worn, torque, rules, rounding, rolls, force, half_width)
-    if answer[0] != 0 or chosen.size == n:
-        return answer
-    for i in range(n):
-        if not near[i] and worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rounded_from(rounding):
-            return _share_among(found, _chosen(near, True), worn, torque, rules, rounding, rolls, force, half_width)
-    return answer
+    if count == 0:
+        near[:] = True
+    while True:
+        answer = _share_among(found, _chosen(near), worn, torque, rules, rounding, rolls, force, half_width)
+        missed = False
+        for i in range(n):
+            if answer[0] == 0 and not near[i]:
+                missed |= worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rounded_from(rounding)
+        if not missed:
+            return answer
+        near[:] = True

@@ -9,7 +9,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.closed_forms.stripe import stripe_integral_to
-from semiwear.kernel_cache import inner_njit, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 
 __all__ = [
     "NearPairs",
@@ -51,10 +51,13 @@ class NearPairs(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
     """Pairs of slices that are nearer than `near` [mm]; as in `add_far_stripe` otherwise."""
-    most = 0
+    most = ZERO
     for line in range(starts.shape[0] - 1):
+        beyond = starts[line]
         for i in range(starts[line], starts[line + 1]):
-            most += min(np.searchsorted(arc[i : starts[line + 1]], arc[i] + near) + 1, starts[line + 1] - i)
+            while beyond < starts[line + 1] and arc[beyond] - arc[i] <= near:
+                beyond += 1
+            most += beyond - i
     one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     n = 0
@@ -75,13 +78,22 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
     """Of near pairs of so many slices, those of chosen ones, by their numbers among these."""
-    number = np.full(size, -1)
-    number[chosen] = np.arange(chosen.shape[0])
-    one, other = number[pairs.one], number[pairs.other]
-    both = np.flatnonzero((one >= 0) & (other >= 0))
-    return NearPairs(
-        one[both], other[both], pairs.upper[both], pairs.lower[both], pairs.beyond[both], pairs.length[both]
-    )
+    number = np.empty(size, dtype=np.int64)
+    for i in range(size):
+        number[i] = -1
+    for n in range(chosen.shape[0]):
+        number[chosen[n]] = n
+    most = pairs.one.shape[0]
+    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    upper, lower, beyond, length = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    count = ZERO
+    for n in range(most):
+        i, j = number[pairs.one[n]], number[pairs.other[n]]
+        if i >= 0 and j >= 0:
+            one[count], other[count], upper[count] = i, j, pairs.upper[n]
+            lower[count], beyond[count], length[count] = pairs.lower[n], pairs.beyond[n], pairs.length[n]
+            count += 1
+    return NearPairs(one[:count], other[:count], upper[:count], lower[:count], beyond[:count], length[:count])
 
 
 @njit(cache=True, error_model="numpy")

@@ -22,6 +22,7 @@ __all__ = [
     "between_stations",
     "change_above",
     "cubic",
+    "first_from",
     "flank_grid",
     "locate",
     "slope_at",
@@ -151,6 +152,22 @@ def locate(profile, split, place):  # type: ignore[no-untyped-def]
     x = (place - profile[split]) / (profile[last] - profile[split]) * (last - split)
     k = min(int(x), last - split - 1)
     return split + k, x - k
+
+
+@inner_njit(cache=True, error_model="numpy")
+def first_from(rising, value):  # type: ignore[no-untyped-def]
+    """First of some rising numbers, such as nodes, that is not less than a value; their count where all are less.
+
+    By halves, as `numpy.searchsorted`, whose compilation takes half a second.
+    """
+    low, high = 0, rising.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if rising[middle] < value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @inner_njit(cache=True, error_model="numpy")

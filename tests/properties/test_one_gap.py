@@ -12,7 +12,7 @@ from semiwear.contact import patch_gap, slice_pressure
 from semiwear.contact.footprint import depth_of, reach_space, reached
 from semiwear.contact.gap import FlankGap, SliceGap
 from semiwear.meshing.finer_grid import finer_grid
-from semiwear.meshing.flank_grid import FlankGrid, locate, smooth_value
+from semiwear.meshing.flank_grid import FlankGrid, first_from, locate, smooth_value
 
 SPLIT, RADIUS, LOW, HIGH, HALF_WIDTH = 10, 0.4, -2.9, 2.8, 0.5
 NODES = np.concatenate([np.linspace(-3.0, -0.2, SPLIT + 1), np.linspace(-0.2, 3.0, 15)[1:]])
@@ -104,3 +104,9 @@ def test_finer_nodes_read_the_driven_flank_alike(depth: np.ndarray, parts: int, 
     if parts == 1 and beyond == 0.0:
         np.testing.assert_array_equal(finer.profile, rows)
         np.testing.assert_array_equal(finer.split, SPLIT)
+
+
+@given(arrays(float, st.integers(0, 12), elements=st.integers(-4, 4)), st.integers(-5, 5))
+def test_first_node_from_a_place_is_the_one_that_numpy_finds(numbers, place):
+    rising = np.sort(numbers)
+    assert first_from(rising, float(place)) == np.searchsorted(rising, place)
