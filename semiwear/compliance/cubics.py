@@ -5,8 +5,45 @@ from __future__ import annotations
 import numpy as np
 
 from semiwear.arrays import FloatArray
+from semiwear.kernel_cache import inner_njit
 
-__all__ = ["cubic_weights"]
+__all__ = ["CUBIC", "cubic_at", "cubic_weights"]
+
+CUBIC = 4
+"""Neighbours that a cubic takes in, where there are as many nodes."""
+
+
+@inner_njit(cache=True, error_model="numpy")
+def cubic_at(place, nodes, weights, slopes):  # type: ignore[no-untyped-def]
+    """First of the neighbouring nodes of a place, whose weights and their derivatives it fills in.
+
+    Parameters
+    ----------
+    place : float
+    nodes : (count,) array
+    weights, slopes : (neighbours,) arrays, changed
+    """
+    count, width = nodes.shape[0], weights.shape[0]
+    inside, first = min(max(place, nodes[0]), nodes[count - 1]), 0
+    while first < count - width and nodes[first + width // 2] <= inside:
+        first += 1
+    for a in range(width):
+        value, slope = 1.0, 0.0
+        for b in range(width):
+            if b != a:
+                scale = 1.0 / (nodes[first + a] - nodes[first + b])
+                slope = (slope * (inside - nodes[first + b]) + value) * scale
+                value = value * (inside - nodes[first + b]) * scale
+        weights[a], slopes[a] = value, slope
+    return first
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _at_all(places, nodes, local, weights, slopes):  # type: ignore[no-untyped-def]
+    for i in range(places.shape[0]):
+        first = cubic_at(places[i], nodes, local[0], local[1])
+        for a in range(local.shape[1]):
+            weights[i, first + a], slopes[i, first + a] = local[0, a], local[1, a]
 
 
 def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -15,21 +52,7 @@ def cubic_weights(place: FloatArray, nodes: FloatArray) -> tuple[FloatArray, Flo
     Between two inner nodes the cubic runs through the four around them; at the ends through the last four, and
     places beyond the ends count as the ends.
     """
-    count = len(nodes)
-    width = min(4, count)
-    inside = np.clip(place, nodes[0], nodes[-1])
-    first = np.clip(np.searchsorted(nodes, inside, side="right") - width // 2, 0, count - width)
-    local = nodes[first[..., None] + np.arange(width)]
-    weights = np.zeros((*place.shape, count))
-    slopes = np.zeros((*place.shape, count))
-    for a in range(width):
-        value = np.ones_like(inside)
-        slope = np.zeros_like(inside)
-        for b in range(width):
-            if b != a:
-                scale = 1.0 / (local[..., a] - local[..., b])
-                slope = (slope * (inside - local[..., b]) + value) * scale
-                value = value * (inside - local[..., b]) * scale
-        np.put_along_axis(weights, (first + a)[..., None], value[..., None], axis=-1)
-        np.put_along_axis(slopes, (first + a)[..., None], slope[..., None], axis=-1)
-    return weights, slopes
+    places, own = np.ascontiguousarray(place, float).reshape(-1), np.ascontiguousarray(nodes, float)
+    weights, slopes = np.zeros((2, places.size, own.size))
+    _at_all(places, own, np.empty((2, min(CUBIC, own.size))), weights, slopes)
+    return weights.reshape(*place.shape, -1), slopes.reshape(*place.shape, -1)

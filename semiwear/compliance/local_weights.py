@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
+from semiwear.compliance.cubics import CUBIC
 from semiwear.kernel_cache import njit
 
 __all__ = ["LocalWeights", "between_points", "seen_by_points"]
-
-_SPAN = 4  # neighbours that a cubic takes in
 
 
 class LocalWeights(NamedTuple):
@@ -35,7 +34,7 @@ class LocalWeights(NamedTuple):
     def of(cls, weights: FloatArray, slopes: FloatArray | None = None) -> LocalWeights:
         """From weights (..., nodes) of which no more than four neighbours are not zero; no slopes: zeros."""
         count = weights.shape[-1]
-        span = min(_SPAN, count)
+        span = min(CUBIC, count)
         flat = weights.reshape(-1, count)
         slope = np.zeros_like(flat) if slopes is None else slopes.reshape(-1, count)
         first = np.minimum(np.argmax((flat != 0.0) | (slope != 0.0), axis=1), count - span)

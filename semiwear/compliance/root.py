@@ -6,8 +6,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from semiwear.arrays import FloatArray
-from semiwear.compliance.cubics import cubic_weights
+from semiwear.compliance.cubics import CUBIC, cubic_at
 from semiwear.compliance.prism import PrismSection
+from semiwear.kernel_cache import inner_njit
 
 __all__ = ["ROOT_FROM", "ROOT_POINTS", "ROOT_STATIONS", "at_root", "greatest_along_root", "loads_by_height"]
 
@@ -34,6 +35,19 @@ def at_root(section: PrismSection, stress: FloatArray) -> FloatArray:
     return np.asarray(between @ stress)
 
 
+@inner_njit(cache=True, error_model="numpy")
+def _share_out(force, moved, place, place_slope, heights, local, loads):  # type: ignore[no-untyped-def]
+    """Add forces (roll, face, places) to loads (roll, face, height); `local`: memory of `cubic_at`."""
+    for r in range(force.shape[0]):
+        for i in range(force.shape[1]):
+            for k in range(force.shape[2]):
+                if force[r, i, k] != 0.0:
+                    at = place[r, i] + place_slope[r, i] * moved[r, i, k]
+                    first = cubic_at(at, heights, local[0], local[1])
+                    for a in range(local.shape[1]):
+                        loads[r, i, first + a] += force[r, i, k] * local[0, a]
+
+
 def loads_by_height(
     force: FloatArray, moved: FloatArray, place: FloatArray, place_slope: FloatArray, heights: FloatArray
 ) -> FloatArray:
@@ -53,15 +67,9 @@ def loads_by_height(
     -------
     (roll, face, H) array [N]
     """
-    across = force.reshape(*place.shape, -1)
-    roll, face, k = np.nonzero(across)
-    at = place[roll, face] + place_slope[roll, face] * moved.reshape(across.shape)[roll, face, k]
-    shares = across[roll, face, k, None] * cubic_weights(at, heights)[0]
-    loads = np.zeros((*place.shape, len(heights)))
-    # the places of a slice follow one another
-    first = np.flatnonzero(np.diff(roll, prepend=-1) | np.diff(face, prepend=-1))
-    if first.size:
-        loads[roll[first], face[first]] = np.add.reduceat(shares, first, axis=0)
+    loads, shape = np.zeros((*place.shape, len(heights))), (*place.shape, -1)
+    local = np.empty((2, min(CUBIC, len(heights))))
+    _share_out(force.reshape(shape), moved.reshape(shape), place, place_slope, heights, local, loads)
     return loads
 
 

@@ -132,18 +132,19 @@ def _compiled_of(values, i):  # type: ignore[no-untyped-def]
 
 # Sums in the order of the cells. Reordered ones are a tenth faster on large grids, but other kernels call these, and
 # what the first process compiles and what later ones find would then differ by a rounding error.
+# `area` is that of a cell, lever over direction.
 _kernel = njit(cache=True, error_model="numpy")
 
 
 @_kernel
-def separation_left(pressure, displacement, gap, lever, direction, by_load, approach, free, residual):  # type: ignore[no-untyped-def]
+def separation_left(pressure, displacement, gap, area, direction, by_load, approach, free, residual):  # type: ignore[no-untyped-def]
     """Negative separation on the free cells (pressed or penetrating), and the approach; fills free and residual."""
     n = pressure.shape[0]
     work, travel = 0.0, 0.0
     if by_load:  # the pressed cells have no separation on average
         for i in range(n):
-            above, pressed = _of(lever, i) * (gap[i] + displacement[i]), pressure[i] > 0.0
-            far = _of(lever, i) * _of(direction, i)
+            lever, pressed = _of(area, i) * _of(direction, i), pressure[i] > 0.0
+            above, far = lever * (gap[i] + displacement[i]), lever * _of(direction, i)
             above, far = (above, far) if pressed else (0.0, 0.0)
             work += above
             travel += far
@@ -151,11 +152,12 @@ def separation_left(pressure, displacement, gap, lever, direction, by_load, appr
         work, travel = 0.0, 0.0
     for i in range(n):
         below = approach * _of(direction, i) - gap[i] - displacement[i]
-        far = _of(lever, i) * _of(direction, i)
+        lever = _of(area, i) * _of(direction, i)
+        far = lever * _of(direction, i)
         on = (pressure[i] > 0.0) | (below > 0.0)
         below = below if on else 0.0
         free[i], residual[i] = on, below
-        work += _of(lever, i) * below
+        work += lever * below
         far = far if on else 0.0
         travel += far
     shift = work / travel if by_load and travel > 0.0 else 0.0
@@ -166,26 +168,27 @@ def separation_left(pressure, displacement, gap, lever, direction, by_load, appr
 
 
 @_kernel
-def search_direction(step, residual, last_residual, last_product, pressure, lever, direction, by_load, free, search):  # type: ignore[no-untyped-def]
+def search_direction(step, residual, last_residual, last_product, pressure, area, direction, by_load, free, search):  # type: ignore[no-untyped-def]
     """Make the preconditioned residual admissible and the search direction from it (Polak-Ribiere, not negative)."""
     n = step.shape[0]
     work, travel = 0.0, 0.0
     if by_load:
         for i in range(n):
-            change, far = _of(lever, i) * step[i], _of(lever, i) * _of(direction, i)
+            lever = _of(area, i) * _of(direction, i)
+            change, far = lever * step[i], lever * _of(direction, i)
             change, far = (change, far) if free[i] else (0.0, 0.0)
             work += change
             travel += far
     shift = work / travel if travel > 0.0 else 0.0
     product, overlap, size, pressed = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        change, area, on = step[i] - shift * _of(direction, i), _of(lever, i) / _of(direction, i), pressure[i]
+        change, own, on = step[i] - shift * _of(direction, i), _of(area, i), pressure[i]
         change = change if free[i] else 0.0
         step[i] = change
-        product += area * change * residual[i]
-        overlap += area * change * last_residual[i]
-        size += area * change * change
-        pressed += area * on * on
+        product += own * change * residual[i]
+        overlap += own * change * last_residual[i]
+        size += own * change * change
+        pressed += own * on * on
     factor = 0.0
     if last_product > 0.0:
         factor = max((product - overlap) / last_product, 0.0)
@@ -211,7 +214,7 @@ def judged(size, pressed, tolerance, exact, spent):  # type: ignore[no-untyped-d
 
 
 @_kernel
-def _admissible(pressure, search, residual, length, lever, direction, by_load, load, move):  # type: ignore[no-untyped-def]
+def _admissible(pressure, search, residual, length, area, direction, by_load, load, move):  # type: ignore[no-untyped-def]
     """Change of pressure that a step would cause once negative pressures are cut off and the load is kept.
 
     Returns its work on the residual, and whether anything was cut off.
@@ -224,18 +227,18 @@ def _admissible(pressure, search, residual, length, lever, direction, by_load, l
         cut |= (new < 0.0) & (old > 0.0)
         new = new if new > 0.0 else 0.0
         move[i] = new
-        total += _of(lever, i) * new
+        total += _of(area, i) * _of(direction, i) * new
     scale = load / total if by_load and total > 0.0 else 1.0
     work = 0.0
     for i in range(n):
         change = move[i] * scale - pressure[i]
         move[i] = change
-        work += _of(lever, i) / _of(direction, i) * change * residual[i]
+        work += _of(area, i) * change * residual[i]
     return work, cut
 
 
 @_kernel
-def downhill_change(pressure, search, step, residual, product, reach, lever, direction, by_load, load, move):  # type: ignore[no-untyped-def]
+def downhill_change(pressure, search, step, residual, product, reach, area, direction, by_load, load, move):  # type: ignore[no-untyped-def]
     """`_admissible` change along which the energy falls, at a length that may have to be shorter for that.
 
     Returns its work, not positive where only rounding is left, whether anything was cut off, and the length.
@@ -243,7 +246,7 @@ def downhill_change(pressure, search, step, residual, product, reach, lever, dir
     n = pressure.shape[0]
     work, cut = 0.0, False
     for attempt in range(_ATTEMPTS):
-        work, cut = _admissible(pressure, search, residual, reach, lever, direction, by_load, load, move)
+        work, cut = _admissible(pressure, search, residual, reach, area, direction, by_load, load, move)
         if work > 0.0:
             break
         # where penetrating cells are pushed back, a preconditioned direction can fail; the residual never does
@@ -253,7 +256,7 @@ def downhill_change(pressure, search, step, residual, product, reach, lever, dir
         elif attempt == 1:
             square = 0.0
             for i in range(n):
-                square += _of(lever, i) / _of(direction, i) * residual[i] * residual[i]
+                square += _of(area, i) * residual[i] * residual[i]
             for i in range(n):
                 search[i] = residual[i] * (product / square)
         else:
@@ -262,7 +265,7 @@ def downhill_change(pressure, search, step, residual, product, reach, lever, dir
 
 
 @_kernel
-def advance(pressure, displacement, move, image, work, cut, reach, lever, direction, by_load, load):  # type: ignore[no-untyped-def]
+def advance(pressure, displacement, move, image, work, cut, reach, area, direction, by_load, load):  # type: ignore[no-untyped-def]
     """Go along the change as far as the energy falls and no pressure becomes negative.
 
     Returns the length to guess for the next change, from the one guessed for this (`reach`) and the best one; 0 where
@@ -271,7 +274,7 @@ def advance(pressure, displacement, move, image, work, cut, reach, lever, direct
     n = pressure.shape[0]
     curvature = 0.0
     for i in range(n):
-        curvature += _of(lever, i) / _of(direction, i) * move[i] * image[i]
+        curvature += _of(area, i) * move[i] * image[i]
     if not curvature > 0.0:
         return 0.0
     wanted = work / curvature
@@ -288,7 +291,7 @@ def advance(pressure, displacement, move, image, work, cut, reach, lever, direct
         new = new if new > 0.0 else 0.0
         pressure[i] = new
         displacement[i] += length * image[i]
-        total += _of(lever, i) * new
+        total += _of(area, i) * _of(direction, i) * new
     if by_load and abs(total - load) > _ROUNDING * load:  # which long steps would multiply
         for i in range(n):
             pressure[i] *= load / total
@@ -384,6 +387,7 @@ def solve_complementarity(  # noqa: C901
     if not allowed_flat.all():  # a cell infinitely far away never becomes free
         gap_flat = np.where(allowed_flat, gap_flat, np.inf)
     lever_flat, direction_flat = _flat(lever, shape), _flat(direction, shape)
+    area_flat = lever_flat / direction_flat
     pressure = _first_pressure(start, allowed_flat, lever_flat, load)
     target, level = (0.0 if load is None else float(load)), (0.0 if approach is None else float(approach))
     free, search = np.empty(gap.size, bool), np.zeros(0)
@@ -414,25 +418,25 @@ def solve_complementarity(  # noqa: C901
         return finish(NO_CONTACT, 0.0)
     while True:
         level = separation_left(
-            pressure, displacement, gap_flat, lever_flat, direction_flat, by_load, level, free, residual
+            pressure, displacement, gap_flat, area_flat, direction_flat, by_load, level, free, residual
         )
         step = precondition(residual.reshape(shape), free.reshape(shape)).ravel()
         if search.dtype != step.dtype or search.size == 0:
             search = np.zeros(gap.size, step.dtype)  # as precise as the preconditioner, on which conjugacy rests
         product, size, pressed = search_direction(
-            step, residual, last_residual, last_product, pressure, lever_flat, direction_flat, by_load, free, search
+            step, residual, last_residual, last_product, pressure, area_flat, direction_flat, by_load, free, search
         )
         error, small, status = judged(size, pressed, tolerance, exact, iteration >= max_iterations)
         if status == GOES_ON and not small:
             iteration += 1
             work, cut, reach = downhill_change(
-                pressure, search, step, residual, product, reach, lever_flat, direction_flat, by_load, target, move
+                pressure, search, step, residual, product, reach, area_flat, direction_flat, by_load, target, move
             )
             del step  # memory for what follows
             if work > 0.0:
                 image = compliance.apply(move.reshape(shape), roughly=True).ravel()
                 reach = advance(
-                    pressure, displacement, move, image, work, cut, reach, lever_flat, direction_flat, by_load, target
+                    pressure, displacement, move, image, work, cut, reach, area_flat, direction_flat, by_load, target
                 )
                 del image
                 if reach > 0.0:

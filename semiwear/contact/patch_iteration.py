@@ -191,23 +191,23 @@ def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, 
     arm, p, u, g = arms.reshape(-1), pressure.reshape(-1), closed.reshape(-1), near.reshape(-1)
     iteration, last_product, reach, exact, rotation = 0, 0.0, FIRST_REACH, False, 0.0
     while True:
-        rotation = separation_left(p, u, g, arm, arm, True, rotation, free.reshape(-1), residual.reshape(-1))
+        rotation = separation_left(p, u, g, 1.0, arm, True, rotation, free.reshape(-1), residual.reshape(-1))
         precondition(kept, system, residual, free, step)
         product, size, pressed = search_direction(
-            step.reshape(-1), residual.reshape(-1), last_residual.reshape(-1), last_product, p, arm, arm, True,
+            step.reshape(-1), residual.reshape(-1), last_residual.reshape(-1), last_product, p, 1.0, arm, True,
             free.reshape(-1), search.reshape(-1),
         )  # fmt: skip
         error, small, status = judged(size, pressed, tolerance, exact, iteration >= most)
         if status == GOES_ON and not small:
             work_done, cut, reach = downhill_change(
-                p, search.reshape(-1), step.reshape(-1), residual.reshape(-1), product, reach, arm, arm, True, torque,
+                p, search.reshape(-1), step.reshape(-1), residual.reshape(-1), product, reach, 1.0, arm, True, torque,
                 move.reshape(-1),
             )  # fmt: skip
             iteration += 1
             if work_done > 0.0:
                 displace(system, inside, work, across, move, image)
                 reach = advance(
-                    p, u, move.reshape(-1), image.reshape(-1), work_done, cut, reach, arm, arm, True, torque
+                    p, u, move.reshape(-1), image.reshape(-1), work_done, cut, reach, 1.0, arm, True, torque
                 )
                 if reach > 0.0:
                     residual, last_residual = last_residual, residual

@@ -37,6 +37,7 @@ __all__ = [
 
 _EVEN_ACROSS = 0.6  # of a half-width: there a slice's displacement is about its mean over the next one's contact
 _FEW_CHANGED = 0.05  # of the free cells: with as many others, the coupling of rows still serves
+_TOGETHER = 4  # rows that are solved at a time
 _DEFINITE = 0.1  # least eigenvalue of the coupling of slices, when it has to be lifted
 
 
@@ -131,15 +132,21 @@ def _add_whole(smooth, tilt, aside, across, force, per_force, out):  # type: ign
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
-    """Cholesky factor of m cells of a row (its diagonal inverse), their response to an even displacement, its sum."""
-    total = 0.0
-    for i in range(m):
+def _factor_cells(own, members, known, m, factor):  # type: ignore[no-untyped-def]
+    """Cholesky factor (its diagonal inverse) of m cells of a row, of which that of the first ones is known."""
+    for i in range(known, m):
         for j in range(i + 1):
             value = own[abs(members[i] - members[j])]
             for k in range(j):
                 value -= factor[i, k] * factor[j, k]
             factor[i, j] = 1.0 / sqrt(value) if i == j else value * factor[j, j]
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _answer_evenly(factor, m, ones):  # type: ignore[no-untyped-def]
+    """Response of m cells to an even displacement, and its sum."""
+    total = 0.0
+    for i in range(m):
         value = 1.0
         for k in range(i):
             value -= factor[i, k] * ones[k]
@@ -156,14 +163,25 @@ def _factor_row(own, members, m, factor, ones):  # type: ignore[no-untyped-def]
 class RowPreconditioner(NamedTuple):
     """Forces that answer a displacement: rows of free cells by themselves, coupled as a whole (Woodbury).
 
-    Factors of rows are kept until other cells of the row are free; that of their coupling, until more than a few are.
+    Cells side by side answer alike in all rows, fewer of them by the first rows of one factor. The factor of a row
+    with gaps is kept until other cells of it are free; that of the rows' coupling, until more than a few are.
 
     Attributes
     ----------
     free : (rows, columns) bool array
         Cells that the factors are of.
+    together : (columns, columns) array
+        Cholesky factor of cells side by side; of its diagonal, the inverse.
+    evenly : (columns + 1, columns) array [N/mm]
+        Response of so many of them to an even displacement.
+    stiff : (columns + 1,) array [N/mm]
+        Its sum; zero where it is not known yet.
+    known : (1,) int array
+        Rows of `together` that are known.
+    apart : (rows,) bool array
+        Rows whose free cells are not side by side.
     factors : (rows, columns, columns) array
-        Cholesky factor of each row's free cells by themselves; of its diagonal, the inverse.
+        Cholesky factor of each of these.
     ones : (rows, columns) array [N/mm]
         Response of these cells to an even displacement.
     members : (rows, columns) int array
@@ -184,6 +202,11 @@ class RowPreconditioner(NamedTuple):
     """
 
     free: BoolArray
+    together: FloatArray
+    evenly: FloatArray
+    stiff: FloatArray
+    known: IntArray
+    apart: BoolArray
     factors: FloatArray
     ones: FloatArray
     members: IntArray
@@ -201,6 +224,11 @@ def row_preconditioner(rows, columns):  # type: ignore[no-untyped-def]
     """A preconditioner of which no cell is free yet."""
     return RowPreconditioner(
         np.zeros((rows, columns), dtype=np.bool_),
+        np.empty((columns, columns)),
+        np.empty((columns + 1, columns)),
+        np.zeros(columns + 1),
+        np.zeros(1, dtype=np.int64),
+        np.zeros(rows, dtype=np.bool_),
         np.empty((rows, columns, columns)),
         np.empty((rows, columns)),
         np.empty((rows, columns), dtype=np.int64),
@@ -239,8 +267,27 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
 
 
 @inner_njit(cache=True, error_model="numpy")
+def _factor_row(kept, own, r, m):  # type: ignore[no-untyped-def]
+    """What a row of m free cells answers with, by its own factor or by that of cells side by side."""
+    members = kept.members[r]
+    kept.apart[r] = m > 0 and members[m - 1] - members[0] >= m
+    if kept.apart[r]:
+        _factor_cells(own, members, 0, m, kept.factors[r])
+        kept.stiffness[r] = _answer_evenly(kept.factors[r], m, kept.ones[r])
+        return
+    if kept.known[0] < m:
+        _factor_cells(own, members, kept.known[0], m, kept.together)
+        kept.known[0] = m
+    if m > 0 and kept.stiff[m] == 0.0:
+        kept.stiff[m] = _answer_evenly(kept.together, m, kept.evenly[m])
+    kept.stiffness[r] = kept.stiff[m]
+    for k in range(m):
+        kept.ones[r, k] = kept.evenly[m, k]
+
+
+@inner_njit(cache=True, error_model="numpy")
 def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
-    """`_factor_row` of every row whose free cells are not those that they were before; whether coupling is due, too.
+    """Factors of every row whose free cells are not those that they were before; whether coupling is due, too.
 
     It is where more than a few cells have changed since it was made, or a row has free cells that had none.
     """
@@ -261,7 +308,7 @@ def _factor_rows(kept, own, free):  # type: ignore[no-untyped-def]
                 m += 1
         due |= kept.counts[r] == 0
         kept.counts[r] = m
-        kept.stiffness[r] = _factor_row(own, kept.members[r], m, kept.factors[r], kept.ones[r])
+        _factor_row(kept, own, r, m)
     for r in range(rows):
         count += kept.counts[r]
     return due or kept.changed[0] > _FEW_CHANGED * count
@@ -308,29 +355,79 @@ def _factor_whole(kept, lift):  # type: ignore[no-untyped-def]
     return True
 
 
+@inner_njit(cache=True, error_model="numpy")
+def _solve_apart(kept, residual, r, x, out):  # type: ignore[no-untyped-def]
+    """Forces on the cells of a row with gaps by themselves, and their sum."""
+    m, factor, members, total = kept.counts[r], kept.factors[r], kept.members[r], 0.0
+    for i in range(m):
+        value = residual[r, members[i]]
+        for k in range(i):
+            value -= factor[i, k] * x[k, 0]
+        x[i, 0] = value * factor[i, i]
+    for i in range(m - 1, -1, -1):
+        value = x[i, 0]
+        for k in range(i + 1, m):
+            value -= factor[k, i] * x[k, 0]
+        x[i, 0] = value * factor[i, i]
+        out[r, members[i]] = x[i, 0]
+        total += x[i, 0]
+    return total
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _solve_together(kept, residual, some, x, out, sums):  # type: ignore[no-untyped-def]
+    """Forces on the cells of four rows without gaps by themselves, and their sums: one sum alone waits for itself."""
+    factor, counts, first = kept.together, kept.counts, kept.members
+    most = max(counts[some[0]], counts[some[1]], counts[some[2]], counts[some[3]])
+    for row in range(_TOGETHER):
+        r = some[row]
+        for i in range(most):
+            x[i, row] = residual[r, first[r, 0] + i] if i < counts[r] else 0.0
+    for i in range(most):
+        a, b, c, d = x[i, 0], x[i, 1], x[i, 2], x[i, 3]
+        for k in range(i):
+            f = factor[i, k]
+            a, b, c, d = a - f * x[k, 0], b - f * x[k, 1], c - f * x[k, 2], d - f * x[k, 3]
+        f = factor[i, i]
+        x[i, 0] = a * f if i < counts[some[0]] else 0.0
+        x[i, 1] = b * f if i < counts[some[1]] else 0.0
+        x[i, 2] = c * f if i < counts[some[2]] else 0.0
+        x[i, 3] = d * f if i < counts[some[3]] else 0.0
+    for i in range(most - 1, -1, -1):
+        a, b, c, d = x[i, 0], x[i, 1], x[i, 2], x[i, 3]
+        for k in range(i + 1, most):
+            f = factor[k, i]
+            a, b, c, d = a - f * x[k, 0], b - f * x[k, 1], c - f * x[k, 2], d - f * x[k, 3]
+        f = factor[i, i]
+        x[i, 0], x[i, 1], x[i, 2], x[i, 3] = a * f, b * f, c * f, d * f
+    for row in range(_TOGETHER):
+        r, total = some[row], 0.0
+        for i in range(counts[r] - 1, -1, -1):
+            out[r, first[r, 0] + i] = x[i, row]
+            total += x[i, row]
+        sums[r] = total
+
+
 @njit(cache=True, error_model="numpy")
 def _solve_rows(kept, residual, out, sums):  # type: ignore[no-untyped-def]
     """Every row's cells by themselves, and the sum of their forces; zero elsewhere."""
     rows, columns = residual.shape
-    x = np.empty(columns)
+    x, some, n = np.empty((columns, _TOGETHER)), np.zeros(_TOGETHER, dtype=np.int64), 0
     for r in range(rows):
-        m, factor, members = kept.counts[r], kept.factors[r], kept.members[r]
+        sums[r] = 0.0
         for c in range(columns):
             out[r, c] = 0.0
-        for i in range(m):
-            value = residual[r, members[i]]
-            for k in range(i):
-                value -= factor[i, k] * x[k]
-            x[i] = value * factor[i, i]
-        total = 0.0
-        for i in range(m - 1, -1, -1):
-            value = x[i]
-            for k in range(i + 1, m):
-                value -= factor[k, i] * x[k]
-            x[i] = value * factor[i, i]
-            out[r, members[i]] = x[i]
-            total += x[i]
-        sums[r] = total
+    for r in range(rows):
+        if kept.apart[r]:
+            sums[r] = _solve_apart(kept, residual, r, x, out)
+        elif kept.counts[r] > 0:
+            some[n] = r
+            n += 1
+        if n == _TOGETHER or (n > 0 and r == rows - 1):
+            for row in range(n, _TOGETHER):  # where fewer are left, one is solved again
+                some[row] = some[0]
+            _solve_together(kept, residual, some, x, out, sums)
+            n = 0
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})

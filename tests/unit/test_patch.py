@@ -12,7 +12,7 @@ from scipy.optimize import brentq, nnls
 import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.contact import patch_contact, patch_iteration
+from semiwear.contact import patch_contact, patch_iteration, patch_system
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import gap_of_flanks
@@ -282,6 +282,32 @@ def test_the_preconditioner_is_positive_with_the_coupling_of_other_cells(seed):
     assert kept.changed[0] > 0
     np.testing.assert_allclose(other, other.T, rtol=0.0, atol=1e-12 * other.max())
     assert np.linalg.eigvalsh(other)[0] > 0.0
+
+
+@pytest.mark.parametrize("rows", [1, 4, 7])
+def test_rows_of_free_cells_answer_as_their_equations_say(rows):
+    """Side by side or with gaps, more of them or fewer than before; four rows without gaps are solved at a time."""
+    random, columns = np.random.default_rng(rows), 12
+    own = love_coefficients((1, columns), (0.3, 0.05))[0]
+    compliance = own[abs(np.subtract.outer(np.arange(columns), np.arange(columns)))]
+    kept, out, sums = row_preconditioner(rows, columns), np.empty((rows, columns)), np.empty(rows)
+    for _ in range(6):
+        free = np.zeros((rows, columns), dtype=bool)
+        for row in free:
+            first, count = random.integers(0, columns, 2)
+            row[first : first + count] = True
+            row[random.integers(0, columns, random.integers(0, 3))] = False
+        residual = random.standard_normal(free.shape)
+        patch_system._factor_rows(kept, own, free)
+        patch_system._solve_rows(kept, residual, out, sums)
+        for r, row in enumerate(free):
+            expected, even = np.zeros((2, columns))
+            block = compliance[np.ix_(row, row)]
+            expected[row], even[row] = np.linalg.solve(block, np.stack([residual[r, row], np.ones(row.sum())]).T).T
+            np.testing.assert_allclose(out[r], expected, rtol=0.0, atol=1e-11 * np.abs(expected).max(initial=0.0))
+            assert sums[r] == pytest.approx(expected.sum(), rel=1e-9, abs=1e-11 * np.abs(expected).sum())
+            assert kept.stiffness[r] == pytest.approx(even.sum(), rel=1e-11)
+            np.testing.assert_allclose(kept.ones[r, : row.sum()], even[row], rtol=1e-11)
 
 
 def test_a_pair_far_away_carries_nothing():
