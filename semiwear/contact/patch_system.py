@@ -268,7 +268,7 @@ def precondition(kept, system, residual, free, out):  # type: ignore[no-untyped-
 
 @inner_njit(cache=True, error_model="numpy")
 def _factor_row(kept, own, r, m):  # type: ignore[no-untyped-def]
-    """What a row of m free cells answers with, by its own factor or by that of cells side by side."""
+    """Answer of a row of m free cells, by a factor of its own or by that of cells side by side."""
     members = kept.members[r]
     kept.apart[r] = m > 0 and members[m - 1] - members[0] >= m
     if kept.apart[r]:

@@ -85,12 +85,12 @@ def _places_of(values, rising):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
-    """Loads of chosen candidates; the results of `share_torque`."""
+def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignore[no-untyped-def]
+    """Chosen candidates as slices, the rotation at which the first touches, those that press, and half-widths."""
     n, usual = chosen.size, rules.usual_half_width
     force, half_width = all_force.ravel(), all_width.ravel()
     gap, lever, length, arc = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    curvature, moved, width = np.empty(n), np.empty(n), np.empty(n)
+    curvature, moved, width, floor = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     active, loaded, touching = np.empty(n, dtype=np.bool_), False, np.inf
     for i in range(n):
         c = chosen[i]
@@ -98,7 +98,7 @@ def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force,
         gap[i], lever[i], length[i], arc[i] = worn.gap[at], found.lever[c], found.length[c], found.arc[c]
         curvature[i] = max(worn.curvature[at], rules.least_curvature)
         moved[i] = min(max(worn.profile[at] - found.profile[c], -found.farthest_move), found.farthest_move)
-        active[i] = force[at] > 0.0
+        active[i], floor[i] = force[at] > 0.0, LEAST_WIDTH * usual
         loaded |= active[i]
         touching = min(touching, gap[i] / lever[i])
     # from where the first slice touches: a misplaced pinion may be millimetres off, a light approach nanometres
@@ -111,42 +111,39 @@ def _share_among(found, chosen, worn, torque, rules, rounding, rolls, all_force,
         if worn.wear.size > 0:
             static[i, i] += worn.wear[at]
         if loaded:
-            width[i] = max(half_width[at], LEAST_WIDTH * usual)
+            width[i] = max(half_width[at], floor[i])
         else:
             active[i], width[i] = gap[i] <= nearest, usual
     starts = _places_of(found.starts, chosen)
     pairs = found.pairs if n == found.flat.size else pairs_among(found.pairs, chosen, found.flat.size)
-    floor = np.empty(n)
-    for i in range(n):
-        floor[i] = LEAST_WIDTH * usual
-    status, rotation, load, slack, iterations, change = solve_line_loads(
-        Slices(static, gap, lever, arc, length, floor, curvature, starts, pairs),
-        rules.near, torque, rounding, rules.tolerance, rules.max_iterations, active, width,
-    )  # fmt: skip
-    if status != 0:
-        return status, 0.0, iterations, change, 0.0, 0.0
-    for roll in rolls:
-        all_force[roll] = 0.0
-    balance, product, highest, deepest, approach = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(n):
-        at = found.flat[chosen[i]]
-        force[at], half_width[at] = load[i], width[i] if load[i] > 0.0 else 0.0
-        balance += lever[i] * load[i]
-        # the Hertz pressure goes with the root of line load times curvature
-        pressure = np.sqrt(load[i] / length[i] * curvature[i])
-        highest, product = max(highest, pressure), max(product, pressure * abs(slack[i]))
-        deepest = max(deepest, -slack[i])
-        approach = max(approach, lever[i] * rotation - gap[i])
-    complementarity = max(product / highest, deepest) / approach
-    return status, touching + rotation, iterations, change, abs(balance / torque - 1.0), complementarity
+    return Slices(static, gap, lever, arc, length, floor, curvature, starts, pairs), touching, active, width
 
 
 @njit(cache=True, error_model="numpy")
-def _chosen(near):  # type: ignore[no-untyped-def]
-    """Numbers of the near ones."""
+def _put(found, chosen, slices, rotation, load, slack, width, torque, rolls, all_force, all_width):  # type: ignore[no-untyped-def]
+    """Errors of the torque and of complementarity; puts loads and half-widths where they belong."""
+    force, half_width = all_force.ravel(), all_width.ravel()
+    for roll in rolls:
+        all_force[roll] = 0.0
+    balance, product, highest, deepest, approach = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(chosen.size):
+        at = found.flat[chosen[i]]
+        force[at], half_width[at] = load[i], width[i] if load[i] > 0.0 else 0.0
+        balance += slices.lever[i] * load[i]
+        # the Hertz pressure goes with the root of line load times curvature
+        pressure = np.sqrt(load[i] / slices.length[i] * slices.curvature[i])
+        highest, product = max(highest, pressure), max(product, pressure * abs(slack[i]))
+        deepest = max(deepest, -slack[i])
+        approach = max(approach, slices.lever[i] * rotation - slices.gap[i])
+    return abs(balance / torque - 1.0), max(product / highest, deepest) / approach
+
+
+@njit(cache=True, error_model="numpy")
+def _chosen(near, every):  # type: ignore[no-untyped-def]
+    """Numbers of the near ones, or of all."""
     out, count = np.empty(near.shape[0], dtype=np.int64), ZERO
     for i in range(near.shape[0]):
-        if near[i]:
+        if near[i] or every:
             out[count] = i
             count += 1
     return out[:count]
@@ -198,14 +195,23 @@ def share_torque(found, worn, torque, rules, rounding, rolls, expected, cap, for
         else:
             near[i] = found.least[i] < cap
         count += near[i]
-    if count == 0:
-        near[:] = True
+    every = count == 0
     while True:
-        answer = _share_among(found, _chosen(near), worn, torque, rules, rounding, rolls, force, half_width)
+        chosen = _chosen(near, every)
+        slices, touching, active, width = _slices_of(found, chosen, worn, rules, force, half_width)
+        status, rotation, load, slack, iterations, change = solve_line_loads(
+            slices, rules.near, torque, rounding, rules.tolerance, rules.max_iterations, active, width
+        )
+        if status != 0:
+            return status, 0.0, iterations, change, 0.0, 0.0
+        balance, complementarity = _put(
+            found, chosen, slices, rotation, load, slack, width, torque, rolls, force, half_width
+        )
+        rotation += touching
         missed = False
         for i in range(n):
-            if answer[0] == 0 and not near[i]:
-                missed |= worn.gap[found.flat[i]] - answer[1] * found.lever[i] < rounded_from(rounding)
+            if not near[i] and not every:
+                missed |= worn.gap[found.flat[i]] - rotation * found.lever[i] < rounded_from(rounding)
         if not missed:
-            return answer
-        near[:] = True
+            return status, rotation, iterations, change, balance, complementarity
+        every = True
