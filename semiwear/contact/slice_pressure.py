@@ -32,7 +32,7 @@ from semiwear.contact.loads import SlicePressures
 from semiwear.contact.plane_strain import Cells, even_cells, influences, mean_log, plane_contact
 from semiwear.contact.smooth_ends import smooth_rate
 from semiwear.errors import ConvergenceError
-from semiwear.kernel_cache import inner_njit, njit
+from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell
 from semiwear.threads import in_shares
@@ -161,6 +161,21 @@ def _cut_off(bands, begin, end, force, low, high):  # type: ignore[no-untyped-de
     return False
 
 
+@inner_njit(cache=True, error_model="numpy")
+def _open(work, n, least, closes, unit):  # type: ignore[no-untyped-def]
+    """Gaps of cells from the least one, in units of deflection; active are those that a Hertz contact closes."""
+    nearest, touches = ZERO, False
+    for c in range(n):
+        work.gap[c] -= least
+        work.active[c] = work.gap[c] < closes
+        touches |= work.active[c]
+        work.gap[c] /= unit
+        if work.gap[c] < work.gap[nearest]:
+            nearest = c
+    if n > 0 and not touches:
+        work.active[nearest] = True
+
+
 class _Found(NamedTuple):
     """Pressures and Hertz contacts of every slice, (roll, face), as `solve_slices` finds them."""
 
@@ -219,15 +234,10 @@ def _settle(gap, load, unit, even, smooth, work):  # type: ignore[no-untyped-def
         bands = _bands(work.u, work.g, count, least, depth, work.first, work.last)
         _ends_of_bands(work, bands, least, depth, smooth)
         n = _cells(gap, bands, work.begin, work.end, work.place, work.width, work.gap)
-        for c in range(n):
-            work.gap[c] -= least
-            work.active[c] = work.gap[c] < closes
-            work.gap[c] /= unit
+        _open(work, n, least, closes, unit)
         span = (work.end[bands - 1] - work.begin[0]) * gap.per_mm
         if span <= 0.0:
             break
-        if not work.active[:n].any():
-            work.active[np.argmin(work.gap[:n])] = True
         cells = even
         if bands > 1:
             influences(work.place, work.width, n, _CELLS[bands - 1], span, work.influence)
