@@ -97,11 +97,14 @@ class StressHistory:
 
     def _at_static(self, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Share of a wear step where stresses (2, load, point) reach static strength, and the damage of a cycle."""
-        low, high = stress.max(axis=1)
-        share = (self.curve.static - low) / (high - low)
+        # the load that comes there first need not be the greatest before
+        beyond = stress[1] > self.curve.static
+        rise = np.where(beyond, stress[1] - stress[0], 1.0)
+        share = np.where(beyond, (self.curve.static - stress[0]) / rise, np.inf).min(axis=0)
         there = np.minimum(stress[0] + share * (stress[1] - stress[0]), self.curve.static)
         with np.errstate(divide="ignore"):
-            return share, self._rates(np.log(there)[None], 0.0)[0]
+            # just below: where static strength is borne for ever nothing adds up on the way
+            return share, self._rates(np.log(there)[None], -_JUST)[0]
 
     def _damage(self, logs: FloatArray, step: int, log_safety: FloatArray | float) -> FloatArray:
         """Miner's sum of every point after a wear step."""
@@ -148,9 +151,13 @@ class StressHistory:
 
 
 def _cycles_until(left: FloatArray, begin: FloatArray, end: FloatArray, length: FloatArray | float) -> FloatArray:
-    """Cycles until what is left of a sum is full, whose rate passes linearly from begin to end of a length."""
+    """Cycles until what is left of a sum is full, whose rate passes linearly from begin to end of a length.
+
+    Infinite where nothing is added.
+    """
     root = np.sqrt(np.maximum(begin**2 + 2.0 * (end - begin) * left / length, 0.0))
-    return np.asarray(2.0 * left / (begin + root))
+    with np.errstate(divide="ignore"):
+        return np.asarray(2.0 * left / (begin + root))
 
 
 def _mean(rates: FloatArray) -> FloatArray:

@@ -213,6 +213,22 @@ def test_on_the_way_to_static_strength_damage_adds_up(length):
     assert history(stress, [0.0, length], curve=CURVE).life(1.0) == pytest.approx(exact, rel=0.02)
 
 
+def test_the_load_that_comes_to_static_strength_first_ends_the_life():
+    """One load falls from 90 % of it to half of it, another rises from a tenth to 130 %, a third to 105 %."""
+    stress = CURVE.static * np.array([[[0.9], [0.1], [0.2]], [[0.5], [1.3], [1.05]]])
+    short = history(stress, [0.0, 3.0], shares=(0.2, 0.5, 0.3), curve=CURVE)  # too short for damage to add up
+    assert short.life(1.0) == pytest.approx(3.0 * 0.9 / 1.2, rel=1e-9)
+
+
+@pytest.mark.parametrize("static", [1146.9630400077335, 1600.0])
+def test_stress_borne_for_ever_up_to_static_strength_adds_no_damage(static):
+    """Where the curve is flat all through, a point lasts until its stress comes there."""
+    flat = LifeCurve((1e5, 5e7), (static, static))
+    for high in (1242.78549099, 1167.91380973, 2000.0, 3000.0):
+        if high > static:
+            assert history([0.0, high], [0.0, 1e11], curve=flat).life(1.0) == pytest.approx(1e11 * static / high)
+
+
 @settings(max_examples=30)
 @given(st.floats(700.0, 1500.0), st.floats(1.0, 1.3), st.integers(1, 5))
 def test_the_life_is_where_the_safety_passes_what_is_required(stress, growth, steps):
