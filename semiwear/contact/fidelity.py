@@ -1,4 +1,4 @@
-"""How a contact problem is solved: the three functions that make up a fidelity."""
+"""How a contact problem is solved: the functions that make up a fidelity."""
 
 from __future__ import annotations
 
@@ -58,8 +58,11 @@ class Fidelity:
         that are pressed in `before`, footprints that an earlier call returned or `worn`, stay so.
     pressures : function of (problem, loads, worn, margin)
         Greatest pressures of each slice; less than `margin` [mm] across the line from an end is at the border.
+    roughly : SolveLoads, optional
+        As `solve`, with the torque balanced to 1e-4 alone, where that takes much less time.
     """
 
     solve: SolveLoads
     with_edges: Callable[[ContactProblem, Footprints, TeethLoads, Footprints], Footprints]
     pressures: Callable[[ContactProblem, TeethLoads, Footprints, float], SlicePressures]
+    roughly: SolveLoads | None = None

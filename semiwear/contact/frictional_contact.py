@@ -23,7 +23,10 @@ from semiwear.contact.traction import full_sliding_speed, share_per_speed
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.surface_speed import SurfaceSpeeds
 
-__all__ = ["FrictionalContact"]
+__all__ = ["ROUGHLY", "FrictionalContact"]
+
+ROUGHLY = 1e-4
+"""Tolerance of the torque while what depends on the loads has not settled itself."""
 
 _TOLERANCE = 1e-10  # of the torque
 _USUAL = (-0.5, 1.0)  # bounds of friction's part of the torque where loads of another state start
@@ -40,11 +43,14 @@ class FrictionalContact:
     friction : Friction
     speeds : SurfaceSpeeds
         At the solved roll positions.
+    tolerance : float
+        Of the torque.
     """
 
     frictionless: SolveLoads
     friction: Friction
     speeds: SurfaceSpeeds
+    tolerance: float = _TOLERANCE
 
     def moment(self, problem: ContactProblem, loads: TeethLoads, worn: Footprints) -> FloatArray:
         """Moment that friction needs of the driving body at each mesh position [N mm]."""
@@ -77,7 +83,7 @@ class FrictionalContact:
             at = [int(position) for position in left]
             loads = self.frictionless(problem.under(torque), worn, loads, wear_compliance, at)
             needed = torque + self.moment(problem, loads, worn)  # of the driving body, for these loads
-            left = chosen[np.abs(needed - given)[chosen] > _TOLERANCE * given[chosen]]
+            left = chosen[np.abs(needed - given)[chosen] > self.tolerance * given[chosen]]
             if left.size == 0:
                 return loads
             if np.any(needed[left] <= 0.0):

@@ -171,7 +171,7 @@ def _open(work, n, least, closes, unit):  # type: ignore[no-untyped-def]
         touches |= work.active[c]
         work.gap[c] /= unit
         if work.gap[c] < work.gap[nearest]:
-            nearest = c
+            nearest = np.int64(c)
     if n > 0 and not touches:
         work.active[nearest] = True
 

@@ -201,9 +201,10 @@ def rubbing(scene: Scene, pair: FlankPair, lines: ContactLines, fidelity: Fideli
     law = friction(scene)
     if law is None:
         return fidelity
-    from semiwear.contact.frictional_contact import FrictionalContact
+    from semiwear.contact.frictional_contact import ROUGHLY, FrictionalContact
 
-    return replace(fidelity, solve=FrictionalContact(fidelity.solve, law, speeds_of(scene, pair, lines)))
+    solve = FrictionalContact(fidelity.solve, law, speeds_of(scene, pair, lines))
+    return replace(fidelity, solve=solve, roughly=replace(solve, tolerance=ROUGHLY))
 
 
 def friction_of_heat(scene: Scene) -> Friction:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from semiwear.arrays import FloatArray
+from semiwear.contact.fidelity import SolveLoads
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
@@ -142,29 +143,33 @@ class CaseStep:
 
     def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
         """Loads that hold over the step."""
-        loads = self._solve(meshes, positions, start or self.state.loads)
+        start = start or self.state.loads
         if self.factor is None or self.factor_of is None:
-            return loads
+            return self._solve(meshes, positions, start)
         smooth = self.case.teeth.smooth
+        solve = None if smooth else self.case.teeth.fidelity.roughly  # until the factor has settled
+        loads = self._solve(meshes, positions, start, solve)
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
             change = self._change(loads)
             self.law_residual = float(np.abs(change).max() / self.factor.max())
             if self.law_residual <= tolerance:
-                return loads
+                break
             now = self.factor, change
             # more load makes more wear and so less load: half of each change overshoots least
-            self.factor = _mixed(now, before) if smooth and before is not None else self.factor + 0.5 * change
+            self.factor = self.factor + 0.5 * change if before is None else _mixed(now, before)
             before = now
-            loads = self._solve(meshes, positions, loads)
-        if self.law_residual > _FACTOR_MISSED:
-            raise ConvergenceError(
-                f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after {_FACTOR_ITERATIONS} "
-                f"iterations the wear coefficient still changes by {self.law_residual:.1%} of its greatest; take "
-                "more numerics.wear_steps, or an effects.wear_law whose wear changes less with the load"
-            )
-        return loads
+            loads = self._solve(meshes, positions, loads, solve)
+        else:
+            if self.law_residual > _FACTOR_MISSED:
+                raise ConvergenceError(
+                    f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after "
+                    f"{_FACTOR_ITERATIONS} iterations the wear coefficient still changes by {self.law_residual:.1%} "
+                    "of its greatest; take more numerics.wear_steps, or an effects.wear_law whose wear changes less "
+                    "with the load"
+                )
+        return loads if solve is None else self._solve(meshes, positions, loads)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """By how much the factor that the loads make differs from the one under which they were found."""
@@ -178,10 +183,12 @@ class CaseStep:
         # a power of the pressure is far from 1 under the least load: it, too, is felt by and by
         return 1.0 + (factor - 1.0) * _share_felt(loads.force, 0.0) if self.case.teeth.smooth else factor
 
-    def _solve(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads) -> TeethLoads:
+    def _solve(
+        self, meshes: float, positions: Sequence[int] | None, start: TeethLoads, solve: SolveLoads | None = None
+    ) -> TeethLoads:
         rate = self.rate if self.factor is None else self.rate * self.factor
         teeth = self.case.teeth
-        return teeth.fidelity.solve(teeth.problem, self.state.coarse, start, meshes * rate, positions)
+        return (solve or teeth.fidelity.solve)(teeth.problem, self.state.coarse, start, meshes * rate, positions)
 
     def weighted(self, loads: TeethLoads) -> WeightedLoads:
         """Part of the case in the wear."""

@@ -1,0 +1,82 @@
+"""How a wear law and the loads settle upon each other, with friction in the loads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import semiwear as sw
+from semiwear.contact import frictional_contact
+from semiwear.contact.frictional_contact import FrictionalContact
+from semiwear.wear import case_step
+from tests.scenes import SMALL, scene_of
+
+RUBBING = scene_of(
+    SMALL,
+    {"wear.until.control_depths_um": [8.0, 20.0], "effects.wear_law.load": {"exponent": 0.5}, "effects.friction": {}},
+    wears=True,
+)
+
+
+def history(scene: sw.Scene) -> dict[str, np.ndarray]:
+    group = sw.simulate(scene)["history"]
+    return {name: group[name].values for name in ("wear_depth_max", "wear_volume", "load_share_max", "meshes")}
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """How often the moment of friction is worked out, and loads are found under a law."""
+    counts = {"moments": 0, "solutions": 0}
+    moment, solve = FrictionalContact.moment, case_step.CaseStep._solve
+
+    def counting(*arguments):
+        counts["moments"] += 1
+        return moment(*arguments)
+
+    def solving(*arguments):
+        counts["solutions"] += 1
+        return solve(*arguments)
+
+    monkeypatch.setattr(FrictionalContact, "moment", counting)
+    monkeypatch.setattr(case_step.CaseStep, "_solve", solving)
+    return counts
+
+
+def test_torque_is_balanced_roughly_until_a_law_has_settled_and_to_the_last_then(monkeypatch, counted):
+    loads_of, missed = case_step.CaseStep.loads, []
+
+    def checked(self, meshes, positions, start):
+        found, problem = loads_of(self, meshes, positions, start), self.case.teeth.problem
+        borne = (found.force * problem.lines.lever_arm).sum(axis=1).reshape(-1, problem.per_cycle).sum(axis=0)
+        moment = self.case.teeth.fidelity.solve.moment(problem, found, self.state.coarse)
+        at = slice(None) if positions is None else list(positions)
+        missed.append(np.abs((borne + moment) / problem.torque - 1.0)[at].max())
+        return found
+
+    rough, moments = history(RUBBING), counted["moments"]
+    with monkeypatch.context() as patched:
+        patched.setattr(case_step.CaseStep, "loads", checked)
+        sw.simulate(RUBBING)
+    assert max(missed) < 1e-9
+    counted["moments"] = 0
+    monkeypatch.setattr(frictional_contact, "ROUGHLY", frictional_contact._TOLERANCE)
+    close = history(RUBBING)
+    assert moments < 0.75 * counted["moments"]
+    for name, values in rough.items():
+        np.testing.assert_allclose(values, close[name], rtol=1e-4, atol=1e-12)
+
+
+def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, counted):
+    """Each by what the last two changes say; a half of every change takes twice as many."""
+    mixed = history(RUBBING)
+    few = counted["solutions"]
+    monkeypatch.setattr(case_step, "_mixed", lambda now, before: now[0] + 0.5 * now[1])
+    counted["solutions"] = 0
+    halves = history(RUBBING)
+    assert few < 0.8 * counted["solutions"]
+    monkeypatch.setattr(case_step, "_FACTOR_TOLERANCE", 1e-8)
+    exact = history(RUBBING)
+    for name, values in exact.items():
+        scale = np.nanmax(np.abs(values))
+        error, before = (float(np.nanmax(np.abs(one[name] - values))) / scale for one in (mixed, halves))
+        assert error < max(2e-4, before)
