@@ -377,12 +377,12 @@ def _solve_apart(kept, residual, r, x, out):  # type: ignore[no-untyped-def]
 @inner_njit(cache=True, error_model="numpy")
 def _solve_together(kept, residual, some, x, out, sums):  # type: ignore[no-untyped-def]
     """Forces on the cells of four rows without gaps by themselves, and their sums: one sum alone waits for itself."""
-    factor, counts, first = kept.together, kept.counts, kept.members
+    factor, counts, members = kept.together, kept.counts, kept.members
     most = max(counts[some[0]], counts[some[1]], counts[some[2]], counts[some[3]])
     for row in range(_TOGETHER):
         r = some[row]
         for i in range(most):
-            x[i, row] = residual[r, first[r, 0] + i] if i < counts[r] else 0.0
+            x[i, row] = residual[r, members[r, 0] + i] if i < counts[r] else 0.0
     for i in range(most):
         a, b, c, d = x[i, 0], x[i, 1], x[i, 2], x[i, 3]
         for k in range(i):
@@ -403,7 +403,7 @@ def _solve_together(kept, residual, some, x, out, sums):  # type: ignore[no-unty
     for row in range(_TOGETHER):
         r, total = some[row], 0.0
         for i in range(counts[r] - 1, -1, -1):
-            out[r, first[r, 0] + i] = x[i, row]
+            out[r, members[r, 0] + i] = x[i, row]
             total += x[i, row]
         sums[r] = total
 
