@@ -93,7 +93,10 @@ def test_missing_peers_are_named_and_the_benchmark_goes_on(bench, no_peers, tmp_
 def test_peers_are_compared_at_the_same_field_error(bench, monkeypatch) -> None:
     monkeypatch.setattr(bench, "PEERS", (Impostor(bench),))
     monkeypatch.setattr(bench, "REQUIRED", {("elliptic", "tamaas"): {(16, 16): 1e6}})
-    report = bench.run([16], [bench.RollSweep((10, 20), positions=2).case()], 2, cold=False)
+    kept = []
+    sweep = bench.RollSweep((10, 20), positions=2).case()
+    report = bench.run([16], [sweep], 2, cold=False, keep=lambda so_far: kept.append(len(so_far["rows"])))
+    assert kept == [2, 4], "a long run that is ended loses one case"
     ours, peer, _, swept = report["rows"]
     assert report["cases"][0]["reference_against"]["tamaas"] < 1e-9
     assert peer["tolerance"] == ours["tolerance"] and peer["field_error"] == ours["field_error"]
@@ -108,7 +111,9 @@ def test_a_peer_without_an_answer_is_named(bench, monkeypatch) -> None:
     impostor = Impostor(bench)
     impostor.variants = ("hopeless",)
     monkeypatch.setattr(bench, "PEERS", (impostor,))
+    monkeypatch.setattr(bench, "CHECKED", 16 * 16 - 1)
     report = bench.run([16], [], 1, cold=False)
+    assert report["cases"][0]["reference_against"] == {}, "peers are not asked on fine grids"
     assert report["cases"][0]["without_answer"] == ["tamaas"]
     assert "tamaas: never within" in bench.table(report)
 
