@@ -147,8 +147,8 @@ class CaseStep:
         if self.factor is None or self.factor_of is None:
             return self._solve(meshes, positions, start)
         smooth = self.case.teeth.smooth
-        solve = None if smooth else self.case.teeth.fidelity.roughly  # until the factor has settled
-        loads = self._solve(meshes, positions, start, solve)
+        roughly = None if smooth else self.case.teeth.fidelity.roughly  # until the factor has settled
+        loads, close = self._solve(meshes, positions, start), True
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
@@ -158,9 +158,9 @@ class CaseStep:
                 break
             now = self.factor, change
             # more load makes more wear and so less load: half of each change overshoots least
-            self.factor = self.factor + 0.5 * change if before is None else _mixed(now, before)
+            self.factor = _mixed(now, before)
             before = now
-            loads = self._solve(meshes, positions, loads, solve)
+            loads, close = self._solve(meshes, positions, loads, roughly), roughly is None
         else:
             if self.law_residual > _FACTOR_MISSED:
                 raise ConvergenceError(
@@ -169,7 +169,7 @@ class CaseStep:
                     "of its greatest; take more numerics.wear_steps, or an effects.wear_law whose wear changes less "
                     "with the load"
                 )
-        return loads if solve is None else self._solve(meshes, positions, loads)
+        return loads if close else self._solve(meshes, positions, loads)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """By how much the factor that the loads make differs from the one under which they were found."""
@@ -201,10 +201,20 @@ def _share_felt(force: FloatArray, least: float) -> FloatArray:
     return np.asarray(np.clip(force / (_FELT * force.max()) - least, 0.0, 1.0))
 
 
-def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one)."""
-    (value, change), (last, last_change) = now, before
+def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one).
+
+    At first, and where changes grow or a value would fall below zero, a half of the change alone.
+    """
+    value, change = now
+    half = value + 0.5 * change
+    if before is None:
+        return half
+    last, last_change = before
     bend = change - last_change
-    square = float(np.vdot(bend, bend))
-    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0) if square > 0.0 else 0.0
-    return value + 0.5 * change - share * (value - last + 0.5 * bend)
+    square, size = float(np.vdot(bend, bend)), float(np.vdot(change, change))
+    if not square > 0.0 or size > float(np.vdot(last_change, last_change)):
+        return half
+    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0)
+    mixed = half - share * (value - last + 0.5 * bend)
+    return np.where(mixed >= 0.0, mixed, half)

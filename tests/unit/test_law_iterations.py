@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 import semiwear as sw
 from semiwear.contact import frictional_contact
@@ -80,3 +83,26 @@ def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, 
         scale = np.nanmax(np.abs(values))
         error, before = (float(np.nanmax(np.abs(one[name] - values))) / scale for one in (mixed, halves))
         assert error < max(2e-4, before)
+
+
+@given(*(arrays(float, 6, elements=st.floats(0.0, 3.0, allow_subnormal=False)) for _ in range(4)))
+def test_mixed_factors_stay_factors(value, wanted, last, last_wanted):
+    """Never below zero, where nothing would bear; where changes grow they go half of the way."""
+    change, last_change = wanted - value, last_wanted - last
+    half = value + 0.5 * change
+    assert (case_step._mixed((value, change), None) == half).all()
+    mixed = case_step._mixed((value, change), (last, last_change))
+    assert (mixed >= 0.0).all()
+    if np.sum(change**2) > np.sum(last_change**2):
+        assert (mixed == half).all()
+
+
+def test_two_changes_tell_where_a_linear_iteration_ends():
+    fixed, rate, last = np.array([0.3, 1.2, 0.8]), -0.4, np.ones(3)
+
+    def change(value):
+        return (rate - 1.0) * (value - fixed)
+
+    value = case_step._mixed((last, change(last)), None)
+    found = case_step._mixed((value, change(value)), (last, change(last)))
+    np.testing.assert_allclose(found, fixed, rtol=1e-12)
