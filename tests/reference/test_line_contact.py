@@ -169,6 +169,21 @@ def test_near_pairs_of_some_slices_are_those_of_all_among_them(data):
         np.testing.assert_array_equal(found, expected)
 
 
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 4))
+def test_slices_at_just_the_near_distance_are_near(one, other, steps):
+    """Even lines of a quarter of a millimetre a slice, whose distances are exact."""
+    starts, arc = np.array([0, one, one + other]), 0.25 * np.concatenate([np.arange(one), np.arange(other)])
+    found = near_pairs(starts, arc, np.full(arc.size, 0.25), 0.25 * steps)
+    expected = [
+        (i, j)
+        for first, stop in ((0, one), (one, one + other))
+        for i in range(first, stop)
+        for j in range(i, min(i + steps + 1, stop))
+    ]
+    assert list(zip(found.one.tolist(), found.other.tolist(), strict=True)) == expected
+    assert all(part.size == len(expected) for part in found)
+
+
 def test_slices_that_need_not_be_looked_at_change_no_loads(small, monkeypatch):
     def forces(room):
         monkeypatch.setattr("semiwear.contact.problem._ROOM", room)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from semiwear.collect import _Zones
+from semiwear.contact import slice_pressure
 from semiwear.contact.loads import SlicePressures
 from semiwear.results import Zone
 
@@ -61,3 +62,15 @@ def test_pressures_in_the_band_are_those_of_positions():
     inside = np.abs(pressure.place) <= 0.4
     assert ZONES.greatest_clear(pressure)[Zone.PITCH] == pressure.inner[inside].max()
     assert ZONES.greatest_clear(pressure)[Zone.ADDENDUM] == 300.0
+
+
+@pytest.mark.parametrize(
+    ("gaps", "active"), [([5.0, 3.0, 4.0], [1]), ([2.0, 2.0, 7.0], [0]), ([1.2, 1.7, 1.4, 9.0], [0, 2])]
+)
+def test_cells_that_a_hertz_contact_closes_press_at_first_or_the_nearest(gaps, active):
+    """From the least gap of 1 on, 0.5 is closed; gaps are in units of deflection, of 0.1."""
+    work, count = slice_pressure._work_space(4), len(gaps)
+    work.gap[:count] = gaps
+    slice_pressure._open(work, count, 1.0, 0.5, 0.1)
+    assert np.flatnonzero(work.active[:count]).tolist() == active
+    np.testing.assert_allclose(work.gap[:count], (np.array(gaps) - 1.0) / 0.1, rtol=1e-14)
