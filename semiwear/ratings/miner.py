@@ -101,7 +101,7 @@ class StressHistory:
         beyond = stress[1] > self.curve.static
         rise = np.where(beyond, stress[1] - stress[0], 1.0)
         share = np.where(beyond, (self.curve.static - stress[0]) / rise, np.inf).min(axis=0)
-        there = np.minimum(stress[0] + share * (stress[1] - stress[0]), self.curve.static)
+        there = stress[0] + share * (stress[1] - stress[0])
         with np.errstate(divide="ignore"):
             # just below: where static strength is borne for ever nothing adds up on the way
             return share, self._rates(np.log(there)[None], -_JUST)[0]
