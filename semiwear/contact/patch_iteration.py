@@ -26,7 +26,8 @@ from semiwear.contact.complementarity import (
     search_direction,
     separation_left,
 )
-from semiwear.contact.patch_system import PatchSystem, displace, plans_of, precondition, row_preconditioner
+from semiwear.contact.patch_system import PatchSystem, displace, plans_of
+from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = ["solve_in_windows"]

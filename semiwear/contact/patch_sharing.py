@@ -9,7 +9,8 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.patch_iteration import solve_in_windows
-from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
+from semiwear.contact.patch_system import PatchSystem
+from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.kernel_cache import inner_njit, njit
 
 __all__ = ["SharedTorque", "share_torque"]

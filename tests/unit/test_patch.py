@@ -12,14 +12,16 @@ from scipy.optimize import brentq, nnls
 import semiwear as sw
 from semiwear.closed_forms.hertz import line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
-from semiwear.contact import patch_contact, patch_iteration, patch_system
+from semiwear.contact import patch_contact, patch_iteration
+from semiwear.contact import row_preconditioner as rows_alone
 from semiwear.contact.complementarity import Complementarity, ComplementarityStatus
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.gap import gap_of_flanks
 from semiwear.contact.patch_gap import PatchCells
 from semiwear.contact.patch_sharing import SharedTorque, share_torque
-from semiwear.contact.patch_system import PatchSystem, precondition, row_preconditioner
+from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.problem import picked
+from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.contact.slice_pressure import solve_slices
 from semiwear.contact.stripe import less_aside
 from semiwear.meshing.removed import Removed
@@ -298,8 +300,8 @@ def test_rows_of_free_cells_answer_as_their_equations_say(rows):
             row[first : first + count] = True
             row[random.integers(0, columns, random.integers(0, 3))] = False
         residual = random.standard_normal(free.shape)
-        patch_system._factor_rows(kept, own, free)
-        patch_system._solve_rows(kept, residual, out, sums)
+        rows_alone._factor_rows(kept, own, free)
+        rows_alone._solve_rows(kept, residual, out, sums)
         for r, row in enumerate(free):
             expected, even = np.zeros((2, columns))
             block = compliance[np.ix_(row, row)]
