@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.contact.footprint import Footprints
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.problem import ContactProblem
 
-__all__ = ["Fidelity", "SolveLoads"]
+__all__ = ["Fidelity", "SolveLoads", "WithEdges"]
 
 
 class SolveLoads(Protocol):
@@ -46,6 +46,31 @@ class SolveLoads(Protocol):
         """
 
 
+class WithEdges(Protocol):
+    """Lets pressed edges yield as loads make them."""
+
+    def __call__(
+        self,
+        problem: ContactProblem,
+        worn: Footprints,
+        loads: TeethLoads,
+        before: Footprints,
+        rolls: BoolArray | None = None,
+    ) -> Footprints:
+        """Footprints with the contact of pressed edges as these loads make it; `worn` itself if nothing changes.
+
+        Parameters
+        ----------
+        problem : ContactProblem
+        worn : Footprints
+        loads : TeethLoads
+        before : Footprints
+            What an earlier call returned, or `worn`: edges that are pressed there stay so.
+        rolls : (roll,) bool array, optional
+            Where to look; elsewhere all stays as in `before`.
+        """
+
+
 @dataclass(frozen=True)
 class Fidelity:
     """A way to solve contact problems.
@@ -53,9 +78,7 @@ class Fidelity:
     Attributes
     ----------
     solve : SolveLoads
-    with_edges : function of (problem, worn, loads, before)
-        Footprints with the contact of pressed edges as these loads make it; `worn` itself if nothing changes. Edges
-        that are pressed in `before`, footprints that an earlier call returned or `worn`, stay so.
+    with_edges : WithEdges
     pressures : function of (problem, loads, worn, margin)
         Greatest pressures of each slice; less than `margin` [mm] across the line from an end is at the border.
     roughly : SolveLoads, optional
@@ -63,6 +86,6 @@ class Fidelity:
     """
 
     solve: SolveLoads
-    with_edges: Callable[[ContactProblem, Footprints, TeethLoads, Footprints], Footprints]
+    with_edges: WithEdges
     pressures: Callable[[ContactProblem, TeethLoads, Footprints, float], SlicePressures]
     roughly: SolveLoads | None = None

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from semiwear.arrays import FloatArray, IntArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.fidelity import Fidelity
@@ -80,13 +80,20 @@ def line_pressures(problem: ContactProblem, loads: TeethLoads, worn: Footprints,
 
 
 def with_pressed_edges(
-    problem: ContactProblem, worn: Footprints, loads: TeethLoads, before: Footprints, *, smooth: bool = False
+    problem: ContactProblem,
+    worn: Footprints,
+    loads: TeethLoads,
+    before: Footprints,
+    rolls: BoolArray | None = None,
+    *,
+    smooth: bool = False,
 ) -> Footprints:
     """Contact of edges that are pressed, or nearly so, from the plane contact of each such slice under its load.
 
     Hertz's law with a footprint's mean gap is too stiff where pressure leans on the rounding of an edge, and too
     soft where the wall of a groove is all that bears. An edge that is pressed in `before` stays so: under much
-    load it may hold the flanks farther apart than its footprint's mean gap says. `smooth` is that of `solve_slices`.
+    load it may hold the flanks farther apart than its footprint's mean gap says. As in `WithEdges`; `smooth` is that
+    of `solve_slices`.
     """
     lines, modulus = problem.lines, problem.modulus
     approach = np.tile(loads.rotation, problem.pairs)[:, None] * lines.lever_arm
@@ -94,6 +101,8 @@ def with_pressed_edges(
     pressed = (worn.edge & near & (worn.least < approach)) | (before.gap != worn.gap)
     if not pressed.any():
         return worn
+    if rolls is not None:
+        pressed &= rolls[:, None]
     load = np.where(pressed, np.maximum(problem.line_load(loads), _LIGHTEST * problem.usual_load), 0.0)
     touched = solve_slices(lines, worn, load, modulus, 0.0, smooth=smooth)[1]
     # no half-width is less than the load sharing allows: as much farther away as it is then too stiff
@@ -108,6 +117,9 @@ def with_pressed_edges(
         for name in ("gap", "curvature", "profile"):
             whole, none = getattr(touched, name), getattr(worn, name)
             whole[pressed] = none[pressed] + part * (whole[pressed] - none[pressed])
+    if rolls is not None:
+        for name in ("gap", "curvature", "profile"):
+            getattr(touched, name)[~rolls] = getattr(before, name)[~rolls]
     return touched
 
 

@@ -190,25 +190,28 @@ class LoadedTeeth:
         fine, coarse = self.touch(self.removed(wear, driving_wear))
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
-        edged, residual = coarse, 0.0
+        edged, residual, unsettled = coarse, np.zeros(self.rolls.phase.size), None
         passes, tolerance = (_FIRST_PASSES, _FIRST_TOLERANCE) if start is None else (_EDGE_PASSES, _EDGE_TOLERANCE)
         if self.smooth:
             passes, tolerance = _SMOOTH_PASSES, _SMOOTH_TOLERANCE
         for _ in range(passes):
-            before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged)
+            before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged, unsettled)
             if edged is before and solved:
                 break
-            positions = None
+            positions = np.arange(residual.size)
             if solved:
                 # elsewhere the loads are those of these footprints already
-                rolls = np.flatnonzero((edged.gap != before.gap).any(axis=1))
-                positions = np.unique(rolls % self.rolls.phase.size).tolist()
+                positions = np.unique(np.flatnonzero((edged.gap != before.gap).any(axis=1)) % residual.size)
             force = loads.force
-            loads, solved = fidelity.solve(problem, edged, loads, positions=positions), True
-            residual = float(np.abs(loads.force - force).max() / loads.force.max())
-            if residual <= tolerance:
+            loads, solved = fidelity.solve(problem, edged, loads, positions=positions.tolist()), True
+            change = np.abs(loads.force - force).max(axis=1).reshape(-1, residual.size).max(axis=0)
+            residual[positions] = change[positions] / loads.force.max()
+            # mesh positions know nothing of one another
+            settled = residual <= tolerance
+            if settled.all():
                 break
-        return LoadedState(wear, fine, edged, loads, driving_wear, residual)
+            unsettled = np.tile(~settled, problem.pairs)
+        return LoadedState(wear, fine, edged, loads, driving_wear, float(residual.max()))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from semiwear.arrays import FloatArray, IntArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.closed_forms.love import love_coefficients
 from semiwear.contact.complementarity import ComplementarityStatus
 from semiwear.contact.fidelity import Fidelity
@@ -90,7 +90,13 @@ def cell_pressures(problem: ContactProblem, loads: TeethLoads, worn: Footprints,
     )
 
 
-def _as_they_are(problem: ContactProblem, worn: Footprints, loads: TeethLoads, before: Footprints) -> Footprints:
+def _as_they_are(
+    problem: ContactProblem,
+    worn: Footprints,
+    loads: TeethLoads,
+    before: Footprints,
+    rolls: BoolArray | None = None,
+) -> Footprints:
     """Footprints unchanged: patches resolve edges."""
     return worn
 
