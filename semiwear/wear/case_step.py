@@ -83,17 +83,15 @@ class CaseStep:
         self.factor: FloatArray | None = None if factor is None else self._factor_under(state.loads)
         self.law_residual = 0.0
 
-    def prepare(self, meshes: float) -> float:
-        """Own wear per mesh and force, for a step of about this length; returns the growth of the approach [mm]."""
+    def prepare(self, meshes: float) -> None:
+        """Own wear per mesh and force, for a step of about this length."""
         force = self.state.loads.force
         now = self._own(0.0)
         if self.factor is not None:
             now = now * self.factor
         # wear that the present loads would leave, where they are; elasticity spreads it when it is large
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
-        growth = depth / (1.0 + 0.5 * depth / self.elastic)
-        self.own = self._own(growth)
-        return growth
+        self.own = self._own(depth / (1.0 + 0.5 * depth / self.elastic))
 
     @property
     def rate(self) -> FloatArray:

@@ -25,7 +25,7 @@ from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 from semiwear.meshing.removed import Removed
 from semiwear.wear.archard import wear_depth
 from semiwear.wear.marched import marched_wear, sliding_distance_under_contact, spread_by_contact
-from semiwear.wear.step_influence import Cycles, StepInfluence, followed
+from semiwear.wear.step_influence import CyclesTo, StepInfluence, followed
 from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import WearMultipliers, Worn
 
@@ -81,7 +81,7 @@ class WearMapping(Protocol):
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: Cycles,
+        cycles: CyclesTo,
     ) -> StepInfluence:
         """Influence of loads on the wear of a step, from flanks that loads near its own wear in so many cycles."""
 
@@ -155,7 +155,7 @@ class InterpolatedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: Cycles,
+        cycles: CyclesTo,
     ) -> StepInfluence:
         """As in `WearMapping`."""
 
@@ -217,7 +217,7 @@ class MarchedWear:
         worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         multipliers: WearMultipliers,
-        cycles: Cycles,
+        cycles: CyclesTo,
     ) -> StepInfluence:
         """As in `WearMapping`."""
         return self.swept.followed(teeth, motion, worn, weighted_loads, multipliers, cycles)

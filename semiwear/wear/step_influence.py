@@ -4,12 +4,21 @@ A step's loads are not known before the wear that they cause. Loads that are for
 each footprint is kept, averaged over the cycles. The wear of the step is linear in its loads then: no footprint is
 found again while they are searched for. Loads far from the foreseen ones find their footprints in the same shapes of
 the flanks.
+
+In cycle c of n the flanks wear by what they would on a shape ahead of its start, which the wear w of the cycle before
+foretells:
+
+    h_(c+1) = h_c + w_c,   w_c = w(h_c + a_c w_(c-1)),   a_0 = 0,   a_c = 1/2 + 1/(2 (n - 1))
+
+for cycles of equal length. The second term of a_c makes up for the first cycle, so that the sum of w errs in third
+order; a_c = 0 errs in second order. All weights are positive: wear never shrinks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,11 +32,26 @@ from semiwear.wear.footprint_rows import FootprintRows, rows_of
 from semiwear.wear.swept_line import EdgeShares, Sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import Worn
 
-__all__ = ["Cycles", "StepInfluence", "followed"]
+__all__ = ["Cycles", "CyclesTo", "StepInfluence", "followed"]
 
-Cycles = float | Callable[[Worn], float]
-"""In how many parts of a step the contact's shape follows the wear, the last one shorter unless it is a whole number;
-or that number from the flanks that the step would leave if the shape of its start held."""
+
+class Cycles(NamedTuple):
+    """Parts of a step, in each of which the contact's shape follows the wear.
+
+    Attributes
+    ----------
+    number : float
+        How many; the last one is shorter unless it is a whole number.
+    ahead : float
+        Share of a_c by which they look ahead: 0 at the start of a part, 1 about in its middle.
+    """
+
+    number: float
+    ahead: float = 0.0
+
+
+CyclesTo = Cycles | Callable[[Worn], Cycles]
+"""Cycles, or those of a step that would leave these flanks if the shape of its start held."""
 
 _LIKE = 3.0  # times the line load whose footprint is kept: a greater one has another
 _SOME = 4  # shapes of the flanks in which that one is found: so few loads are so far from what was foreseen
@@ -45,6 +69,8 @@ class StepInfluence:
         Under which it followed.
     shapes : sequence of Worn
         Flanks at the start of every cycle, and at the end of the step.
+    met : sequence of Worn
+        Flanks on which the footprints of every cycle were found.
     parts : sequence of float
         Lengths of the cycles; their sum is the number of cycles.
     driven, driving : FootprintRows
@@ -55,6 +81,7 @@ class StepInfluence:
     motion: Sweep
     line_load: FloatArray
     shapes: Sequence[Worn]
+    met: Sequence[Worn]
     parts: Sequence[float]
     driven: FootprintRows
     driving: FootprintRows | None = None
@@ -114,9 +141,9 @@ class StepInfluence:
         some = np.linspace(0, len(self.parts) - 1, count, dtype=int)
         shares = np.array(self.parts)[some] / sum(self.parts[cycle] for cycle in some)
         for cycle, share in zip(some, shares, strict=True):
-            own, own_taken = passes.over(self.shapes[cycle], before)
+            own, own_taken = passes.over(self.met[cycle], before)
             mesh, taken = mesh.plus(share, own), taken + share * own_taken
-            before = self.shapes[cycle]
+            before = self.met[cycle]
         return mesh, taken
 
 
@@ -126,7 +153,7 @@ def followed(
     worn: Worn,
     line_load: FloatArray,
     after: Callable[[Worn, Worn, float], Worn],
-    cycles: Cycles,
+    cycles: CyclesTo,
 ) -> StepInfluence:
     """Let line loads wear the flanks through a step, in cycles, after each of which the contact's shape follows.
 
@@ -141,21 +168,24 @@ def followed(
         On the fine roll grid.
     after : callable
         From wear depths, the sum of p |v_s| dt over one mesh and a share of the step to the depths after it.
-    cycles : float or callable
-        As in `Cycles`.
+    cycles : Cycles or callable
+        As in `CyclesTo`.
     """
     passes = _Passes(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
     mesh, _ = passes.over(worn, worn)
     if callable(cycles):
         cycles = cycles(after(worn, mesh, 1.0))
-    parts, shapes = _parts(cycles), [worn]
+    number, parts, shapes, met = cycles.number, _parts(cycles.number), [worn], [worn]
+    late = 0.5 / (number - 1.0) if number > 1.0 else 0.0
     for part in parts[1:]:
-        shapes.append(after(shapes[-1], mesh, 1.0 / cycles))  # all but the last one are whole
-        mesh, _ = passes.over(shapes[-1], shapes[-2], part)
-    shapes.append(after(shapes[-1], mesh, parts[-1] / cycles))
+        shapes.append(after(shapes[-1], mesh, 1.0 / number))  # all but the last one are whole
+        ahead = cycles.ahead * (0.5 * part + late)
+        met.append(after(shapes[-1], mesh, ahead / number) if ahead else shapes[-1])
+        mesh, _ = passes.over(met[-1], met[-2], part)
+    shapes.append(after(shapes[-1], mesh, parts[-1] / number))
     driving, driven = passes.rows
     assert driven is not None
-    return StepInfluence(teeth, motion, line_load, shapes, parts, driven, driving)
+    return StepInfluence(teeth, motion, line_load, shapes, met, parts, driven, driving)
 
 
 @dataclass

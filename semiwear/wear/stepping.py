@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.mapping import InterpolatedWear, WearMapping, WeightedLoads, driving_wear_at, line_load_of
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
-from semiwear.wear.step_influence import Cycles, StepInfluence
+from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
 from semiwear.wear.swept_line import Sweep, sweep
 from semiwear.wear.volume import WearVolume, sliding_work
 from semiwear.wear.worn import WearMultipliers, Worn
@@ -37,15 +38,12 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
 _HOLD = 0.75  # t: of 1, 0.88, 0.8, 0.75 and 0.65, that of the least errors in runs with one body worn and with both
-_CYCLES = (4, 64)  # within an implicit step: with two, the greatest depth of a shallow one is 1 % more
-_DEPTH_A_CYCLE = 6.9e-5  # of the base pitch: wear after which the contact's shape follows it
-_LEAST_CYCLES = 2  # of a rehearsal: a single one leaves lives 0.4 % longer
+_LEAST_CYCLES, _MOST_CYCLES = 3.0, 128.0  # of an implicit step: in each the contact's shape follows the wear
+_MOST_WORN = 1.0  # in a cycle, of the depth that a footprint reaches down
+_ROUGHLY = (2.0, 1.5)  # cycles at least and most worn to foresee a depth: a single one leaves lives 0.4 % longer
 _AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
 _FORESEEN_TO = 1.0  # of a footprint's depth: where wear differs by more, footprints are followed anew
 _SEARCHES = 3  # for the length of a step: beyond the first where footprints were followed anew
-_ALWAYS = 16  # cycles that are taken if the contact's shape asks for them; beyond, errors are those of a step's loads
-_BEYOND_STABLE = 1.5  # cycles over those that are stable: no more are taken beyond
-_MOST_CYCLES = 128  # where wear between two of them would be deeper than a footprint reaches
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
@@ -76,8 +74,8 @@ class WearStepper:
         On the wear coefficients, where they depend on the contact.
     depth_factor : callable or None
         On the wear coefficient of the driven flank at its present depth, (face, profile).
-    depth_a_cycle : float
-        Within an implicit step the contact's shape follows the wear that often; over the base pitch.
+    most_worn : float
+        Wear within an implicit step after which the contact's shape follows it, of a footprint's depth.
     hold : float
         Share of an implicit step after which the loads are those that hold over it.
     """
@@ -89,7 +87,7 @@ class WearStepper:
     cases: tuple[LoadCase, ...] = ()
     factor: CoefficientFactor | None = None
     depth_factor: DepthFactor | None = None
-    depth_a_cycle: float = _DEPTH_A_CYCLE
+    most_worn: float = _MOST_WORN
     hold: float = _HOLD
 
     @property
@@ -97,9 +95,9 @@ class WearStepper:
         """Load cases under which the teeth wear."""
         return self.cases or (LoadCase(1.0, self.teeth),)
 
-    def following(self, depth: float) -> WearStepper:
-        """The same under loads at the end of every step; the shape follows every so much wear over the base pitch."""
-        return replace(self, depth_a_cycle=depth, hold=1.0)
+    def following(self, most_worn: float) -> WearStepper:
+        """The same under loads at the end of every step; the shape follows so much wear, of a footprint's depth."""
+        return replace(self, most_worn=most_worn, hold=1.0)
 
     def start(self) -> WearState:
         """The unworn flanks."""
@@ -148,9 +146,7 @@ class WearStepper:
         trial = self._tried(step, step.meshes_to(point, depth - wanted + foretold, nearby=True))
         for search in range(_SEARCHES):
             missed = self.depth_at(point, point.wear(trial.worn)) - depth
-            if abs(missed) <= _DEPTH_MISSED * wanted:
-                break
-            if search == 0:
+            if search == 0 and abs(missed) > _DEPTH_MISSED * wanted:
                 # a long step brings to the point what was far from it, and the next one about as much again
                 step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
             if abs(missed) <= _NEARLY * wanted:
@@ -165,7 +161,7 @@ class WearStepper:
         """
         if not self.implicit:
             return self.trial(state, meshes).worn.deepest
-        worn = _Step(self, state).rehearse(self.hold * meshes, meshes, closely=False)
+        worn = _Step(self, state).rehearse(self.hold * meshes, meshes, roughly=True)
         self._require_teeth(worn, state, meshes)
         return worn.deepest
 
@@ -247,7 +243,7 @@ class _Step:
         ]
         self.influence: StepInfluence | None = None
         self.foreseen: Sequence[TeethLoads] = ()
-        self.cycles, self.followed = 0.0, 0.0  # of the influence: cycles, and the length of the step [meshes]
+        self.cycles, self.followed = Cycles(1.0), 0.0  # of the influence, and the length of the step [meshes]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
 
@@ -257,7 +253,7 @@ class _Step:
         """Loads of every case after so many meshes, found from `start` (the step's first loads unless given)."""
         if not self.stepper.implicit:
             return [loaded.loads for loaded in self.state.loaded]
-        starts: Sequence[TeethLoads | None] = start or self.near or [None] * len(self.cases)
+        starts: Sequence[TeethLoads | None] = start or self.near or self.foreseen or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
     def require_rehearsed(self, meshes: float, whole: float) -> None:
@@ -267,10 +263,9 @@ class _Step:
         if self.stepper.implicit:
             self.rehearse(meshes, whole)
         else:
-            self.cycles = 1.0
             self.follow([loaded.loads for loaded in self.state.loaded], whole)
 
-    def rehearse(self, meshes: float, whole: float, *, closely: bool = True) -> Worn:
+    def rehearse(self, meshes: float, whole: float, *, roughly: bool = False) -> Worn:
         """Flanks that the step leaves under loads that are foreseen; on the way they correct the own wear of lines.
 
         Parameters
@@ -279,23 +274,22 @@ class _Step:
             After which the loads hold that are searched for.
         whole : float
             Length of the step.
-        closely : bool
-            Whether the contact's shape follows the wear as in a step, or no more closely than stability asks for.
+        roughly : bool
+            In fewer cycles.
         """
-        growth = max(case.prepare(meshes) for case in self.cases)
-        cycles = growth / (self.stepper.depth_a_cycle * self.teeth.pair.base_pitch)
-        self.cycles = float(np.clip(self._whole(cycles), *_CYCLES))
+        for case in self.cases:
+            case.prepare(meshes)
         starts: Sequence[TeethLoads | None] = self.foreseen or [None] * len(self.cases)
         loads = self.near or [case.foreseen_loads(meshes, one) for case, one in zip(self.cases, starts, strict=True)]
         self.foreseen = loads
-        self.follow(loads, whole, self._cycles_to if closely else self._stable_cycles)
+        self.follow(loads, whole, partial(self._cycles_to, roughly=roughly))
         assert self.influence is not None
         worn = self.influence.at(meshes / whole)
         for case, one in zip(self.cases, loads, strict=True):
             case.correct(worn, one, meshes)
         return self.influence.shapes[-1]
 
-    def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: Cycles | None = None) -> None:
+    def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: CyclesTo | None = None) -> None:
         """Let loads wear the flanks in cycles, after each of which the contact's shape follows the wear."""
         self.influence = self.stepper.mapping.followed(
             self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), self.stepper.multipliers(meshes),
@@ -317,38 +311,34 @@ class _Step:
         if self.teeth.smooth and not self.settled:  # before own wear was corrected; no limit in smooth results
             return False
         assert self.influence is not None
-        return self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles <= _FORESEEN_TO
+        return (
+            self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles.number <= _FORESEEN_TO
+        )
 
-    def _cycles_to(self, worn: Worn) -> float:
-        """Cycles of the step that would leave these flanks, if the shape of its start held."""
-        self._stable_cycles(worn)
-        return self.cycles
+    def _cycles_to(self, worn: Worn, *, roughly: bool = False) -> Cycles:
+        """Cycles of a step that would leave these flanks, if the shape of its start held.
 
-    def _stable_cycles(self, worn: Worn) -> float:
-        """Cycles in each of which no more is worn than a footprint reaches down; those of the step become as many.
-
-        A ripple in a flank is worn away at the rate of the wear over that depth: from twice as much on, it would
-        come out greater on the other side. Nor does a long step take many more.
+        A ripple in a flank is worn away at the rate of the wear over the depth that a footprint reaches down. Where
+        twice that depth is worn in a cycle whose footprints are found at its start, or once where they are found in
+        its middle, it would come out greater on the other side: they are found the farther ahead, the less is worn.
         """
         force = self.state.contact.loads.force
         loaded = force > 0.0
         bends = self.teeth.lines.curvature[loaded]
         # a median jumps as a slice comes to bear
         bend = float(np.average(bends, weights=force[loaded]) if self.teeth.smooth else np.median(bends))
-        reach = depth_of(bend, self.teeth.half_width)
         pairs = zip(worn, self.state.worn, strict=True)
         depth = sum(
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
         )
-        stable = float(np.clip(self._whole(depth / reach), _LEAST_CYCLES, _MOST_CYCLES))
-        finer = _DEPTH_A_CYCLE / self.stepper.depth_a_cycle
-        most = finer * max(_BEYOND_STABLE * stable, _ALWAYS)
-        self.cycles = max(stable, min(self.cycles, self._whole(most)))
-        return stable
-
-    def _whole(self, cycles: float) -> float:
-        """So many cycles or a part of one more; results that are to be smooth take parts."""
-        return cycles if self.teeth.smooth else float(np.ceil(cycles))
+        footprints = depth / depth_of(bend, self.teeth.half_width)
+        least, most_worn = _ROUGHLY if roughly else (_LEAST_CYCLES, self.stepper.most_worn)
+        number = footprints / most_worn
+        if not self.teeth.smooth:  # which takes a part of one
+            number = np.ceil(number)
+        number = float(np.clip(number, least, _MOST_CYCLES))
+        self.cycles = Cycles(number, float(np.clip(2.0 * (1.0 - footprints / number), 0.0, 1.0)))
+        return self.cycles
 
     @property
     def law_residual(self) -> float:
@@ -410,13 +400,16 @@ class _Step:
                 self.rehearse(stepper.hold * trial, trial)
                 self.settled, known = True, known[:1]
             self.require_rehearsed(stepper.hold * trial, trial)  # for the first length that is asked for
-            loads = self.loads(stepper.hold * trial, positions, loads)
+            loads = self.loads(stepper.hold * trial, positions, loads if iteration else self.foreseen)
             value = stepper.depth_at(point, point.wear(self.mapped(loads, trial, slices)[0])) - depth
             if abs(value) <= tolerance * wanted:
                 self.pace = trial / promised
                 return trial
             known.append((trial, value))
             trial = _next_trial(known)
+            if nearby and iteration and not teeth.smooth and abs(value) <= _NEARLY * wanted:
+                self.pace = trial / promised  # what is missed still is so little that loads stay as they are
+                return trial
             if abs(trial - known[-1][0]) <= _NO_STEP * trial:
                 break
         # where a slice comes into contact the depth jumps, by little

@@ -36,8 +36,7 @@ ERROR_SHARE = 0.0663
 times the step: |factor - exp(z)| over (1 - g) z^2/(1 - g z)^2, reached at z = -3.5."""
 
 _HALVINGS = 10  # of a step to a depth
-# Of the base pitch: with the usual one, two or three steps dig 1 % too deep under the pinion's tip.
-_DEPTH_A_CYCLE = 3.3e-5
+_MOST_WORN = 2.0 / 3.0  # in a cycle, of a footprint's depth: such steps are few and deep
 
 ToTheEnd = Callable[[WearState, Sequence[TeethLoads] | None], Trial]
 """A plain implicit step from a state to the end of a step, with loads near those to come."""
@@ -57,7 +56,7 @@ class TwoStageStepper:
 
     @cached_property
     def _stepper(self) -> WearStepper:
-        return self.stepper.following(_DEPTH_A_CYCLE)
+        return self.stepper.following(_MOST_WORN)
 
     def start(self) -> WearState:
         """The unworn flanks."""

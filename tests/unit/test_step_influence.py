@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
 from semiwear.wear.footprint_rows import no_rows
-from semiwear.wear.step_influence import StepInfluence, followed
+from semiwear.wear.step_influence import Cycles, StepInfluence, followed
 from semiwear.wear.swept_line import Sweep, sweep, wear_of_both_flanks, wear_of_mesh
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY
@@ -20,9 +21,9 @@ from tests.scenes import TINY
 STEP = 2e-5  # mm^2/N: wear coefficient times meshes, some micrometres
 
 
-def after(worn: Worn, mesh: Worn, share: float) -> Worn:
+def after(worn: Worn, mesh: Worn, share: float, step: float = STEP) -> Worn:
     """Both bodies wear alike, in proportion."""
-    return worn.plus(STEP * share, mesh)
+    return worn.plus(step * share, mesh)
 
 
 @dataclass
@@ -34,9 +35,10 @@ class Case:
     worn: Worn
     line_load: np.ndarray
 
-    def followed(self, line_load: np.ndarray, cycles: float) -> StepInfluence:
+    def followed(self, line_load: np.ndarray, cycles: float, ahead: float = 0.0, step: float = STEP) -> StepInfluence:
         """Under these loads."""
-        return followed(self.teeth, self.motion, self.worn, line_load, after, cycles)
+        wears = partial(after, step=step)
+        return followed(self.teeth, self.motion, self.worn, line_load, wears, Cycles(cycles, ahead))
 
     def found(self, line_load: np.ndarray) -> tuple[Worn, np.ndarray]:
         """On the flanks as they are, and what is taken."""
@@ -82,9 +84,10 @@ def close(one: Worn, other: Worn, within: float = 1e-12) -> None:
             np.testing.assert_allclose(x, y, rtol=0.0, atol=within * y.max())
 
 
+@pytest.mark.parametrize("ahead", [0.0, 1.0])
 @pytest.mark.parametrize("cycles", [1.0, 3.0, 3.4])
-def test_the_loads_that_were_followed_wear_what_was_followed(case, cycles):
-    influence = case.followed(case.line_load, cycles)
+def test_the_loads_that_were_followed_wear_what_was_followed(case, cycles, ahead):
+    influence = case.followed(case.line_load, cycles, ahead)
     assert len(influence.shapes) == len(influence.parts) + 1 and sum(influence.parts) == pytest.approx(cycles)
     mesh, taken = influence.mesh(case.line_load, all_slices(case))
     close(after(case.worn, mesh, 1.0), influence.shapes[-1])
@@ -149,6 +152,18 @@ def test_flanks_between_cycles(case):
     close(influence.at(1.0), influence.shapes[-1])
     first, second = influence.shapes[1:3]
     close(influence.at(0.6), first.plus(0.5, second.plus(-1.0, first)))
+
+
+def test_three_cycles_that_look_ahead_err_less_than_six_that_do_not(case):
+    step = 0.3 * STEP
+    exact = case.followed(case.line_load, 48.0, 1.0, step).shapes[-1]
+
+    def error(cycles: float, ahead: float) -> float:
+        apart = case.followed(case.line_load, cycles, ahead, step).shapes[-1].plus(-1.0, exact)
+        return float(np.sqrt(sum(np.sum(np.square(one)) for one in apart if one is not None)))
+
+    plain, ahead = [error(cycles, 0.0) for cycles in (3.0, 6.0)], [error(cycles, 1.0) for cycles in (3.0, 6.0)]
+    assert ahead[0] < plain[1] < plain[0] and ahead[1] < 0.5 * ahead[0]
 
 
 def test_footprints_need_not_be_kept(case):

@@ -1,9 +1,12 @@
 """Steps to a depth: their length is searched for where contact passes the control point; others move it a little."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from semiwear.plan import plan
+from semiwear.wear.step_influence import Cycles
 from semiwear.wear.stepping import ControlPoint, WearStepper, _Step
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY
@@ -76,20 +79,26 @@ def test_a_step_that_went_wrong_says_little_of_the_next(monkeypatch, to_depth):
     assert stepper.depth_at(point, point.wear(state.worn)) == pytest.approx(DEPTH, rel=3e-4)
 
 
-def test_a_step_that_wears_much_takes_few_more_cycles_than_are_stable(to_depth):
-    stepper, _ = to_depth
+@pytest.mark.parametrize("most_worn", [1.0, 2.0 / 3.0])
+def test_cycles_are_as_many_as_footprints_are_worn_deep(to_depth, most_worn):
+    stepper = replace(to_depth[0], most_worn=most_worn)
     step = _Step(stepper, stepper.start())
+    flanks = sum(one is not None for one in step.state.worn)
 
-    def cycles(depth: float, asked: float) -> tuple[float, float]:
-        step.cycles = asked
-        stable = step._stable_cycles(Worn(*(None if one is None else one + depth for one in step.state.worn)))
-        return stable, step.cycles
+    def cycles(depth: float, *, roughly: bool = False) -> Cycles:
+        worn = Worn(*(None if one is None else one + depth / flanks for one in step.state.worn))
+        assert step._cycles_to(worn, roughly=roughly) == step.cycles
+        return step.cycles
 
-    at_once = cycles(0.1, 4.0)[0] * 10.0  # cycles in a mm
-    stable, most = cycles(20.0 / at_once, 64.0)
-    assert most == np.ceil(1.5 * stable) < 64.0
-    assert cycles(20.0 / at_once, 22.0)[1] == max(stable, 22.0)
-    assert cycles(2.0 / at_once, 64.0)[1] == 16.0
-    assert cycles(2.0 / at_once, 12.0)[1] == 12.0
-    deep = cycles(40.0 / at_once, 4.0)
-    assert deep[0] == deep[1] > 20.0
+    deep = 1e-7
+    while cycles(deep).ahead == 1.0:
+        deep *= 1.2
+    footprint = deep / (3.0 * (1.0 - 0.5 * cycles(deep).ahead))
+    assert cycles(0.0) == (3.0, 1.0)
+    for depth in (0.4, 1.7, 2.9, 7.3, 60.5):
+        number, ahead = cycles(depth * footprint)
+        assert number == max(np.ceil(depth / most_worn), 3.0)
+        # twice a footprint's depth in a cycle is the limit without looking ahead, once with it
+        assert ahead == pytest.approx(min(2.0 * (1.0 - depth / number), 1.0))
+    assert cycles(1e3 * footprint) == (128.0, 0.0)
+    assert [cycles(depth * footprint, roughly=True) for depth in (0.5, 5.8)] == [(2.0, 1.0), (4.0, 0.0)]
