@@ -84,9 +84,8 @@ def _overlap(problem: ContactProblem, position: int, loads: TeethLoads, state: L
     rolls, worn = problem.rolls_of(position), state.coarse
     turned = float(loads.rotation[position] * problem.lines.lever_arm[rolls].max())
     candidates = problem.candidates(position, turned)
-    every = np.arange(candidates.flat.size)
-    deflection = candidates.compliance(candidates.static, every, worn, None) @ loads.force.ravel()[candidates.flat]
     overlap = np.full(worn.gap.size, np.nan)
     approach = loads.rotation[position] * candidates.lever
+    deflection = candidates.deflection(loads.force, worn)
     overlap[candidates.flat] = approach - worn.least.ravel()[candidates.flat] - deflection
     return overlap.reshape(worn.gap.shape)[rolls]

@@ -115,16 +115,17 @@ class Candidates(NamedTuple):
     arc: FloatArray
     farthest_move: float
 
-    def compliance(
-        self, matrix: FloatArray, chosen: IntArray, worn: Footprints, wear_compliance: FloatArray | None
-    ) -> FloatArray:
-        """`matrix` between chosen candidates, where they lie on the worn flank, and the wear that a force causes."""
-        index = self.flat[chosen]
-        moved = np.clip(worn.profile.ravel()[index] - self.profile[chosen], -self.farthest_move, self.farthest_move)
-        part: FloatArray = picked(matrix, self.slope, chosen, moved)
-        if wear_compliance is not None:
-            part.ravel()[:: chosen.size + 1] += wear_compliance.ravel()[index]
-        return part
+    def deflection(self, force: FloatArray, worn: Footprints) -> FloatArray:
+        """Deflection of the candidates where they lie on the worn flank, (n,) [mm], apart from the near field.
+
+        Parameters
+        ----------
+        force : (roll, face) array [N]
+        worn : Footprints
+        """
+        on, limit = force.ravel()[self.flat], self.farthest_move
+        moved = np.clip(worn.profile.ravel()[self.flat] - self.profile, -limit, limit)
+        return self.static @ on + moved * (self.slope @ on) + (moved * on) @ self.slope
 
 
 @dataclass(frozen=True)
