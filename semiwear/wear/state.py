@@ -116,6 +116,8 @@ class Trial:
         As in `WearState`.
     corrections : tuple of (roll, face) array
         As in `WearState`.
+    hold : float
+        Share of the step after which its loads were looked for.
     """
 
     start: WearState
@@ -127,6 +129,7 @@ class Trial:
     law_residual: float = 0.0
     depth_ratio: float = 1.0
     corrections: tuple[FloatArray, ...] = ()
+    hold: float = 1.0
 
     def scaled(self, share: float) -> Trial:
         """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""

@@ -8,7 +8,8 @@ over all of it. Wear that answers at the rate z <= 0 per step is multiplied by
 
 (the theta method), which is stable at every z for t >= 1/2. t = 1 damps all that is fast and errs by z^2/2; t = 1/2
 errs in third order and damps nothing. In between, t = 3/4 halves the error of t = 1 and leaves a third of what is
-fast, of the other sign. Wear never shrinks with any of them: a step wears in proportion to loads.
+fast, of the other sign. A step that wears less than three footprints' depths has nothing so fast but edges: t falls
+with it, to 0.65 at two, which leaves a half. Wear never shrinks with any t: a step wears in proportion to its loads.
 Explicit: the loads at the start of the step hold throughout; only for comparison.
 """
 
@@ -37,7 +38,10 @@ from semiwear.wear.worn import WearMultipliers, Worn
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
-_HOLD = 0.75  # t: of 1, 0.88, 0.8, 0.75 and 0.65, that of the least errors in runs with one body worn and with both
+# t of shallow steps and of deep ones. In deep ones of both bodies 0.75 errs least, of 1, 0.88, 0.8, 0.75 and 0.65; in
+# shallow ones of the face gear, a spur and a helical pair 0.65 leaves half the error of loads, 0.6 more of depths
+_HOLDS = (0.65, 0.75)
+_TURNS = 0.75  # (1 - t) times footprints' depths that a step wears: no ripple changes sides below one
 _LEAST_CYCLES, _MOST_CYCLES = 3.0, 128.0  # of an implicit step: in each the contact's shape follows the wear
 _MOST_WORN = 1.0  # in a cycle, of the depth that a footprint reaches down
 _ROUGHLY = (2.0, 1.5)  # cycles at least and most worn to foresee a depth: a single one leaves lives 0.4 % longer
@@ -76,8 +80,8 @@ class WearStepper:
         On the wear coefficient of the driven flank at its present depth, (face, profile).
     most_worn : float
         Wear within an implicit step after which the contact's shape follows it, of a footprint's depth.
-    hold : float
-        Share of an implicit step after which the loads are those that hold over it.
+    hold : float, optional
+        Share of an implicit step after which the loads are those that hold over it; by its depth unless given.
     """
 
     teeth: LoadedTeeth
@@ -88,7 +92,7 @@ class WearStepper:
     factor: CoefficientFactor | None = None
     depth_factor: DepthFactor | None = None
     most_worn: float = _MOST_WORN
-    hold: float = _HOLD
+    hold: float | None = None
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:
@@ -132,7 +136,7 @@ class WearStepper:
         near : sequence, optional
             Loads of every case near those of the step: they spare its trial a solution.
         loads_after : float, optional
-            The loads that hold are those after so many meshes; by default after a share `hold` of the step.
+            The loads that hold are those after so many meshes; by default after a share of the step (`hold`).
         """
         return self._tried(_Step(self, state, near), meshes, loads_after)
 
@@ -161,7 +165,7 @@ class WearStepper:
         """
         if not self.implicit:
             return self.trial(state, meshes).worn.deepest
-        worn = _Step(self, state).rehearse(self.hold * meshes, meshes, roughly=True)
+        worn = _Step(self, state).rehearse(meshes, roughly=True)
         self._require_teeth(worn, state, meshes)
         return worn.deepest
 
@@ -180,7 +184,7 @@ class WearStepper:
         worn = trial.worn
         # flanks have approached for a share of the step, which the start of a search goes on with
         loads = [
-            replace(one, rotation=before.loads.rotation + (one.rotation - before.loads.rotation) / self.hold)
+            replace(one, rotation=before.loads.rotation + (one.rotation - before.loads.rotation) / trial.hold)
             for one, before in zip(trial.loads, trial.start.loaded, strict=True)
         ]
         cases = tuple(
@@ -201,9 +205,8 @@ class WearStepper:
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
         """The end of a step of known length; nothing is changed before everything has converged."""
-        after = self.hold * meshes if loads_after is None else loads_after
-        step.require_rehearsed(after, meshes)
-        loads = step.loads(after)
+        step.require_rehearsed(meshes, loads_after)
+        loads = step.loads(step.hold * meshes if loads_after is None else loads_after)
         if not (step.follows(meshes) and step.foresaw(loads)):
             step.follow(loads, meshes)
         worn, on_edges = step.mapped(loads, meshes)
@@ -212,7 +215,16 @@ class WearStepper:
         multipliers = self.multipliers(meshes)
         volume = WearVolume(work * np.array([multipliers.driving, multipliers.driven]), on_edges)
         return Trial(
-            step.state, meshes, loads, worn, step.pace, volume, step.law_residual, step.depth_ratio, step.corrections
+            step.state,
+            meshes,
+            loads,
+            worn,
+            step.pace,
+            volume,
+            step.law_residual,
+            step.depth_ratio,
+            step.corrections,
+            step.hold,
         )
 
     def _require_teeth(self, worn: Worn, state: WearState, meshes: float) -> None:
@@ -244,6 +256,7 @@ class _Step:
         self.influence: StepInfluence | None = None
         self.foreseen: Sequence[TeethLoads] = ()
         self.cycles, self.followed = Cycles(1.0), 0.0  # of the influence, and the length of the step [meshes]
+        self.hold = stepper.hold or _HOLDS[1]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
 
@@ -256,27 +269,28 @@ class _Step:
         starts: Sequence[TeethLoads | None] = start or self.near or self.foreseen or [None] * len(self.cases)
         return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
 
-    def require_rehearsed(self, meshes: float, whole: float) -> None:
-        """Find the influence of loads on the wear of `whole` meshes, and own wear in the first ones, if unknown."""
+    def require_rehearsed(self, whole: float, meshes: float | None = None) -> None:
+        """Find the influence of loads on the wear of `whole` meshes, if unknown; `meshes` as in `rehearse`."""
         if self.influence is not None:
             return
         if self.stepper.implicit:
-            self.rehearse(meshes, whole)
+            self.rehearse(whole, meshes)
         else:
             self.follow([loaded.loads for loaded in self.state.loaded], whole)
 
-    def rehearse(self, meshes: float, whole: float, *, roughly: bool = False) -> Worn:
+    def rehearse(self, whole: float, meshes: float | None = None, *, roughly: bool = False) -> Worn:
         """Flanks that the step leaves under loads that are foreseen; on the way they correct the own wear of lines.
 
         Parameters
         ----------
-        meshes : float
-            After which the loads hold that are searched for.
         whole : float
             Length of the step.
+        meshes : float, optional
+            After which loads are foreseen; a share `hold` of the step by default.
         roughly : bool
             In fewer cycles.
         """
+        meshes = self.hold * whole if meshes is None else meshes
         for case in self.cases:
             case.prepare(meshes)
         starts: Sequence[TeethLoads | None] = self.foreseen or [None] * len(self.cases)
@@ -338,6 +352,8 @@ class _Step:
             number = np.ceil(number)
         number = float(np.clip(number, least, _MOST_CYCLES))
         self.cycles = Cycles(number, float(np.clip(2.0 * (1.0 - footprints / number), 0.0, 1.0)))
+        if self.stepper.hold is None:
+            self.hold = float(np.clip(1.0 - _TURNS / max(footprints, _TURNS), *_HOLDS))
         return self.cycles
 
     @property
@@ -397,10 +413,10 @@ class _Step:
         trial = self.state.pace * promised if first is None else first
         for iteration in range(_DEPTH_ITERATIONS):
             if nearby and iteration == 1 and (teeth.smooth or not self.settled or not self.follows(trial)):
-                self.rehearse(stepper.hold * trial, trial)
+                self.rehearse(trial)
                 self.settled, known = True, known[:1]
-            self.require_rehearsed(stepper.hold * trial, trial)  # for the first length that is asked for
-            loads = self.loads(stepper.hold * trial, positions, loads if iteration else self.foreseen)
+            self.require_rehearsed(trial)  # for the first length that is asked for
+            loads = self.loads(self.hold * trial, positions, loads if iteration else self.foreseen)
             value = stepper.depth_at(point, point.wear(self.mapped(loads, trial, slices)[0])) - depth
             if abs(value) <= tolerance * wanted:
                 self.pace = trial / promised

@@ -21,7 +21,7 @@ from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.line_solver import LineStatus, NearField, Slices, solve_line_loads
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.contact.problem import usual_approach
+from semiwear.contact.problem import picked, usual_approach
 from semiwear.contact.rounded_contact import Rounding
 from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe
 from semiwear.meshing.deviation_grid import write_deviation_grid
@@ -112,8 +112,11 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     assert teeth.fidelity is LINE
     turned = float(loads.rotation[position] * teeth.lines.lever_arm.max())
     system = problem.candidates(position, turned)
-    everything = np.arange(system.flat.size)
-    matrix = system.compliance(system.static, everything, worn, None)
+    limit = system.farthest_move
+    moved = np.clip(worn.profile.ravel()[system.flat] - system.profile, -limit, limit)
+    matrix = picked(system.static, system.slope, np.arange(system.flat.size), moved)
+    # what is told without a matrix is the same
+    np.testing.assert_allclose(system.deflection(loads.force, worn), matrix @ force, rtol=1e-9)
     width = np.where(force > 0.0, loads.half_width.ravel()[system.flat], 0.1 * problem.usual_half_width)
     factor = 1.0 / (pi * problem.modulus)
     pairs = near_pairs(system.starts, system.arc, system.length, teeth.problem.near_field)

@@ -52,17 +52,17 @@ def errors(found: tuple[np.ndarray, np.ndarray], finest: tuple[np.ndarray, np.nd
 def test_with_the_wear_steps():
     """1, 2, 8 and 16 steps against 32: each mode's error falls by more than half from one step to 16.
 
-    The depth is 0.3 % off with two steps, and the safeties at most 1.7 %: most of it is of damage that is summed over
-    few states. With 16 steps it is the micropitting's 1.3e-3: 1.23e-3 if wear were summed at 192 positions to a mesh
-    cycle instead of 48.
+    The depth is 0.6 % off with two steps, and the safeties at most 1.7 %: most of it is of damage that is summed over
+    few states. With 8 steps it is the micropitting's 1.6e-3, with 16 0.6e-3. On half as many roll positions the film
+    at the border of the worn part follows the grid: there it is 5 and 1.9e-3.
     """
-    finest = at_the_end(wear_steps=32)
+    finest = at_the_end(wear_steps=32, roll_positions=32)
     (one, _), (few, depth_few), (more, depth_more), (many, depth_many) = (
-        errors(at_the_end(wear_steps=count), finest) for count in (1, 2, 8, 16)
+        errors(at_the_end(wear_steps=count, roll_positions=32), finest) for count in (1, 2, 8, 16)
     )
-    assert depth_many < depth_more < depth_few < 0.005
+    assert depth_many < depth_more < depth_few < 0.006
     assert (many <= np.maximum(0.5 * one, 1e-4)).all()
-    for own, most in ((few, 0.024), (more, 4.1e-3), (many, 1.4e-3)):
+    for own, most in ((few, 0.02), (more, 2e-3), (many, 8e-4)):
         assert (own <= most).all()
 
 

@@ -1,4 +1,4 @@
-"""The loads that hold over an implicit step: after three quarters of it, against those at its end."""
+"""The loads that hold over an implicit step: after some three quarters of it, against those at its end."""
 
 from __future__ import annotations
 
@@ -52,14 +52,17 @@ def worn(stepper: WearStepper, meshes: float, steps: int) -> WearState:
     return state
 
 
-def test_the_loads_of_a_step_are_those_after_three_quarters_of_it(case):
+@pytest.mark.parametrize(("part", "share"), [(0.25, 0.75), (64.0, 0.65)])
+def test_the_loads_of_a_step_are_those_after_three_quarters_of_it_or_less_where_it_is_shallow(case, part, share):
     stepper, meshes = case
     state = stepper.start()
-    trial = stepper.trial(state, meshes / 8)
-    late = stepper.trial(state, meshes / 8, loads_after=0.75 * meshes / 8)
+    trial = stepper.trial(state, meshes / part)
+    assert trial.hold == share
+    late = stepper.trial(state, meshes / part, loads_after=share * meshes / part)
     for one, other in zip(trial.loads, late.loads, strict=True):
-        np.testing.assert_array_equal(one.force, other.force)
+        np.testing.assert_allclose(one.force, other.force, atol=1e-3 * one.force.max())  # other loads were foreseen
     at_end = stepper.trial(state, meshes / 8, loads_after=meshes / 8)
+    trial = stepper.trial(state, meshes / 8)
     apart = [np.abs(x.force - y.force).max() / x.force.max() for x, y in zip(trial.loads, at_end.loads, strict=True)]
     assert max(apart) > 1e-2
 
