@@ -305,7 +305,7 @@ def advance(pressure, displacement, move, image, work, cut, reach, area, directi
 
 @dataclass
 class _Errors:
-    """What errors of the iterations tell: when to find the displacement anew, and when only rounding is left.
+    """Errors of the iterations, which tell when to find the displacement anew, and when only rounding is left.
 
     Attributes
     ----------

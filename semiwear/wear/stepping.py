@@ -39,7 +39,7 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
 # t of shallow steps and of deep ones. In deep ones of both bodies 0.75 errs least, of 1, 0.88, 0.8, 0.75 and 0.65; in
-# shallow ones of the face gear, a spur and a helical pair 0.65 leaves half the error of loads, 0.6 more of depths
+# shallow ones of three kinds of pairs 0.65 leaves half the error of loads, 0.6 more of depths
 _HOLDS = (0.65, 0.75)
 _TURNS = 0.75  # (1 - t) times footprints' depths that a step wears: no ripple changes sides below one
 _LEAST_CYCLES, _MOST_CYCLES = 3.0, 128.0  # of an implicit step: in each the contact's shape follows the wear
