@@ -190,12 +190,14 @@ class LoadedTeeth:
         fine, coarse = self.touch(self.removed(wear, driving_wear))
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
-        edged, residual, unsettled = coarse, np.zeros(self.rolls.phase.size), None
+        edged, residual = coarse, np.zeros(self.rolls.phase.size)
+        unsettled = np.ones(residual.size, dtype=bool)  # mesh positions know nothing of one another
         passes, tolerance = (_FIRST_PASSES, _FIRST_TOLERANCE) if start is None else (_EDGE_PASSES, _EDGE_TOLERANCE)
         if self.smooth:
             passes, tolerance = _SMOOTH_PASSES, _SMOOTH_TOLERANCE
         for _ in range(passes):
-            before, edged = edged, fidelity.with_edges(problem, coarse, loads, edged, unsettled)
+            before, rolls = edged, np.tile(unsettled, problem.pairs)
+            edged = fidelity.with_edges(problem, coarse, loads, before, rolls)
             if edged is before and solved:
                 break
             positions = np.arange(residual.size)
@@ -205,12 +207,10 @@ class LoadedTeeth:
             force = loads.force
             loads, solved = fidelity.solve(problem, edged, loads, positions=positions.tolist()), True
             change = np.abs(loads.force - force).max(axis=1).reshape(-1, residual.size).max(axis=0)
-            residual[positions] = change[positions] / loads.force.max()
-            # mesh positions know nothing of one another
-            settled = residual <= tolerance
-            if settled.all():
+            residual[unsettled] = change[unsettled] / loads.force.max()
+            unsettled = residual > tolerance
+            if not unsettled.any():
                 break
-            unsettled = np.tile(~settled, problem.pairs)
         return LoadedState(wear, fine, edged, loads, driving_wear, float(residual.max()))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:

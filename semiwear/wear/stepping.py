@@ -263,7 +263,7 @@ class _Step:
     def loads(
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
     ) -> list[TeethLoads]:
-        """Loads of every case after so many meshes, found from `start` (the step's first loads unless given)."""
+        """Loads of every case after so many meshes, found from `start` (those that were foreseen unless given)."""
         if not self.stepper.implicit:
             return [loaded.loads for loaded in self.state.loaded]
         starts: Sequence[TeethLoads | None] = start or self.near or self.foreseen or [None] * len(self.cases)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.contact.gap import fresh_gap, fresh_slope
+from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
@@ -322,6 +324,40 @@ def test_edges_that_were_pressed_stay_so_while_a_state_is_found():
     assert teeth.fidelity.with_edges(teeth.problem, worn, apart, worn) is worn
     held = teeth.fidelity.with_edges(teeth.problem, worn, apart, pressed)
     np.testing.assert_array_equal(held.gap != worn.gap, pressed.gap != worn.gap)
+
+
+def test_pressed_edges_are_looked_for_where_asked():
+    teeth, wear = grooved_heel()
+    worn = teeth.touch(teeth.removed(wear))[1]
+    loads, per_cycle = teeth.fidelity.solve(teeth.problem, worn), teeth.rolls.phase.size
+    before = teeth.fidelity.with_edges(teeth.problem, worn, loads, worn)
+    more = replace(loads, force=1.5 * loads.force)
+    whole = teeth.fidelity.with_edges(teeth.problem, worn, more, before)
+    rolls = np.tile(np.arange(per_cycle) % 2 == 0, teeth.problem.pairs)
+    some = teeth.fidelity.with_edges(teeth.problem, worn, more, before, rolls)
+    assert (whole.gap != before.gap)[rolls].any() and (whole.gap != before.gap)[~rolls].any()
+    for name in ("gap", "curvature", "profile"):
+        np.testing.assert_array_equal(getattr(some, name)[rolls], getattr(whole, name)[rolls])
+        np.testing.assert_array_equal(getattr(some, name)[~rolls], getattr(before, name)[~rolls])
+
+
+def test_mesh_positions_whose_edges_have_settled_are_not_solved_again():
+    teeth, wear = grooved_heel()
+    solved: list[list[int]] = []
+
+    def solve(problem, worn, start=None, wear_compliance=None, positions=None):
+        solved.append(positions)
+        return LINE.solve(problem, worn, start, wear_compliance, positions)
+
+    state = replace(teeth, fidelity=replace(LINE, solve=solve)).load(wear)
+    assert solved[0] is None and len(solved) > 2
+    for before, after in pairwise([set(range(teeth.rolls.phase.size)), *map(set, solved[1:])]):
+        assert after <= before
+    assert len(solved[-1]) < teeth.rolls.phase.size
+    # a position that is left alone has the loads of the edges that it makes
+    again = teeth.fidelity.with_edges(teeth.problem, teeth.touch(teeth.removed(wear))[1], state.loads, state.coarse)
+    loads = teeth.fidelity.solve(teeth.problem, again, state.loads)
+    np.testing.assert_allclose(loads.force, state.loads.force, atol=5e-3 * state.loads.force.max())
 
 
 def test_load_on_slices_that_were_not_followed_is_named():
