@@ -12,6 +12,7 @@ import semiwear as sw
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import plan
+from semiwear.wear import step_influence
 from semiwear.wear.footprint_rows import no_rows
 from semiwear.wear.step_influence import Cycles, StepInfluence, followed
 from semiwear.wear.swept_line import Sweep, sweep, wear_of_both_flanks, wear_of_mesh
@@ -125,6 +126,28 @@ def test_slices_whose_loads_were_not_foreseen_are_found_on_the_flanks(case):
     total = mesh.driven[4:].sum()
     low, high = sorted(float(one.driven[4:].sum()) for one in ends)
     assert 0.999 * low < total < 1.001 * high
+
+
+def test_unforeseen_loads_are_found_on_the_flanks_that_the_others_met(case, monkeypatch):
+    late = case.line_load.copy()
+    late[:, 3:] = 0.0
+    influence, met = case.followed(late, 3.0, 1.0), []
+    over = step_influence._Passes.over
+    monkeypatch.setattr(
+        step_influence._Passes, "over", lambda self, worn, *rest: met.append(worn) or over(self, worn, *rest)
+    )
+    influence.mesh(case.line_load, all_slices(case))
+    assert len(met) == 3 and all(one is other for one, other in zip(met, influence.met, strict=True))
+    assert len({id(one) for one in met}) == 3
+
+
+@pytest.mark.parametrize("cycles", [2.0, 3.0, 3.4, 6.0])
+def test_cycles_that_look_ahead_find_footprints_about_the_middle_of_the_step(case, cycles):
+    """Of a short one, in which all wears evenly: by their lengths they are found there on average."""
+    influence = case.followed(case.line_load, cycles, 1.0, 0.01 * STEP)
+    start, end = influence.shapes[0].driven, influence.shapes[-1].driven
+    met = sum(part * one.driven for part, one in zip(influence.parts, influence.met, strict=True)) / cycles
+    np.testing.assert_allclose(met - start, 0.5 * (end - start), atol=2e-2 * (end - start).max())
 
 
 def case_ends(case: Case) -> tuple[Worn, Worn]:
