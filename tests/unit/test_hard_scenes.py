@@ -344,12 +344,20 @@ def test_pressed_edges_are_looked_for_where_asked():
 def test_mesh_positions_whose_edges_have_settled_are_not_solved_again():
     teeth, wear = grooved_heel()
     solved: list[list[int]] = []
+    looked: list[np.ndarray] = []
 
     def solve(problem, worn, start=None, wear_compliance=None, positions=None):
         solved.append(positions)
         return LINE.solve(problem, worn, start, wear_compliance, positions)
 
-    state = replace(teeth, fidelity=replace(LINE, solve=solve)).load(wear)
+    def with_edges(problem, worn, loads, before, rolls=None):
+        looked.append(rolls.reshape(problem.pairs, -1))
+        return LINE.with_edges(problem, worn, loads, before, rolls)
+
+    state = replace(teeth, fidelity=replace(LINE, solve=solve, with_edges=with_edges)).load(wear)
+    for positions, rolls in zip(solved[1:], looked, strict=False):
+        assert (rolls == rolls[0]).all() and set(positions) <= set(np.flatnonzero(rolls[0]))
+    assert looked[0].all() and not looked[-1].all()
     assert solved[0] is None and len(solved) > 2
     for before, after in pairwise([set(range(teeth.rolls.phase.size)), *map(set, solved[1:])]):
         assert after <= before
