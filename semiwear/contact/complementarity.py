@@ -13,8 +13,9 @@ Who calls it says what the compliance is, and what preconditions it: a half-spac
 teeth of all pairs with a half-space under each (`patch_contact`), where the unknowns are forces.
 
 What a step does and when steps end is written here, in kernels. What joins them stands twice: `solve_complementarity`
-takes any compliance, in single precision and letting arrays go where grids are large; `patch_iteration` is compiled
-whole, since each of its steps takes less than a call from Python and must not hold Python's lock.
+takes any compliance, in single precision, whose rounding shows in the errors (`iteration_errors`), and letting arrays
+go where grids are large; `patch_iteration` is compiled whole, since each of its steps takes less than a call from
+Python and must not hold Python's lock.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from numba import types
 from numba.extending import overload
 
 from semiwear.arrays import BoolArray, FloatArray
+from semiwear.contact.iteration_errors import IterationErrors
 from semiwear.kernel_cache import njit
 from semiwear.untyped import CompilerPart, Reals
 
@@ -58,10 +60,6 @@ _ERROR_PER_STEP = 1.4  # at most, measured: error over preconditioned residual, 
 _FINEST = 1e-13  # error in which further steps only gather rounding
 _ATTEMPTS = 12  # directions and lengths tried until the energy falls
 _ROUNDING = 1e-14  # of the load
-_ROUGH = 2e-7  # times cells a side: error of a pressure whose displacement is rough (a quarter of it on fine grids)
-_STALLS = 20  # iterations in which no error is less than nine tenths of an earlier one
-_NO_GAIN = 0.5  # of the last error that was found with an exact displacement: more is left of it by rounding
-_IDLE = 3  # exact displacements that gain nothing; a single one after a stall
 
 
 class Compliance(Protocol):
@@ -303,40 +301,6 @@ def advance(pressure, displacement, move, image, work, cut, reach, area, directi
     return reach * (_CAUTION * min(max(wanted, 0.5), 2.0))
 
 
-@dataclass
-class _Errors:
-    """Errors of the iterations, which tell when to find the displacement anew, and when only rounding is left.
-
-    Attributes
-    ----------
-    rough : float
-        Error of a pressure whose displacement is in single precision.
-    """
-
-    rough: float
-    _best: float = np.inf
-    _without: int = 0
-    _stalled: bool = False
-    _last: float = np.inf
-    _idle: int = 0
-
-    def small(self, error: float) -> bool:
-        """Whether to find the displacement anew: the error is about that of rough displacements, or stalls."""
-        if error <= self.rough:
-            self.rough = 0.0
-            return True
-        self._best, self._without = (error, 0) if error < 0.9 * self._best else (self._best, self._without + 1)
-        self._stalled = self._without >= _STALLS
-        return self._stalled
-
-    def rounding(self, error: float) -> bool:
-        """Whether an error with an exact displacement is the rounding that is left."""
-        self._idle = self._idle + 1 if error > _NO_GAIN * self._last else 0
-        most = 1 if self._stalled else _IDLE
-        self._last, self._best, self._without, self._stalled = error, np.inf, 0, False
-        return self._idle >= most
-
-
 def _flat(values: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
     if isinstance(values, np.ndarray):
         return np.ascontiguousarray(np.broadcast_to(values, shape), float).ravel()
@@ -432,7 +396,7 @@ def solve_complementarity(  # noqa: C901
     residual, move = np.zeros(gap.size), np.zeros(gap.size)
     last_residual: Reals = np.zeros(gap.size, np.float32)  # only says how far a direction is kept
     iteration, last_product, reach, exact = 0, 0.0, FIRST_REACH, verify is None
-    errors = _Errors(_ROUGH * gap.size**0.5)
+    errors = IterationErrors.on(gap.size)
     if pressure.any():  # roughly where it is found anew at the end in any case
         displacement = compliance.apply(pressure.reshape(shape), roughly=not exact).astype(float, copy=False).ravel()
     else:
