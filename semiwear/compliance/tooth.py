@@ -319,18 +319,14 @@ class BodyOnLines:
         stations, points = ROOT_STATIONS, width // 3
         table = self.stress.transpose(1, 0, 2, 3).reshape(harmonics, -1, width)  # (harmonic, section and height, ...)
         by_load = modal @ table
-        stress = np.zeros((3, loads.shape[0], stations, points))
         seen = (self._waves_at_root @ by_load.reshape(harmonics, -1)).reshape(stations, loaded.size, 3, points)
-        stress[:, loaded] = seen.transpose(2, 1, 0, 3)
-        if sections > 1:
-            total = modal.reshape(harmonics, loaded.size, sections, heights).sum(axis=2)
-            total = total.transpose(1, 0, 2).reshape(loaded.size, -1)
-            seen = (total @ self._at_observers).reshape(loaded.size, stations, 3, points)
-            stress[:, loaded] = 0.5 * (stress[:, loaded] + seen.transpose(2, 0, 1, 3))
-        if tooth.taper is not None and self.splines is not None:
-            # loads on heights and splines
-            spread = (loads[loaded].transpose(0, 2, 1) @ self.splines[loaded]).reshape(loaded.size, -1)
-            stress[:, loaded] += (spread @ tooth.taper.stress).reshape(3, loaded.size, stations, points)
+        own = np.ascontiguousarray(seen.transpose(1, 2, 0, 3))
+        if self._along.size > 0:
+            if sections > 1:
+                own *= 0.5
+            self._add_by_height(loads[loaded], loaded, own.reshape(loaded.size, -1))
+        stress = np.zeros((3, loads.shape[0], stations, points))
+        stress[:, loaded] = own.transpose(1, 0, 2, 3)
         result = stress[1]
         if self._beyond_root is not None:
             result = result + self._beyond_root.stress(loads, -tooth.ahead * per_cycle)
@@ -355,13 +351,35 @@ class BodyOnLines:
         share = (self.body.stations - self.body.start) / self.body.width
         return np.asarray(np.cos(np.pi * np.outer(share, np.arange(self.stress.shape[1]))))
 
+    def _add_by_height(self, loads: FloatArray, rolls: IntArray, stress: FloatArray) -> None:
+        """Add stress that goes by the height of loads (roll, face, H) at some rolls: (roll, offset station point)."""
+        along = self._along[rolls].transpose(0, 2, 1) @ loads
+        for spread, table in zip(np.ascontiguousarray(along.transpose(2, 0, 1)), self._root_by_height, strict=True):
+            on = np.flatnonzero(spread.any(axis=1))  # a line lies on few heights
+            stress[on] += spread[on] @ table
+
     @cached_property
-    def _at_observers(self) -> FloatArray:
-        """Stress at the stations in their own sections, by modal loads: (N H, stations 3 F)."""
-        own = np.tensordot(_section_weights(self.body.faces, self.body.stations), self.stress, 1)
-        waves = self._waves_at_root[:, :, None, None]
-        table = (waves * own).transpose(1, 2, 0, 3)  # (harmonic, height, station, offset and fillet point)
-        return np.ascontiguousarray(table).reshape(table.shape[0] * table.shape[1], -1)
+    def _along(self) -> FloatArray:
+        """Along the axis, of loads by height: waves where sections differ, splines where the tooth tapers."""
+        parts = [self.cosine] if len(self.body.sections) > 1 else []
+        parts += [] if self.splines is None else [self.splines]
+        return np.concatenate([np.zeros((*self.place.shape, 0)), *parts], axis=-1)
+
+    @cached_property
+    def _root_by_height(self) -> FloatArray:
+        """Stress at the root by loads of each height spread `_along` the axis: (H, ..., offset station point)."""
+        _, harmonics, heights, width = self.stress.shape
+        parts = []
+        if len(self.body.sections) > 1:
+            # half of the stress that waves cause at the stations in their own sections
+            own = np.tensordot(_section_weights(self.body.faces, self.body.stations), self.stress, 1)
+            table = 0.5 * self._waves_at_root[:, :, None, None] * own
+            table = table.reshape(ROOT_STATIONS, harmonics, heights, 3, width // 3)
+            parts.append(table.transpose(2, 1, 3, 0, 4).reshape(heights, harmonics, -1))
+        if self.body.taper is not None:
+            table = self.body.taper.stress.reshape(3, heights, -1, ROOT_STATIONS * width // 3)
+            parts.append(table.transpose(1, 2, 0, 3).reshape(heights, -1, ROOT_STATIONS * width))
+        return np.concatenate(parts, axis=1)
 
 
 @dataclass(frozen=True)
