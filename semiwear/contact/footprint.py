@@ -112,18 +112,30 @@ class Footprints:
         }
         return Footprints(removed=self.removed.every(step), **by_roll)
 
-    def require_followed(self, force: FloatArray, rolls: IntArray, where: str) -> None:
+    def require_followed(self, force: FloatArray, positions: IntArray, per_cycle: int) -> None:
         """Raise where slices bear a force, (roll, face), that were too far apart to look for their footprints.
+
+        Parameters
+        ----------
+        force : (roll, face) array [N]
+        positions : int array
+            Mesh positions to look at.
+        per_cycle : int
+            Mesh positions in a cycle.
 
         Raises
         ------
         ConvergenceError
-            Naming the mesh position `where`.
+            Naming the first mesh position where one does.
         """
-        if self.near is not None and np.any(force[rolls][~self.near[rolls]] > 0.0):
+        if self.near is None:
+            return
+        lost = np.flatnonzero(((force > 0.0) & ~self.near).any(axis=1)) % per_cycle
+        lost = lost[np.isin(lost, positions)]
+        if lost.size > 0:
             raise ConvergenceError(
-                f"load sharing stopped at mesh position {where}: load reaches slices that were too far apart to be "
-                "followed; take shorter wear steps (more numerics.wear_steps), or check the depth of wear"
+                f"load sharing stopped at mesh position {lost[0]}/{per_cycle}: load reaches slices that were too far "
+                "apart to be followed; take shorter wear steps (more numerics.wear_steps), or check the depth of wear"
             )
 
 

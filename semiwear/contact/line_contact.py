@@ -29,6 +29,7 @@ from semiwear.threads import in_shares
 __all__ = ["LINE", "SMOOTH_LINE", "SMOOTH_WIDTH_TOLERANCE", "line_pressures", "solve_lines", "with_pressed_edges"]
 
 _WIDTH_TOLERANCE = 1e-5  # of the half-widths, between two solutions
+_ROUGH_WIDTH_TOLERANCE = 1e-3  # of the same, while loads are looked for that nothing but a start or a length needs
 SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 _ROUNDING = 0.01  # of a usual approach: over it slices come to bear where results are to be smooth
 _CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
@@ -58,12 +59,16 @@ def solve_lines(
     near = NearField(problem.modulus, 2.0 * usual, stripe_table())
     rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
     rounded = Rounding(rounding * problem.typical_approach, rounding * problem.usual_load) if rounding else None
+    known: BoolArray = np.asarray(loads.force.any(axis=1).reshape(problem.pairs, -1).any(axis=0))
 
     def solve(share: IntArray) -> None:
         for position in share:
-            _solve_position(problem, int(position), worn, slices, rules, rounded, loads)
+            _solve_position(problem, int(position), worn, slices, rules, rounded, loads, known=bool(known[position]))
 
-    in_shares(solve, np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64))
+    wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
+    in_shares(solve, wanted)
+    if wear_compliance is None:
+        worn.require_followed(loads.force, wanted, problem.per_cycle)
     return loads
 
 
@@ -123,7 +128,9 @@ def with_pressed_edges(
     return touched
 
 
-LINE = Fidelity(solve_lines, with_pressed_edges, line_pressures)
+LINE = Fidelity(
+    solve_lines, with_pressed_edges, line_pressures, roughly=partial(solve_lines, tolerance=_ROUGH_WIDTH_TOLERANCE)
+)
 """Line loads, with Hertz's pressure across them."""
 SMOOTH_LINE = Fidelity(
     partial(solve_lines, tolerance=SMOOTH_WIDTH_TOLERANCE, rounding=_ROUNDING),
@@ -141,12 +148,11 @@ def _solve_position(
     rules: SharingRules,
     rounding: Rounding | None,
     loads: TeethLoads,
+    *,
+    known: bool,
 ) -> None:
-    rolls, stepping = problem.rolls_of(position), slices.wear.size > 0
-    if loads.force[rolls].any():
-        reached = MARGIN * float(loads.rotation[position] * problem.longest_lever[position])
-    else:
-        reached = _first_cap(problem, rolls, worn)
+    rolls, lever = problem.rolls_of(position), float(problem.longest_lever[position])
+    reached = MARGIN * float(loads.rotation[position]) * lever if known else _first_cap(problem, rolls, worn)
     for _ in range(_CAPS):
         candidates = problem.candidates(position, reached)
         torque, expected = float(problem.torque[position]), float(loads.rotation[position])
@@ -155,14 +161,12 @@ def _solve_position(
         )
         if status != LineStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{problem.per_cycle}: "
-            shorter = ", or take shorter wear steps (more numerics.wear_steps)" if stepping else ""
+            shorter = ", or take shorter wear steps (more numerics.wear_steps)" if slices.wear.size else ""
             raise ConvergenceError(where + _reason(LineStatus(status), change, problem.max_iterations) + shorter)
         loads.rotation[position], loads.iterations[position] = rotation, iterations
         loads.balance[position], loads.complementarity[position] = balance, complementarity
-        reached = rotation * float(candidates.lever.max()) + (0.0 if rounding is None else rounding.depth)
+        reached = rotation * lever + (0.0 if rounding is None else rounding.depth)
         if reached <= candidates.cap:
-            if not stepping:
-                worn.require_followed(loads.force, rolls, f"{position}/{problem.per_cycle}")
             return
     raise ConvergenceError(
         f"load sharing stopped at mesh position {position}/{problem.per_cycle}: the approach, {reached:.3g} mm by "

@@ -27,6 +27,7 @@ _EDGE_PASSES = 3  # pressed edges yield as their loads make them, and share load
 _EDGE_TOLERANCE = 1e-2  # of the greatest force on a slice
 _FIRST_PASSES, _FIRST_TOLERANCE = 4, 3e-3  # of the same, where no loads are known; by less, edges yield in cells
 _SMOOTH_PASSES, _SMOOTH_TOLERANCE = 12, 1e-7  # of the same, where results are to be smooth
+_BENDS = 0.03  # of a half-width from one solved position to the next but one: a way that bends less is taken for even
 _ALONG = 6.0  # contact widths from a pressed edge, within which it shows in the loads of other slices
 
 
@@ -38,8 +39,10 @@ class LoadedState:
     ----------
     wear : (face, profile) array [mm]
         Of the driven flank.
-    fine, coarse : Footprints
-        On the fine roll grid, and at the positions that are solved.
+    touched : Footprints
+        At the positions that are solved, on the flanks as they are worn.
+    coarse : Footprints
+        The same with pressed edges as they yield.
     loads : TeethLoads
     driving_wear : (face, profile) array [mm] or None
         Of the driving flank, on its own grid; None where it does not wear.
@@ -48,7 +51,7 @@ class LoadedState:
     """
 
     wear: FloatArray
-    fine: Footprints
+    touched: Footprints
     coarse: Footprints
     loads: TeethLoads
     driving_wear: FloatArray | None = None
@@ -164,13 +167,36 @@ class LoadedTeeth:
         grid = self.driving.driven
         return np.zeros((1, *grid.profile.shape)) if self.modification is None else grid.from_grid(self.modification)
 
-    def touch(self, removed: Removed) -> tuple[Footprints, Footprints]:
-        """Footprints on worn flanks, on the fine roll grid and at the solved positions."""
-        fine = footprints(self.fine, removed, self.half_width, slices_near(self.problem, self.fine, removed))
-        return fine, fine.every(self.rolls.substeps)
+    def touch(self, removed: Removed, chosen: BoolArray | None = None) -> Footprints:
+        """Footprints on worn flanks, on the fine roll grid: of slices that can carry load, or chosen ones of them."""
+        return self._footprints(self.fine, removed, chosen)
 
-    def touch_solved(self, wear: FloatArray, driving_wear: FloatArray | None = None) -> Footprints:
-        """Footprints on worn flanks [mm] at the solved positions alone."""
+    def fine_places(self, removed: Removed, touched: Footprints) -> FloatArray:
+        """Profile coordinates of the footprints' centres on the fine roll grid, (roll, face) [mm].
+
+        Between solved positions they are found where their way bends, elsewhere they go on evenly beside the fresh
+        line.
+
+        Parameters
+        ----------
+        removed : Removed
+            From the flanks, on the fine roll grid.
+        touched : Footprints
+            At the solved positions.
+        """
+        aside = touched.profile - self.lines.profile
+        between = np.arange(self.fine.roll.size) % self.rolls.substeps > 0
+        bends = np.pad(np.abs(np.diff(aside, 2, axis=0)), ((1, 1), (0, 0)))
+        bends = np.maximum(bends[:-1], bends[1:]) * self.lines.spacing[:-1]
+        found = np.pad(bends > (0.0 if self.smooth else _BENDS * self.half_width), ((0, 1), (0, 0)))
+        found = np.repeat(found, self.rolls.substeps, axis=0) & between[:, None]
+        even = self.fine.profile + self.on_fine_rolls(aside)
+        return np.where(found, self.touch(removed, found).profile, even)
+
+    def touch_solved(
+        self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
+    ) -> Footprints:
+        """The same on flanks so much worn [mm], at the solved positions."""
         step = self.rolls.substeps
         if driving_wear is None or self.driving is None:
             removed = self.removed(wear).every(step)
@@ -181,13 +207,17 @@ class LoadedTeeth:
             unworn = np.ascontiguousarray(unworn[::step]) if len(unworn) > 1 else unworn
             depth = solved.met(driving_wear, self.driving.driven.from_grid(wear), unworn)
             removed = Removed.met(self.driving.driven, depth, self.lines.roll.size)
-        return footprints(self.lines, removed, self.half_width, slices_near(self.problem, self.lines, removed))
+        return self._footprints(self.lines, removed, chosen)
+
+    def _footprints(self, lines: ContactLines, removed: Removed, chosen: BoolArray | None) -> Footprints:
+        near = slices_near(self.problem, lines, removed)
+        return footprints(lines, removed, self.half_width, near if chosen is None else near & chosen)
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, driving_wear: FloatArray | None = None
     ) -> LoadedState:
         """Elastic contact on worn flanks [mm], started from other loads when given."""
-        fine, coarse = self.touch(self.removed(wear, driving_wear))
+        coarse = self.touch_solved(wear, driving_wear)
         solved, problem, fidelity = start is None, self.problem, self.fidelity
         loads = fidelity.solve(problem, coarse) if start is None else start
         edged, residual = coarse, np.zeros(self.rolls.phase.size)
@@ -211,7 +241,7 @@ class LoadedTeeth:
             unsettled = residual > tolerance
             if not unsettled.any():
                 break
-        return LoadedState(wear, fine, edged, loads, driving_wear, float(residual.max()))
+        return LoadedState(wear, coarse, edged, loads, driving_wear, float(residual.max()))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:
         """Values at solved positions, (roll, face), linear between them on the fine grid."""

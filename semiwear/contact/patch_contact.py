@@ -67,9 +67,8 @@ def solve_cells(
     loads.cells = _with_columns(loads.cells, max((one.cells.shape[1] for one in found), default=0))
     for one in found:
         _keep(problem, one, loads)
-        if wear_compliance is None:
-            where = f"{one.position}/{problem.per_cycle}"
-            worn.require_followed(loads.force, problem.rolls_of(one.position), where)
+    if wear_compliance is None:
+        worn.require_followed(loads.force, wanted, problem.per_cycle)
     return loads
 
 

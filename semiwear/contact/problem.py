@@ -234,7 +234,7 @@ class ContactProblem:
 
         `depth` [mm] is the wear that there is already, where it is more than usual.
         """
-        separation = _least_separation(lines)
+        separation = self._least if lines is self.lines else _least_separation(lines)
         # of the nearest pair at the same mesh position: misplaced flanks transmit unevenly
         per_cycle = lines.roll.size // self.pairs
         position = np.arange(lines.roll.size) % per_cycle

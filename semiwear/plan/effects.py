@@ -204,7 +204,11 @@ def rubbing(scene: Scene, pair: FlankPair, lines: ContactLines, fidelity: Fideli
     from semiwear.contact.frictional_contact import ROUGHLY, FrictionalContact
 
     solve = FrictionalContact(fidelity.solve, law, speeds_of(scene, pair, lines))
-    return replace(fidelity, solve=solve, roughly=replace(solve, tolerance=ROUGHLY))
+    return replace(
+        fidelity,
+        solve=solve,
+        roughly=replace(solve, frictionless=fidelity.roughly or fidelity.solve, tolerance=ROUGHLY),
+    )
 
 
 def friction_of_heat(scene: Scene) -> Friction:

@@ -116,10 +116,10 @@ class CaseStep:
     def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
         """Own wear of the lines as these worn flanks show it, after a step under these loads."""
         teeth, force = self.case.teeth, loads.force
-        after = teeth.touch_solved(*worn)
-        before = self.state.fine.every(teeth.rolls.substeps)  # as `after`, without what the loads press on edges
-        said = meshes * force * (self.own if self.factor is None else self.own * self.factor)
         felt = force > _FELT * force.max()
+        after = teeth.touch_solved(*worn, felt)
+        before = self.state.touched  # as `after`, without what the loads press on edges
+        said = meshes * force * (self.own if self.factor is None else self.own * self.factor)
         ratio = np.ones_like(said)
         felt &= said > 0.0
         ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
@@ -132,21 +132,29 @@ class CaseStep:
     def foreseen_loads(self, meshes: float, start: TeethLoads | None = None) -> TeethLoads:
         """Loads of a step to correct the own wear by: a law need not have settled under them."""
         if not self.case.teeth.smooth or self.factor is None or self.factor_of is None:
-            return self.loads(meshes, None, start)
+            return self.loads(meshes, None, start, roughly=True)
         loads = self._solve(meshes, None, start or self.state.loads)
         for _ in range(_FORESEEN):  # the same number in every run: results are smooth
             self.factor = self.factor + 0.5 * self._change(loads)
             loads = self._solve(meshes, None, loads)
         return loads
 
-    def loads(self, meshes: float, positions: Sequence[int] | None, start: TeethLoads | None) -> TeethLoads:
-        """Loads that hold over the step."""
-        start = start or self.state.loads
+    def loads(
+        self,
+        meshes: float,
+        positions: Sequence[int] | None,
+        start: TeethLoads | None,
+        *,
+        roughly: bool = False,
+    ) -> TeethLoads:
+        """Loads that hold over the step; of less digits if roughly, unless results are to be smooth."""
+        start, smooth = start or self.state.loads, self.case.teeth.smooth
+        rough = None if smooth else self.case.teeth.fidelity.roughly
+        asked = rough if roughly else None
+        loads = self._solve(meshes, positions, start, asked)
         if self.factor is None or self.factor_of is None:
-            return self._solve(meshes, positions, start)
-        smooth = self.case.teeth.smooth
-        roughly = None if smooth else self.case.teeth.fidelity.roughly  # until the factor has settled
-        loads, close = self._solve(meshes, positions, start), True
+            return loads
+        known = asked
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
@@ -158,7 +166,7 @@ class CaseStep:
             # more load makes more wear and so less load: half of each change overshoots least
             self.factor = _mixed(now, before)
             before = now
-            loads, close = self._solve(meshes, positions, loads, roughly), roughly is None
+            loads, known = self._solve(meshes, positions, loads, rough), rough  # until the factor has settled
         else:
             if self.law_residual > _FACTOR_MISSED:
                 raise ConvergenceError(
@@ -167,7 +175,7 @@ class CaseStep:
                     "of its greatest; take more numerics.wear_steps, or an effects.wear_law whose wear changes less "
                     "with the load"
                 )
-        return loads if close else self._solve(meshes, positions, loads)
+        return loads if known is asked else self._solve(meshes, positions, loads)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """By how much the factor that the loads make differs from the one under which they were found."""

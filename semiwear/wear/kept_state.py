@@ -74,8 +74,8 @@ def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
 
 def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> LoadedState:
     wear, driving = arrays["wear"], arrays.get("driving_wear")
-    fine, coarse = teeth.touch(teeth.removed(wear, driving))
+    touched = teeth.touch_solved(wear, driving)
     loads = TeethLoads(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(TeethLoads)})
     pressed: Options = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
     residual = float(arrays[f"{k}.edge_residual"])
-    return LoadedState(wear, fine, replace(coarse, **pressed), loads, driving, residual)
+    return LoadedState(wear, touched, replace(touched, **pressed), loads, driving, residual)

@@ -31,7 +31,7 @@ from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.mapping import InterpolatedWear, WearMapping, WeightedLoads, driving_wear_at, line_load_of
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
-from semiwear.wear.swept_line import Sweep, sweep
+from semiwear.wear.swept_line import Sweep, sweep, worn_sweep
 from semiwear.wear.volume import WearVolume, sliding_work
 from semiwear.wear.worn import WearMultipliers, Worn
 
@@ -52,6 +52,7 @@ _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of t
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
 _NEARLY = 3e-3  # of it: with so much less or more worn the loads of a step stay as they are
+_FORETOLD = 0.03  # of it: by so much less or more a line through the start tells the length that close
 _DEPTH_RATIO = (0.8, 1.25)  # of what a step wears to what is foretold: beyond, it says nothing of the next one
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
@@ -243,9 +244,9 @@ class _Step:
     def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth
         self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
-        per_time = teeth.pair.roll_per_time
-        self.motion: Sweep = sweep(teeth.fine, state.contact.fine, per_time)
-        coarse_motion = sweep(teeth.lines, state.contact.coarse, per_time)
+        self.removed = teeth.removed(*state.worn)
+        self.motion: Sweep = worn_sweep(teeth, state.contact, self.removed)
+        coarse_motion = sweep(teeth.lines, state.contact.coarse.profile, teeth.pair.roll_per_time)
         known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         self.cases = [
             CaseStep(
@@ -267,7 +268,9 @@ class _Step:
         if not self.stepper.implicit:
             return [loaded.loads for loaded in self.state.loaded]
         starts: Sequence[TeethLoads | None] = start or self.near or self.foreseen or [None] * len(self.cases)
-        return [case.loads(meshes, positions, one) for case, one in zip(self.cases, starts, strict=True)]
+        roughly = positions is not None  # a depth is looked for, at which all are found anew
+        pairs = zip(self.cases, starts, strict=True)
+        return [case.loads(meshes, positions, one, roughly=roughly) for case, one in pairs]
 
     def require_rehearsed(self, whole: float, meshes: float | None = None) -> None:
         """Find the influence of loads on the wear of `whole` meshes, if unknown; `meshes` as in `rehearse`."""
@@ -397,7 +400,7 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
-        start = (teeth, self.motion, self.state.contact.fine.removed, self.weighted_loads(loads), slices)
+        start = (teeth, self.motion, self.removed, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:
@@ -423,7 +426,8 @@ class _Step:
                 return trial
             known.append((trial, value))
             trial = _next_trial(known)
-            if nearby and iteration and not teeth.smooth and abs(value) <= _NEARLY * wanted:
+            near = _NEARLY if iteration else _FORETOLD
+            if nearby and not teeth.smooth and self.settled and self.follows(trial) and abs(value) <= near * wanted:
                 self.pace = trial / promised  # what is missed still is so little that loads stay as they are
                 return trial
             if abs(trial - known[-1][0]) <= _NO_STEP * trial:

@@ -26,6 +26,7 @@ import numpy as np
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.edge_share import closed_alone
 from semiwear.contact.footprint import Footprints
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.kernel_cache import njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.driving_flank import DrivingFlank
@@ -37,7 +38,16 @@ from semiwear.wear.deposit import Spread, spread_over_flank
 from semiwear.wear.driving_deposit import spread_over_both_flanks
 from semiwear.wear.footprint_rows import FootprintRows
 
-__all__ = ["EdgeShares", "Sweep", "fresh_sweep", "own_wear", "sweep", "wear_of_both_flanks", "wear_of_mesh"]
+__all__ = [
+    "EdgeShares",
+    "Sweep",
+    "fresh_sweep",
+    "own_wear",
+    "sweep",
+    "wear_of_both_flanks",
+    "wear_of_mesh",
+    "worn_sweep",
+]
 
 
 _FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
@@ -95,16 +105,40 @@ def _node_speed(place: FloatArray, lines: ContactLines) -> FloatArray:
     return np.asarray(np.maximum(0.5 * (padded[:-1] + padded[1:]), _STANDSTILL * _flank_height(lines)))
 
 
-def sweep(lines: ContactLines, worn: Footprints, roll_per_time: float) -> Sweep:
-    """Motion of worn contact lines; `roll_per_time` is roll positions per unit time."""
+def sweep(lines: ContactLines, place: FloatArray, roll_per_time: float) -> Sweep:
+    """Motion of worn contact lines.
+
+    Parameters
+    ----------
+    lines : ContactLines
+        Fresh ones.
+    place : (roll, face) array [mm]
+        Profile coordinate of the worn ones.
+    roll_per_time : float
+        Roll positions per unit time.
+    """
     return Sweep(
-        place=worn.profile,
-        speed=_node_speed(worn.profile, lines) * lines.spacing * roll_per_time,
-        direction=np.sign(np.gradient(worn.profile, axis=0)),
-        sliding=lines.sliding + lines.sliding_slope * (worn.profile - lines.profile)[..., None],
+        place=place,
+        speed=_node_speed(place, lines) * lines.spacing * roll_per_time,
+        direction=np.sign(np.gradient(place, axis=0)),
+        sliding=lines.sliding + lines.sliding_slope * (place - lines.profile)[..., None],
         sliding_slope=lines.sliding_slope,
         time=np.gradient(lines.roll) / roll_per_time,
     )
+
+
+def worn_sweep(teeth: LoadedTeeth, state: LoadedState, removed: Removed | None = None) -> Sweep:
+    """Motion of the contact lines of a state over its flanks, on the fine roll grid.
+
+    Parameters
+    ----------
+    teeth : LoadedTeeth
+    state : LoadedState
+    removed : Removed, optional
+        From these flanks, on that grid; worked out unless given.
+    """
+    removed = teeth.removed(state.wear, state.driving_wear) if removed is None else removed
+    return sweep(teeth.fine, teeth.fine_places(removed, state.touched), teeth.pair.roll_per_time)
 
 
 @lru_cache(maxsize=4)

@@ -86,10 +86,12 @@ def sliding_work(weighted_loads: Sequence[WeightedLoads], motion: Sweep, teeth: 
     for one in weighted_loads:
         loads = one.loads
         force = teeth.on_fine_rolls(loads.force * one.weight)
-        half = teeth.on_fine_rolls(loads.half_width)
-        away = (half / one.teeth.fine.spacing)[..., None] * place
-        v = [motion.sliding[..., k, None] + motion.sliding_slope[..., k, None] * away for k in (0, 1)]
-        total += float(np.sum(force * motion.time[:, None] * (np.hypot(*v) @ weight)))
+        bears = np.nonzero(force)
+        half = teeth.on_fine_rolls(loads.half_width)[bears]
+        away = (half / one.teeth.fine.spacing[bears])[:, None] * place
+        middle, slope = motion.sliding[bears], motion.sliding_slope[bears]
+        v = [middle[:, k, None] + slope[:, k, None] * away for k in (0, 1)]
+        total += float(np.sum(force[bears] * motion.time[bears[0]] * (np.hypot(*v) @ weight)))
     return total
 
 

@@ -258,7 +258,7 @@ class Ridge:
         aside = (teeth.grid.profile - teeth.lines.profile[at][:, None]) * teeth.lines.spacing[at][:, None] - 2.0
         self.wear = 0.15 * (1.0 - np.exp(-0.5 * (aside / 0.5) ** 2))
         self.removed = teeth.removed(self.wear)
-        coarse = teeth.touch(self.removed)[1]
+        coarse = teeth.touch_solved(self.wear)
         self.loads = teeth.fidelity.solve(teeth.problem, coarse, positions=[self.position])
         self.approach = self.loads.rotation[self.position] * teeth.lines.lever_arm[self.rolls]
 

@@ -11,7 +11,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 import semiwear as sw
 from semiwear.plan import plan
-from semiwear.wear.swept_line import fresh_sweep, sweep, wear_of_both_flanks
+from semiwear.wear.swept_line import fresh_sweep, wear_of_both_flanks, worn_sweep
 from semiwear.wear.worn import Worn
 from tests.strategies.effect_scenes import PLAIN
 
@@ -148,7 +148,7 @@ def test_a_constant_load_wears_the_pinion_as_the_swept_line(fresh):
     teeth, state = fresh
     lines, slices = teeth.fine, np.arange(teeth.grid.face.size)
     line_load = np.where((lines.profile > lines.low) & (lines.profile < lines.high), LOAD, 0.0)
-    motion = sweep(lines, state.fine, teeth.pair.roll_per_time)
+    motion = worn_sweep(teeth, state)
     removed = teeth.removed(state.wear, state.driving_wear)
     mesh, _ = wear_of_both_flanks(
         lines, teeth.grid, teeth.driving, removed, motion, line_load, teeth.half_width, teeth.problem.modulus, slices
@@ -205,7 +205,7 @@ def test_volume_of_the_pinion_is_load_times_sliding_distance(fresh):
     lines, pair = teeth.fine, teeth.pair
     # what an edge's rounding bears wears no flank
     load = np.where(free_of_borders(teeth), LOAD, 0.0)
-    motion = sweep(lines, state.fine, pair.roll_per_time)
+    motion = worn_sweep(teeth, state)
     removed = teeth.removed(state.wear, state.driving_wear)
     slices = np.arange(teeth.grid.face.size)
     mesh, _ = wear_of_both_flanks(
@@ -309,9 +309,8 @@ def test_an_even_depth_off_either_flank_only_delays(depth):
         np.testing.assert_allclose(
             state.loads.force, fresh.loads.force, rtol=0.0, atol=1e-4 * fresh.loads.force.max()
         )
-    np.testing.assert_allclose(
-        off_pinion.fine.gap[teeth.driving.near], off_gear.fine.gap[teeth.driving.near], rtol=1e-12
-    )
+    gaps = [teeth.touch(teeth.removed(one.wear, one.driving_wear)).gap for one in (off_pinion, off_gear)]
+    np.testing.assert_allclose(*(gap[teeth.driving.near] for gap in gaps), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("worn", "height"), [(["pinion"], -1.0), (["pinion", "gear"], 2.0)])

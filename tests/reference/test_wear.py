@@ -7,7 +7,7 @@ import pytest
 
 import semiwear as sw
 from semiwear.plan import plan
-from semiwear.wear.swept_line import sweep, wear_of_mesh
+from semiwear.wear.swept_line import sweep, wear_of_mesh, worn_sweep
 
 PINION_TEETH, GEAR_TEETH = 25, 160
 AXIS_OFFSET = 0.5 * 6.35 * (28 - 25)
@@ -79,7 +79,7 @@ def interior(teeth, nodes, profile, distance):
 def fresh(shipped):
     teeth = plan(shipped).loaded_teeth()
     state = teeth.load(np.zeros(teeth.grid.profile.shape))
-    return teeth, state, sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+    return teeth, state, worn_sweep(teeth, state)
 
 
 @pytest.fixture(scope="module")
@@ -171,8 +171,9 @@ def test_solved_load_wears_as_the_swept_line(fresh, valley):
 def test_volume_is_load_times_sliding_distance(fresh):
     teeth, state, motion = fresh
     grid, lines, pair = teeth.grid, teeth.fine, teeth.pair
+    touched = teeth.touch(unworn(teeth))
     # what an edge's rounding bears wears no flank
-    line_load = np.where(state.fine.edge, 0.0, teeth.on_fine_rolls(teeth.problem.line_load(state.loads)))
+    line_load = np.where(touched.edge, 0.0, teeth.on_fine_rolls(teeth.problem.line_load(state.loads)))
     mesh = wear_of_mesh(lines, grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus)
 
     # area of the flank per face and profile coordinate, from the surface itself
@@ -183,7 +184,7 @@ def test_volume_is_load_times_sliding_distance(fresh):
     slice_width = (pair.face_limits[1] - pair.face_limits[0]) / grid.face.size
     volume = slice_width * float(np.trapezoid(mesh * area, grid.profile, axis=1).sum())
 
-    position = pair.meeting(lines.face[None, :], state.fine.profile, lines.roll[:, None])
+    position = pair.meeting(lines.face[None, :], touched.profile, lines.roll[:, None])
     slip = sliding_velocity(position.position)
     slip -= np.sum(slip * position.normal, axis=-1, keepdims=True) * position.normal
     time = np.gradient(lines.roll) * 2.0 * np.pi / PINION_TEETH
@@ -315,8 +316,7 @@ def test_lines_leave_no_ripples_between_roll_positions():
     scene = sw.load_scene("face_gear_25x160")
     teeth = plan(scene.replace({"numerics.profile_points": 401, "numerics.tooth_compliance": "rigid"})).loaded_teeth()
     removed = teeth.removed(np.zeros(teeth.grid.profile.shape))
-    footprints, _ = teeth.touch(removed)
-    motion = sweep(teeth.fine, footprints, teeth.pair.roll_per_time)
+    motion = sweep(teeth.fine, teeth.touch(removed).profile, teeth.pair.roll_per_time)
     load = np.full(teeth.fine.profile.shape, LOAD)
     for i in (30, 45, 50):
         wear = wear_of_mesh(
@@ -330,10 +330,10 @@ def test_nodes_between_which_a_flank_is_round_need_not_be_fine():
     """A flank worn evenly, but for a place outside of the contact, feels as the fresh one does."""
     scene = sw.load_scene("face_gear_25x160").replace({"numerics.profile_points": 61})
     teeth = plan(scene.replace({"numerics.tooth_compliance": "rigid"})).loaded_teeth()
-    fresh, _ = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    fresh = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
     depth = np.zeros(teeth.grid.profile.shape)
     depth[:, 0] = 1e-6
-    worn, _ = teeth.touch(teeth.removed(depth))
+    worn = teeth.touch(teeth.removed(depth))
     inside = fresh.near & ~fresh.edge & (np.abs(teeth.fine.roll) < 0.4)[:, None]
     assert inside.sum() > 1000
     # the cubic against its parabola; chords from node to node would leave 4e-4

@@ -19,7 +19,7 @@ from semiwear.wear.between_rolls import (
     span_of,
     step_of,
 )
-from semiwear.wear.swept_line import sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.swept_line import wear_of_both_flanks, wear_of_mesh, worn_sweep
 
 NODES = np.concatenate([np.linspace(-3.0, 0.2, 41), np.linspace(0.2, 4.0, 61)[1:]])
 SPLIT = 40
@@ -213,7 +213,7 @@ def fine_teeth(shipped):
 def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
     # laid down evenly along a roll step, what is worn made those of half a step to a step deeper
     teeth, state = fine_teeth
-    motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+    motion = worn_sweep(teeth, state)
     line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
     nodes = teeth.grid.profile[SLICE]
     step = np.median(np.abs(np.diff(teeth.fine.profile[:, SLICE])))
@@ -233,8 +233,7 @@ def test_no_ripple_is_worn_deeper(fine_teeth, length, phase):
     assert answer < 0.0
     # long ones wear away as Winkler's footprint has it: the wear over the depth that the contact reaches down
     if length >= 4.0:
-        footprint = state.fine
-        depth = 0.5 * np.median(footprint.curvature[:, SLICE]) * teeth.half_width**2
+        depth = 0.5 * np.median(state.touched.curvature[:, SLICE]) * teeth.half_width**2
         assert answer == pytest.approx(-1e-5 * even[inner].mean() / depth, rel=0.5)
 
 
@@ -255,7 +254,7 @@ def test_ripples_of_the_driving_flank_are_met_however_short(fine_pinion, phase):
     Read at those alone, ripples of two to three nodes were worn away at a fifth of the speed, and stayed.
     """
     teeth, state = fine_pinion
-    motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+    motion = worn_sweep(teeth, state)
     line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
     nodes = teeth.driving.grid.profile[0]
     near_root = (nodes > -4.5) & (nodes < -2.0)

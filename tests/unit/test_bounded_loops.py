@@ -89,7 +89,7 @@ def test_rows_of_cells_end_at_the_flank(bend, approach):
 
 def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None})).loaded_teeth()
-    worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]
+    worn = teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
 
     def farther(candidates, *_):
         return 0, 2.0 * candidates.cap / float(candidates.lever.max()), 1, 0.0, 0.0, 0.0
@@ -102,7 +102,7 @@ def test_an_approach_that_only_grows_is_an_error(coarse, monkeypatch):
 @pytest.mark.slow
 def test_an_approach_of_patches_that_only_grows_is_an_error(coarse, monkeypatch):
     teeth = plan(coarse.replace({"effects.wear_law": None, "numerics.fidelity": "patch"})).loaded_teeth()
-    worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))[1]
+    worn = teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
     solve, turns = patch_contact.share_torque, (2.0**k for k in count(-10))
     monkeypatch.setattr(patch_contact, "share_torque", lambda *args: replace(solve(*args), rotation=next(turns)))
     with within(60.0), pytest.raises(ConvergenceError, match="mesh position 0/8: the approach"):

@@ -126,7 +126,7 @@ def test_a_line_goes_through_numbers_and_arrays_alone() -> None:
 def test_lines_that_come_into_contact_are_felt_by_and_by(scene: sw.Scene) -> None:
     teeth = plan(scene.replace({"numerics.roll_positions": 64})).loaded_teeth()  # footprints overlap
     state = teeth.load(np.zeros(teeth.grid.profile.shape))
-    motion = sweep(teeth.lines, state.coarse, teeth.pair.roll_per_time)
+    motion = sweep(teeth.lines, state.coarse.profile, teeth.pair.roll_per_time)
     rotation = np.tile(state.loads.rotation, teeth.rolls.pairs)
     distance = state.coarse.gap - rotation[:, None] * teeth.lines.lever_arm
 

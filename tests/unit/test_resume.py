@@ -88,7 +88,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     stepper = physics.wear_stepper(physics.loaded_teeth())
     start = stepper.start()
     state = replace(stepper.step(start, 1e8), error=0.1, stride=(0.2, 0.3), law_residual=0.4)
-    plain = stepper.teeth.touch(stepper.teeth.removed(*state.worn))[1]
+    plain = stepper.teeth.touch_solved(*state.worn)
     assert not np.array_equal(plain.gap, state.contact.coarse.gap), "no edge is pressed: the test shows nothing"
     back = restored_state(stepper, state_arrays(stepper, state))
     for name in ("meshes", "pace", "error", "stride", "law_residual"):
@@ -97,7 +97,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     for name in ("driven", "on_edges"):
         assert getattr(back.volume, name).tobytes() == getattr(state.volume, name).tobytes()
     assert back.contact.edge_residual == state.contact.edge_residual > 0.0
-    for part in ("fine", "coarse", "loads"):
+    for part in ("touched", "coarse", "loads"):
         one, other = getattr(state.contact, part), getattr(back.contact, part)
         for entry in fields(one):
             if entry.name != "removed":
@@ -427,7 +427,7 @@ def test_a_step_that_fails_leaves_the_steps_before(small, tmp_path, monkeypatch,
 
 
 def test_the_command_line_tells_what_lies_there(small, tmp_path, monkeypatch, capsys):
-    def stop(*_):
+    def stop(*_, **__):
         raise KeyboardInterrupt
 
     scene, output = tmp_path / "scene.toml", tmp_path / "worn.nc"

@@ -247,7 +247,7 @@ def test_an_edge_that_just_cuts_off_a_footprint_is_felt_by_and_by(small: sw.Scen
     physics = replace(plan(small), compared=Compared.with_runs_of(small))
     teeth = physics.loaded_teeth()
     loads = teeth.load(np.zeros(teeth.grid.profile.shape)).loads
-    _, worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    worn = teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
     gaps = [
         teeth.fidelity.with_edges(teeth.problem, replace(worn, cut=share * worn.edge), loads, worn).gap
         for share in (0.0, 1e-6, 1.0)
@@ -261,7 +261,7 @@ def test_an_edge_that_just_cuts_off_a_footprint_is_felt_by_and_by(small: sw.Scen
 def test_an_edge_that_just_comes_near_is_felt_by_and_by(small: sw.Scene) -> None:
     teeth = replace(plan(small), compared=Compared.with_runs_of(small)).loaded_teeth()
     loads = teeth.load(np.zeros(teeth.grid.profile.shape)).loads
-    _, worn = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    worn = teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
     edge = np.argwhere(teeth.fidelity.with_edges(teeth.problem, worn, loads, worn).gap != worn.gap)[0]
     roll, face = map(int, edge)
     touches = worn.least[roll, face] / teeth.lines.lever_arm[roll, face]

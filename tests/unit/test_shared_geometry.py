@@ -15,7 +15,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.removed import Removed
 from semiwear.plan import effects, kept_lines, plan, teeth
 from semiwear.wear.followed_gap import FollowedGap
-from semiwear.wear.swept_line import sweep, wear_of_both_flanks
+from semiwear.wear.swept_line import wear_of_both_flanks, worn_sweep
 
 SMALL = {"numerics.face_slices": 15, "numerics.roll_positions": 8, "numerics.harmonics": 9}
 
@@ -134,7 +134,7 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     loaded_teeth, driven, driving = worn_teeth(scene)
     state = loaded_teeth.load(driven, driving_wear=driving)
     line_load = loaded_teeth.on_fine_rolls(loaded_teeth.problem.line_load(state.loads))
-    motion = sweep(loaded_teeth.fine, state.fine, loaded_teeth.pair.roll_per_time)
+    motion = worn_sweep(loaded_teeth, state)
     slices = np.arange(loaded_teeth.grid.face.size)
     windows = loaded_teeth.widest_windows(driven, driving, line_load > 0.0)
     less = 0.3 * driven, 0.6 * driving
@@ -167,7 +167,7 @@ def test_what_footprints_cannot_close_yet_need_not_be_known(name: str, deeper: f
     loaded_teeth, driven, driving = worn_teeth(scene, deeper)
     state = loaded_teeth.load(driven, driving_wear=driving)
     line_load = loaded_teeth.on_fine_rolls(loaded_teeth.problem.line_load(state.loads))
-    motion = sweep(loaded_teeth.fine, state.fine, loaded_teeth.pair.roll_per_time)
+    motion = worn_sweep(loaded_teeth, state)
     slices = np.arange(loaded_teeth.grid.face.size)
     flank = loaded_teeth.driving
     assert flank is not None

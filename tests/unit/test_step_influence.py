@@ -15,7 +15,7 @@ from semiwear.plan import plan
 from semiwear.wear import step_influence
 from semiwear.wear.footprint_rows import no_rows
 from semiwear.wear.step_influence import Cycles, StepInfluence, followed
-from semiwear.wear.swept_line import Sweep, sweep, wear_of_both_flanks, wear_of_mesh
+from semiwear.wear.swept_line import Sweep, wear_of_both_flanks, wear_of_mesh, worn_sweep
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY
 
@@ -68,7 +68,7 @@ def case(request: pytest.FixtureRequest) -> Case:
     )
     state = teeth.load(worn.driven, driving_wear=worn.driving)
     line_load = teeth.on_fine_rolls(teeth.problem.line_load(state.loads))
-    return Case(teeth, sweep(teeth.fine, state.fine, teeth.pair.roll_per_time), worn, line_load)
+    return Case(teeth, worn_sweep(teeth, state), worn, line_load)
 
 
 def all_slices(case: Case) -> np.ndarray:

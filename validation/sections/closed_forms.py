@@ -14,7 +14,7 @@ from semiwear.contact import solve_half_space
 from semiwear.plan import plan
 from semiwear.report.markup import figure_text, table
 from semiwear.wear.archard import wear_per_mesh
-from semiwear.wear.swept_line import sweep, wear_of_mesh
+from semiwear.wear.swept_line import wear_of_mesh, worn_sweep
 from validation.charts import COLOURS, MARKERS, card, cards, plain_log
 from validation.iso_spur import IsoRow, iso_rows
 from validation.problems import BlockOnRing, Problems
@@ -166,7 +166,7 @@ def _swept(quick: bool) -> xr.Dataset:
         scene = sw.load_scene("face_gear_25x160").replace(changes | {"operation.pinion_torque_Nm": torque})
         teeth = plan(scene).loaded_teeth()
         state = teeth.load(np.zeros(teeth.grid.profile.shape))
-        motion = sweep(teeth.fine, state.fine, teeth.pair.roll_per_time)
+        motion = worn_sweep(teeth, state)
         line = teeth.fine
         # even along the path: a rigid pressure of the footprint's width, whose load does not change
         free = (line.profile > line.low + 1e-6) & (line.profile < line.high - 1e-6)
