@@ -218,29 +218,36 @@ class LoadedTeeth:
     ) -> LoadedState:
         """Elastic contact on worn flanks [mm], started from other loads when given."""
         coarse = self.touch_solved(wear, driving_wear)
-        solved, problem, fidelity = start is None, self.problem, self.fidelity
+        problem, fidelity = self.problem, self.fidelity
+        solved = start is None
         loads = fidelity.solve(problem, coarse) if start is None else start
+        # where loads of another state start, edges hardly ever yield under them as they do in the end
+        first = fidelity.solve if start is None else fidelity.roughly or fidelity.solve
         edged, residual = coarse, np.zeros(self.rolls.phase.size)
         unsettled = np.ones(residual.size, dtype=bool)  # mesh positions know nothing of one another
+        exact = np.full(residual.size, solved)
         passes, tolerance = (_FIRST_PASSES, _FIRST_TOLERANCE) if start is None else (_EDGE_PASSES, _EDGE_TOLERANCE)
         if self.smooth:
             passes, tolerance = _SMOOTH_PASSES, _SMOOTH_TOLERANCE
-        for _ in range(passes):
+        for number in range(passes):
             before, rolls = edged, np.tile(unsettled, problem.pairs)
             edged = fidelity.with_edges(problem, coarse, loads, before, rolls)
-            if edged is before and solved:
+            if edged is before:
                 break
             positions = np.arange(residual.size)
             if solved:
                 # elsewhere the loads are those of these footprints already
                 positions = np.unique(np.flatnonzero((edged.gap != before.gap).any(axis=1)) % residual.size)
-            force = loads.force
-            loads, solved = fidelity.solve(problem, edged, loads, positions=positions.tolist()), True
+            force, solve = loads.force, fidelity.solve if number else first
+            loads, solved = solve(problem, edged, loads, positions=positions.tolist()), True
+            exact[positions] = solve is fidelity.solve
             change = np.abs(loads.force - force).max(axis=1).reshape(-1, residual.size).max(axis=0)
             residual[unsettled] = change[unsettled] / loads.force.max()
             unsettled = residual > tolerance
             if not unsettled.any():
                 break
+        if not exact.all():
+            loads = fidelity.solve(problem, edged, loads, positions=np.flatnonzero(~exact).tolist())
         return LoadedState(wear, coarse, edged, loads, driving_wear, float(residual.max()))
 
     def on_fine_rolls(self, values: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import pi
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ from semiwear.contact.gap import FlankGap, gap_of_flanks
 from semiwear.contact.line_contact import solve_lines
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.patch_gap import PatchCells
-from semiwear.contact.patch_sharing import SharedTorque, share_torque
+from semiwear.contact.patch_sharing import FORCE_TOLERANCE, SharedTorque, share_torque
 from semiwear.contact.patch_system import PatchSystem, rows_of_pairs
 from semiwear.contact.problem import Candidates, ContactProblem
 from semiwear.contact.subsurface import GreatestSubsurfaceStress, greatest_subsurface_stress
@@ -40,6 +40,7 @@ from semiwear.threads import in_shares
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
+_ROUGH_FORCE_TOLERANCE = 1e-4  # of the forces, where nothing but a start or a length needs them
 _CONVOLUTIONS = 400  # at a mesh position
 _MARGIN = 1.05  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least
@@ -53,13 +54,17 @@ def solve_cells(
     start: TeethLoads | None = None,
     wear_compliance: FloatArray | None = None,
     positions: Sequence[int] | None = None,
+    *,
+    tolerance: float = FORCE_TOLERANCE,
 ) -> TeethLoads:
-    """Loads of the cells and slices; as in `SolveLoads`."""
+    """Loads of the cells and slices; as in `SolveLoads`, with forces to a relative tolerance."""
     loads = problem.no_loads() if start is None else start.copy()
     flanks = gap_of_flanks(problem.lines, worn.removed)
 
     def solve(share: IntArray) -> list[_Found]:
-        positions = (_Position(problem, int(position), worn, flanks, wear_compliance) for position in share)
+        positions = (
+            _Position(problem, int(position), worn, flanks, wear_compliance, tolerance) for position in share
+        )
         return [position.solve(loads) for position in positions]
 
     wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
@@ -100,7 +105,9 @@ def _as_they_are(
     return worn
 
 
-PATCH = Fidelity(solve_cells, _as_they_are, cell_pressures)
+PATCH = Fidelity(
+    solve_cells, _as_they_are, cell_pressures, roughly=partial(solve_cells, tolerance=_ROUGH_FORCE_TOLERANCE)
+)
 """Forces on cells, with Love's half-space under each pair."""
 
 
@@ -136,6 +143,7 @@ class _Position:
     worn: Footprints
     flanks: FlankGap
     wear_compliance: FloatArray | None
+    tolerance: float
 
     @property
     def where(self) -> str:
@@ -240,7 +248,9 @@ class _Position:
             across=across,
             coefficients=_coefficients(max(rows_of_pairs(rows.starts)), gap.shape[1], cell, problem.modulus),
         )
-        return share_torque(system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS)
+        return share_torque(
+            system, gap, lever, float(problem.torque[self.position]), guess, _CONVOLUTIONS, self.tolerance
+        )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -13,9 +13,10 @@ from semiwear.contact.patch_system import PatchSystem
 from semiwear.contact.row_preconditioner import precondition, row_preconditioner
 from semiwear.kernel_cache import inner_njit, njit
 
-__all__ = ["SharedTorque", "share_torque"]
+__all__ = ["FORCE_TOLERANCE", "SharedTorque", "share_torque"]
 
-_TOLERANCE = 1e-9  # relative L2 error of the forces: what is less differs with the last bit of a gap
+FORCE_TOLERANCE = 1e-9
+"""Of forces on cells, in the L2 norm: what is less differs with the last bit of a gap."""
 _LEAST = 1e-12  # of what one cell would yield to the whole load: an approach that is none
 _FIRST_DROP = 0.03  # of the residual, before the active set is looked at again
 _FREE_SETS = 25  # active sets that change on both sides; then cells are only let go, and taken in one at a time
@@ -52,7 +53,7 @@ def share_torque(
     torque: float,
     guess: FloatArray,
     max_iterations: int,
-    tolerance: float = _TOLERANCE,
+    tolerance: float = FORCE_TOLERANCE,
     again: bool = True,
 ) -> SharedTorque:
     """Forces on cells and rotation of the driving body that balance a torque.

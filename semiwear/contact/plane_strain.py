@@ -64,20 +64,47 @@ def mean_log(distance, width):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
+def _log_integral(distance):  # type: ignore[no-untyped-def]
+    """Integral of the logarithm from zero to a distance > 0, plus that distance."""
+    return distance * log(distance)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _between_bands(x, width, before, begin, count, constant, out):  # type: ignore[no-untyped-def]
+    """Deflection of the cells of a band, from `begin` on, by those of one below it, from `before` on.
+
+    The mean of both cells' means: integrals up to an end of a cell serve its neighbour as well.
+    """
+    for i in range(begin, begin + count):
+        last = _log_integral(x[i] - (x[before] - 0.5 * width[before]))
+        for j in range(before, before + count):
+            following = _log_integral(x[i] - (x[j] + 0.5 * width[before]))
+            out[i, j] = constant + 1.0 - 0.5 * (last - following) / width[before]
+            last = following
+    for j in range(before, before + count):
+        last = _log_integral(x[begin] - 0.5 * width[begin] - x[j])
+        for i in range(begin, begin + count):
+            following = _log_integral(x[i] + 0.5 * width[begin] - x[j])
+            out[i, j] -= 0.5 * (following - last) / width[begin]
+            last = following
+
+
+@inner_njit(cache=True, error_model="numpy")
 def influences(x, width, n, per_band, span, out):  # type: ignore[no-untyped-def]
     """Deflection of cells under unit loads on cells, -(ln s) up to a constant that keeps it definite; symmetric.
 
-    All bands have as many cells, `per_band`, and in each of them cells are alike.
+    All bands have as many cells, `per_band`, in each of them cells are alike, and they follow one another.
     """
     constant = log(2.0 * span)
+    for begin in range(0, n, per_band):
+        for i in range(begin, begin + per_band):
+            out[i, begin] = constant - mean_log(abs(x[i] - x[begin]), width[begin])
+            for j in range(begin + 1, i + 1):
+                out[i, j] = out[i - 1, j - 1]
+        for before in range(0, begin, per_band):
+            _between_bands(x, width, before, begin, per_band, constant, out)
     for i in range(n):
-        for j in range(i + 1):
-            away = abs(x[i] - x[j])
-            if j // per_band == i // per_band:
-                inside = j % per_band > 0
-                out[i, j] = out[i - 1, j - 1] if inside else constant - mean_log(away, width[i])
-            else:
-                out[i, j] = constant - 0.5 * (mean_log(away, width[i]) + mean_log(away, width[j]))
+        for j in range(i):
             out[j, i] = out[i, j]
 
 
