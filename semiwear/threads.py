@@ -18,7 +18,7 @@ import numpy as np
 
 from semiwear.arrays import IntArray
 
-__all__ = ["available_threads", "in_shares", "in_threads", "using_threads"]
+__all__ = ["available_threads", "in_loose_shares", "in_shares", "in_threads", "using_threads"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -72,6 +72,11 @@ def in_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Resul
     Work that is shared out again by such a share stays on its thread.
     """
     return _shared_out(work, np.array_split(items, min(SHARES, items.size)) if items.size else [])
+
+
+def in_loose_shares(work: Callable[[IntArray], Result], items: IntArray) -> list[Result]:
+    """As `in_shares`, of work on items that know nothing of one another: a single thread does all of it at once."""
+    return in_shares(work, items) if _helpers.get() or not items.size else [work(items)]
 
 
 def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:

@@ -82,7 +82,7 @@ class Fidelity:
     pressures : function of (problem, loads, worn, margin)
         Greatest pressures of each slice; less than `margin` [mm] across the line from an end is at the border.
     roughly : SolveLoads, optional
-        As `solve` with fewer digits, 1e-4 of the torque or of half-widths, where that takes less time.
+        As `solve` with fewer digits, where that takes less time: for a start, a length, or what has not settled yet.
     """
 
     solve: SolveLoads

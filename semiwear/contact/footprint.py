@@ -40,7 +40,7 @@ from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import locate
 from semiwear.meshing.removed import Removed
-from semiwear.threads import in_shares
+from semiwear.threads import in_loose_shares
 
 __all__ = [
     "CLOSED",
@@ -387,5 +387,5 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
     shape = lines.profile.shape
     found = _Found(*np.empty((6, *shape)))
     flank = gap_of_flanks(lines, removed)
-    in_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
+    in_loose_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
     return Footprints(removed, **found._asdict(), near=near)

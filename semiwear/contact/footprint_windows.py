@@ -26,7 +26,7 @@ from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid, first_from
 from semiwear.meshing.removed import Removed
-from semiwear.threads import in_shares
+from semiwear.threads import in_loose_shares
 
 __all__ = ["look_within", "narrow", "widest"]
 
@@ -154,5 +154,5 @@ def narrow(
     """
     assert removed.windows is not None
     windows, flank = removed.windows.copy(), gap_of_flanks(lines, removed)
-    in_shares(lambda share: _narrow(flank, half_width, closes, wears, share, windows), slices)
+    in_loose_shares(lambda share: _narrow(flank, half_width, closes, wears, share, windows), slices)
     return windows

@@ -202,7 +202,7 @@ class ContactProblem:
         """Tooth pairs considered at once."""
         return self.lines.roll.size // self.per_cycle
 
-    @property
+    @cached_property
     def typical_approach(self) -> float:
         """Order of the approach [mm]."""
         return usual_approach(self.usual_load, self.modulus)

@@ -35,7 +35,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import cubic, locate, slopes_of_cell
-from semiwear.threads import in_shares
+from semiwear.threads import in_loose_shares
 
 __all__ = ["solve_slices"]
 
@@ -341,7 +341,7 @@ def solve_slices(
     def solve(slices: IntArray) -> int:
         return int(_solve(line_load, flank, modulus, margin, _EVEN, ends, slices, _work_space(places), found))
 
-    unsettled = sum(in_shares(solve, np.arange(line_load.shape[1])))
+    unsettled = sum(in_loose_shares(solve, np.arange(line_load.shape[1])))
     if unsettled:
         raise ConvergenceError(
             f"the pressure across {unsettled} of {int((line_load > 0.0).sum())} loaded slices does not settle; "

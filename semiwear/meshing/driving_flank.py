@@ -12,7 +12,7 @@ from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.finer_grid import FinerGrid, finer_grid
 from semiwear.meshing.flank_grid import FlankGrid, between_stations, change_above, cubic, locate, slope_at
 from semiwear.meshing.flank_pair import DRIVING, FlankPair
-from semiwear.threads import in_shares
+from semiwear.threads import in_loose_shares
 
 __all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
@@ -147,7 +147,7 @@ class DrivingFlank:
         def meet(share: IntArray) -> None:
             _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, out)
 
-        in_shares(meet, np.arange(shape[1]) if slices is None else slices)
+        in_loose_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
 
     def beside(self, slices: IntArray) -> IntArray:

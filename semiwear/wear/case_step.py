@@ -154,7 +154,7 @@ class CaseStep:
         loads = self._solve(meshes, positions, start, asked)
         if self.factor is None or self.factor_of is None:
             return loads
-        known = asked
+        solved_by = asked
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(_FACTOR_ITERATIONS):
@@ -166,7 +166,7 @@ class CaseStep:
             # more load makes more wear and so less load: half of each change overshoots least
             self.factor = _mixed(now, before)
             before = now
-            loads, known = self._solve(meshes, positions, loads, rough), rough  # until the factor has settled
+            loads, solved_by = self._solve(meshes, positions, loads, rough), rough  # until the factor has settled
         else:
             if self.law_residual > _FACTOR_MISSED:
                 raise ConvergenceError(
@@ -175,7 +175,7 @@ class CaseStep:
                     "of its greatest; take more numerics.wear_steps, or an effects.wear_law whose wear changes less "
                     "with the load"
                 )
-        return loads if known is asked else self._solve(meshes, positions, loads)
+        return loads if solved_by is asked else self._solve(meshes, positions, loads)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
         """By how much the factor that the loads make differs from the one under which they were found."""

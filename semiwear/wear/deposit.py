@@ -20,7 +20,7 @@ from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.removed import Removed
-from semiwear.threads import in_shares
+from semiwear.threads import in_loose_shares
 from semiwear.wear.between_rolls import VALLEY, lay_pieces, node_width, shifts_of, step_of
 from semiwear.wear.footprint_rows import FootprintRows, lay_down, no_rows, take_up
 
@@ -277,7 +277,9 @@ def spread_over_flank(
     """
     out, rows = np.zeros(grid.profile.shape), rows or no_rows(what.rate.shape)
     flank, nodes, by_slice = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros((len(out), 2))
-    in_shares(lambda share: _spread(flank, what, half_width, nodes, share, lines.length, rows, out, by_slice), slices)
+    in_loose_shares(
+        lambda share: _spread(flank, what, half_width, nodes, share, lines.length, rows, out, by_slice), slices
+    )
     if taken is not None:
         taken += by_slice.sum(axis=0)
     return out

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
-from semiwear.threads import available_threads, in_shares, using_threads
+from semiwear.threads import available_threads, in_loose_shares, in_shares, using_threads
 from tests.same_result import different_variables
 from tests.scenes import SMALL, TINY, scene_of
 
@@ -54,6 +54,16 @@ def test_shares_come_back_in_order(count):
         assert in_shares(lambda share: share.tolist(), items[:0]) == []
     assert [item for share in shares for item in share] == items.tolist()
     assert in_shares(lambda share: share.tolist(), items) == shares  # cut alike without threads
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_loose_shares_are_one_on_a_single_thread(threads):
+    items = np.arange(37)
+    with using_threads(threads):
+        shares = in_loose_shares(lambda share: share.tolist(), items)
+        assert in_loose_shares(lambda share: share.tolist(), items[:0]) == []
+        assert len(shares) == (1 if threads == 1 else len(in_shares(lambda share: share, items)))
+    assert [item for share in shares for item in share] == items.tolist()
 
 
 def test_threads_are_used_and_a_share_keeps_to_its_own():
