@@ -40,7 +40,7 @@ from semiwear.threads import in_shares
 __all__ = ["PATCH", "cell_pressures", "solve_cells", "subsurface_stress"]
 
 _APPROACHES = 60  # more cells let the approach grow less, so that a few are enough; doubled where no cell touches
-_ROUGH_FORCE_TOLERANCE = 1e-4  # of the forces, where nothing but a start or a length needs them
+_ROUGH_FORCE_TOLERANCE = 1e-6  # of the forces, where nothing but a start or a length needs them
 _CONVOLUTIONS = 400  # at a mesh position
 _MARGIN = 1.05  # of the expected approach, within which gaps can close
 _LEAST_APPROACH = 0.1  # of a usual one: what is looked at, at least

@@ -7,10 +7,10 @@ Worn flanks are stiff: where too much is taken off, less load falls in the next 
 rates about as fast as itself, whatever its length, so that errors hardly pile up: a quarter of it is taken to be
 there after the next step. Stages do not tell that the contact's shape follows the wear in cycles, nor that slices
 come to bear within a step. Four times what they tell covers the error on the worn flank of the shipped scene,
-nominal, misaligned and lightly loaded, at tolerances from 0.03 to 0.003: what is said is 1.4 to 5 times what is
-found. At 0.001 it is 0.5 to 1.9 times what is found. With cases that were not fitted (a spur pair, both bodies worn,
-the tip's side, friction, patches) it is 2.7 to 5.3 times what is found at 0.03 and 0.01, and 1.5 to 5.5 times on the
-spur pair at 0.003.
+nominal, misaligned and lightly loaded, at tolerances from 0.03 to 0.003: what is said is 2.5 to 6 times what is
+found, and at 0.001 2.4 to 2.8 times. With cases that were not fitted (a spur pair, the tip's side, friction) it is
+2.3 to 5 times what is found at 0.03 and 0.01, 1.1 to 2.7 times at 0.003 and 0.6 to 2.1 times at 0.001, the least of
+them on the spur pair.
 """
 
 from __future__ import annotations
