@@ -222,7 +222,7 @@ class LoadedTeeth:
         solved = start is None
         loads = fidelity.solve(problem, coarse) if start is None else start
         # where loads of another state start, edges hardly ever yield under them as they do in the end
-        first = fidelity.solve if start is None else fidelity.roughly or fidelity.solve
+        first = fidelity.solve if start is None or self.smooth else fidelity.roughly or fidelity.solve
         edged, residual = coarse, np.zeros(self.rolls.phase.size)
         unsettled = np.ones(residual.size, dtype=bool)  # mesh positions know nothing of one another
         exact = np.full(residual.size, solved)
