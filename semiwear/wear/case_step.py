@@ -19,6 +19,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_grid import at_places
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.mapping import WeightedLoads
+from semiwear.wear.settling import Settling
 from semiwear.wear.state import LoadCase
 from semiwear.wear.swept_line import Sweep, own_wear
 from semiwear.wear.worn import WearMultipliers, Worn
@@ -156,16 +157,14 @@ class CaseStep:
             return loads
         solved_by = asked
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
-        before: tuple[FloatArray, FloatArray] | None = None
+        settling = Settling()
         for _ in range(_FACTOR_ITERATIONS):
             change = self._change(loads)
-            self.law_residual = float(np.abs(change).max() / self.factor.max())
+            greatest = float(self.factor.max())
+            self.law_residual = float(np.abs(change).max() / greatest)
             if self.law_residual <= tolerance:
                 break
-            now = self.factor, change
-            # more load makes more wear and so less load: half of each change overshoots least
-            self.factor = _mixed(now, before)
-            before = now
+            self.factor = settling.after(self.factor, change, tolerance * greatest)
             loads, solved_by = self._solve(meshes, positions, loads, rough), rough  # until the factor has settled
         else:
             if self.law_residual > _FACTOR_MISSED:
@@ -205,22 +204,3 @@ class CaseStep:
 def _share_felt(force: FloatArray, least: float) -> FloatArray:
     """Part in which a slice counts where results are to be smooth: from `least` times the force that is felt on."""
     return np.asarray(np.clip(force / (_FELT * force.max()) - least, 0.0, 1.0))
-
-
-def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    """Next values of a fixed-point iteration from the last two and their changes (Anderson 1965, depth one).
-
-    At first, and where changes grow or a value would fall below zero, a half of the change alone.
-    """
-    value, change = now
-    half = value + 0.5 * change
-    if before is None:
-        return half
-    last, last_change = before
-    bend = change - last_change
-    square, size = float(np.vdot(bend, bend)), float(np.vdot(change, change))
-    if not square > 0.0 or size > float(np.vdot(last_change, last_change)):
-        return half
-    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0)
-    mixed = half - share * (value - last + 0.5 * bend)
-    return np.where(mixed >= 0.0, mixed, half)

@@ -102,7 +102,8 @@ class StepInfluence:
 
     def differs_from(self, line_load: FloatArray) -> float:
         """Share of line loads, (roll, face) [N/mm], by which they differ from those that were followed."""
-        return float(np.abs(line_load - self.line_load).sum() / line_load.sum())
+        total = float(line_load.sum())  # none where a law leaves no wear, which needs no footprints
+        return float(np.abs(line_load - self.line_load).sum()) / total if total > 0.0 else 0.0
 
     def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
         """Sum of p |v_s| dt over one mesh under these line loads, (roll, face) [N/mm], on both flanks.

@@ -51,6 +51,7 @@ _SEARCHES = 3  # for the length of a step: beyond the first where footprints wer
 _DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
 _DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
 _DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
+_LAW_MISSED = 1e-3  # of it under a wear law, which settles to as much of its greatest factor
 _NEARLY = 3e-3  # of it: with so much less or more worn the loads of a step stay as they are
 _FORETOLD = 0.03  # of it: by so much less or more a line through the start tells the length that close
 _DEPTH_RATIO = (0.8, 1.25)  # of what a step wears to what is foretold: beyond, it says nothing of the next one
@@ -434,7 +435,7 @@ class _Step:
                 break
         # where a slice comes into contact the depth jumps, by little
         trial, missed = min(known, key=lambda one: abs(one[1]))
-        if abs(missed) <= _DEPTH_MISSED * wanted:
+        if abs(missed) <= (_DEPTH_MISSED if stepper.factor is None else _LAW_MISSED) * wanted:
             self.pace = trial / promised
             return trial
         raise ConvergenceError(

@@ -1,6 +1,8 @@
-"""How a wear law and the loads settle upon each other, with friction in the loads."""
+"""How a wear law and the loads settle upon each other: steep laws, and friction in the loads."""
 
 from __future__ import annotations
+
+import warnings
 
 import numpy as np
 import pytest
@@ -11,8 +13,9 @@ from hypothesis.extra.numpy import arrays
 import semiwear as sw
 from semiwear.contact import frictional_contact
 from semiwear.contact.frictional_contact import FrictionalContact
-from semiwear.wear import case_step
-from tests.scenes import SMALL, scene_of
+from semiwear.wear import case_step, settling
+from semiwear.wear.settling import Settling
+from tests.scenes import SMALL, TINY, UNTIL_MESHES, scene_of
 
 RUBBING = scene_of(
     SMALL,
@@ -75,7 +78,7 @@ def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, 
     """Each by what the last two changes say; a half of every change takes twice as many."""
     mixed = history(RUBBING)
     few = counted["solutions"]
-    monkeypatch.setattr(case_step, "_mixed", lambda now, before: now[0] + 0.5 * now[1])
+    monkeypatch.setattr(settling, "_mixed", lambda now, before: now[0] + 0.5 * now[1])
     counted["solutions"] = 0
     halves = history(RUBBING)
     assert few < 0.8 * counted["solutions"]
@@ -92,8 +95,8 @@ def test_mixed_factors_stay_factors(value, wanted, last, last_wanted):
     """Never below zero, where nothing would bear; where changes grow they go half of the way."""
     change, last_change = wanted - value, last_wanted - last
     half = value + 0.5 * change
-    assert (case_step._mixed((value, change), None) == half).all()
-    mixed = case_step._mixed((value, change), (last, last_change))
+    assert (settling._mixed((value, change), None) == half).all()
+    mixed = settling._mixed((value, change), (last, last_change))
     assert (mixed >= 0.0).all()
     if np.sum(change**2) > np.sum(last_change**2):
         assert (mixed == half).all()
@@ -105,6 +108,84 @@ def test_two_changes_tell_where_a_linear_iteration_ends():
     def change(value):
         return (rate - 1.0) * (value - fixed)
 
-    value = case_step._mixed((last, change(last)), None)
-    found = case_step._mixed((value, change(value)), (last, change(last)))
+    value = settling._mixed((last, change(last)), None)
+    found = settling._mixed((value, change(value)), (last, change(last)))
     np.testing.assert_allclose(found, fixed, rtol=1e-12)
+
+
+@given(
+    *(arrays(float, 5, elements=st.floats(*ends, allow_subnormal=False)) for ends in ((0.01, 1e3), (0.0, 50.0))),
+    st.floats(0.0, 0.3),
+)
+def test_steep_changes_settle_one_by_one(most, steep, others):
+    """x = a exp(-b x) with a little of the other elements in it: where b a is great, mixed changes run in a cycle."""
+
+    def change(value):
+        return most * np.exp(-steep * (value + others * (value.mean() - value))) - value
+
+    value, iteration = np.ones(5), Settling()
+    for _ in range(120):
+        found = change(value)
+        if np.abs(found).max() <= 1e-3 * value.max():
+            break
+        value = iteration.after(value, found, 1e-3 * value.max())
+    else:
+        raise AssertionError("it does not settle")
+    assert (value >= 0.0).all()
+
+
+def test_bounds_that_were_wrong_are_let_go():
+    """The fixed point moves away from between its bounds, up or down."""
+    for start, end in ((1.0, 30.0), (30.0, 1.0)):
+        value, iteration = np.array([5.0]), Settling()
+        for number in range(120):
+            fixed = start if number < 40 else end
+            value = iteration.after(value, np.array([fixed - value[0]]), 1e-3)
+        np.testing.assert_allclose(value, end, rtol=1e-3)
+
+
+STEEP = scene_of(
+    TINY,
+    {
+        "numerics.tooth_compliance": "rigid",
+        "operation.pinion_torque_Nm": 2800.0,
+        "operation.pinion_speed_rpm": 3000.0,
+        "effects.flash_temperature": {"friction_coefficient": 0.1},
+        "effects.wear_law.temperature": {"activation_energy_kJ_per_mol": 50.0},
+        "effects.wear_law.load": {"exponent": 1.0},
+    },
+    wears=True,
+)
+
+
+def test_wear_that_grows_steeply_with_the_load_is_found_in_steps_of_any_length():
+    """Changes that are mixed alone run in a cycle here: no length of a step would do."""
+    two, ten = (
+        sw.simulate(STEEP.replace({"wear.until.control_depths_um": list(np.linspace(0.0, 20.0, steps + 1)[1:])}))
+        for steps in (2, 10)
+    )
+    for one in (two, ten):
+        assert 0.0 < one["diagnostics"].wear_law_residual.values.max() <= case_step._FACTOR_TOLERANCE
+    for name, within in {"wear_depth_max": 0.05, "meshes": 0.03, "contact_pressure_pitch": 0.005}.items():
+        few, many = (one["history"][name].values[-1] for one in (two, ten))
+        np.testing.assert_allclose(few, many, rtol=within)
+
+
+def test_a_full_film_everywhere_leaves_no_wear_and_no_warning():
+    scene = scene_of(
+        TINY,
+        UNTIL_MESHES,
+        {
+            "wear.until.meshes": 1e8,
+            "wear.control_point": None,
+            "operation.pinion_speed_rpm": 3000.0,
+            "effects.lubrication": {"viscosity_mPas": 100.0, "roughness_um": 0.05},
+            "effects.wear_law.lubrication": {"strength": 1.0},
+        },
+        wears=True,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        history = sw.simulate(scene)["history"]
+    assert float(history.lambda_ratio_min.min()) > 4.0
+    assert float(history.wear_depth_max.max()) == 0.0
