@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import FloatArray, IntArray
 
 __all__ = ["Settling"]
 
 _FREELY = 12  # changes that are mixed alone; laws that settle so hardly ever take more
-_CLOSE = 1e-3  # of a value: bounds so near hold it no longer
+_ALIKE = 2  # changes more of one sign, one after another: the bound ahead was not right
+_WIDER = 4.0  # times as far as it is from the other one that bound moves on
 
 
 @dataclass
@@ -27,6 +28,7 @@ class Settling:
     _last: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
     _bounds: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
     _number: int = field(default=0, init=False)
+    _alike: IntArray | None = field(default=None, init=False)  # changes of the sign of the last one, but for it
 
     def after(self, value: FloatArray, change: FloatArray, least: float) -> FloatArray:
         """Next values.
@@ -38,14 +40,17 @@ class Settling:
         least : float
             Changes that count as none.
         """
-        found = _mixed((value, change), self._last)
-        if self._number >= _FREELY:
-            low, high = self._bounds or (np.zeros_like(value), np.full_like(value, np.inf))
-            low, high = self._bounds = _closer(value, change, low, high, least)
-            found = np.where((found >= low) & (found <= high), found, _between(value + 0.5 * change, low, high))
+        found, last = _mixed((value, change), self._last), self._last
         self._last = value, change
         self._number += 1
-        return found
+        if self._number <= _FREELY or last is None:
+            return found
+        low, high = self._bounds or (np.zeros_like(value), np.full_like(value, np.inf))
+        before = np.zeros(value.shape, dtype=int) if self._alike is None else self._alike
+        self._alike = np.where(change * last[1] > 0.0, before + 1, 0)
+        goes_on = (self._alike >= _ALIKE) & (np.abs(change) > least)
+        low, high = self._bounds = _bounds(value, change, low, high, np.where(goes_on, least, 0.0))
+        return np.where((found >= low) & (found <= high), found, _between(value + 0.5 * change, low, high))
 
 
 def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray] | None) -> FloatArray:
@@ -68,16 +73,17 @@ def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatAr
     return np.where(mixed >= 0.0, mixed, half)
 
 
-def _closer(
-    value: FloatArray, change: FloatArray, low: FloatArray, high: FloatArray, least: float
+def _bounds(
+    value: FloatArray, change: FloatArray, low: FloatArray, high: FloatArray, least: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Bounds after these values: those that rise were too small, those that fall too great.
 
-    Elements are not quite by themselves: where bounds have come together and the value goes on, one was not right.
+    Elements are not quite by themselves: where one has gone on towards a bound, that one moves on, by some times the
+    distance between both, and of `least` at least; not at all where that is 0.
     """
     low, high = np.where(change > 0.0, value, low), np.where(change < 0.0, value, high)
-    wrong = (high - low < _CLOSE * low) & (np.abs(change) > least)
-    return np.where(wrong & (change < 0.0), 0.0, low), np.where(wrong & (change > 0.0), np.inf, high)
+    wider = np.where(least > 0.0, _WIDER * np.maximum(high - low, least), 0.0)
+    return np.maximum(low - np.where(change < 0.0, wider, 0.0), 0.0), high + np.where(change > 0.0, wider, 0.0)
 
 
 def _between(half: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
