@@ -435,7 +435,8 @@ class _Step:
                 break
         # where a slice comes into contact the depth jumps, by little
         trial, missed = min(known, key=lambda one: abs(one[1]))
-        if abs(missed) <= (_DEPTH_MISSED if stepper.factor is None else _LAW_MISSED) * wanted:
+        let_be = _DEPTH_MISSED if stepper.factor is None or teeth.smooth else _LAW_MISSED
+        if abs(missed) <= let_be * wanted:
             self.pace = trial / promised
             return trial
         raise ConvergenceError(
