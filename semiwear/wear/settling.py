@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from semiwear.arrays import FloatArray, IntArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Settling"]
 
@@ -26,9 +26,10 @@ class Settling:
     """An iteration x, f(x) - x -> next x for values that are not negative, by what it has seen so far."""
 
     _last: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
-    _bounds: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
+    _low: FloatArray | float = field(default=0.0, init=False)
+    _high: FloatArray | float = field(default=np.inf, init=False)
     _number: int = field(default=0, init=False)
-    _alike: IntArray | None = field(default=None, init=False)  # changes of the sign of the last one, but for it
+    _alike: IntArray | int = field(default=0, init=False)  # changes of the sign of the last one, but for it
 
     def after(self, value: FloatArray, change: FloatArray, least: float) -> FloatArray:
         """Next values.
@@ -45,11 +46,10 @@ class Settling:
         self._number += 1
         if self._number <= _FREELY or last is None:
             return found
-        low, high = self._bounds or (np.zeros_like(value), np.full_like(value, np.inf))
-        before = np.zeros(value.shape, dtype=int) if self._alike is None else self._alike
-        self._alike = np.where(change * last[1] > 0.0, before + 1, 0)
+        self._alike = np.where(change * last[1] > 0.0, self._alike + 1, 0)
         goes_on = (self._alike >= _ALIKE) & (np.abs(change) > least)
-        low, high = self._bounds = _bounds(value, change, low, high, np.where(goes_on, least, 0.0))
+        low, high = np.where(change > 0.0, value, self._low), np.where(change < 0.0, value, self._high)
+        low, high = self._low, self._high = _wider(change, low, high, goes_on, least)
         return np.where((found >= low) & (found <= high), found, _between(value + 0.5 * change, low, high))
 
 
@@ -73,17 +73,15 @@ def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatAr
     return np.where(mixed >= 0.0, mixed, half)
 
 
-def _bounds(
-    value: FloatArray, change: FloatArray, low: FloatArray, high: FloatArray, least: FloatArray
+def _wider(
+    change: FloatArray, low: FloatArray, high: FloatArray, goes_on: BoolArray, least: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds after these values: those that rise were too small, those that fall too great.
+    """Bounds of which the one ahead has moved on where a value goes on: elements are not quite by themselves.
 
-    Elements are not quite by themselves: where one has gone on towards a bound, that one moves on, by some times the
-    distance between both, and of `least` at least; not at all where that is 0.
+    By some times the distance between both, and of `least` at least.
     """
-    low, high = np.where(change > 0.0, value, low), np.where(change < 0.0, value, high)
-    wider = np.where(least > 0.0, _WIDER * np.maximum(high - low, least), 0.0)
-    return np.maximum(low - np.where(change < 0.0, wider, 0.0), 0.0), high + np.where(change > 0.0, wider, 0.0)
+    more = np.where(goes_on, _WIDER * np.maximum(high - low, least), 0.0)
+    return np.maximum(low - np.where(change < 0.0, more, 0.0), 0.0), high + np.where(change > 0.0, more, 0.0)
 
 
 def _between(half: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

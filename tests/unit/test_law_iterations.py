@@ -159,7 +159,7 @@ STEEP = scene_of(
 
 
 def test_wear_that_grows_steeply_with_the_load_is_found_in_steps_of_any_length():
-    """Changes that are mixed alone run in a cycle here: no length of a step would do."""
+    """Changes that are mixed alone run in a cycle here."""
     two, ten = (
         sw.simulate(STEEP.replace({"wear.until.control_depths_um": list(np.linspace(0.0, 20.0, steps + 1)[1:])}))
         for steps in (2, 10)
@@ -177,7 +177,6 @@ def test_a_full_film_everywhere_leaves_no_wear_and_no_warning():
         UNTIL_MESHES,
         {
             "wear.until.meshes": 1e8,
-            "wear.control_point": None,
             "operation.pinion_speed_rpm": 3000.0,
             "effects.lubrication": {"viscosity_mPas": 100.0, "roughness_um": 0.05},
             "effects.wear_law.lubrication": {"strength": 1.0},
