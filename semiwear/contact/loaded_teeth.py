@@ -124,13 +124,38 @@ class LoadedTeeth:
         """Stations of the driving flank among the slices that meet it at the solved positions."""
         return PassedStations.of(self.lines.driving_face, self.grid.face)
 
-    def removed(self, wear: FloatArray, driving_wear: FloatArray | None = None) -> Removed:
-        """Material removed from both flanks on the fine roll grid."""
+    def removed(
+        self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: BoolArray | None = None
+    ) -> Removed:
+        """Material removed from both flanks on the fine roll grid.
+
+        Parameters
+        ----------
+        wear : (face, profile) array [mm]
+        driving_wear : (face, profile) array [mm], optional
+        slices : (face,) or (roll, face) bool array, optional
+            In which wear of the driving flank is needed, where they may touch; by default everywhere.
+        """
         if driving_wear is None or self.driving is None:
             return fresh_flanks(self.fine, self.grid, self.modification, wear)
-        grid = self.driving.driven
-        depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification)
-        return Removed.met(grid, depth, self.fine.roll.size)
+        return self._met(self.driving, self._finer_modification, wear, driving_wear, slices)
+
+    def _met(
+        self,
+        driving: DrivingFlank,
+        unworn: FloatArray,
+        wear: FloatArray,
+        driving_wear: FloatArray,
+        slices: BoolArray | None,
+    ) -> Removed:
+        """Material removed at the roll positions of a driving flank; `slices` as in `removed`."""
+        driven, windows = driving.driven.from_grid(wear), None
+        if slices is not None:
+            # nothing touches where the fresh flanks are farther apart than loads press together what has worn
+            deepest = _deepest(driven, unworn, driving_wear) + self.problem.reach
+            windows = widest(driving.lines, driving.driven, driving.near & slices, deepest, self.half_width)
+        depth = driving.met(driving_wear, driven, unworn, windows=windows)
+        return Removed.met(driving.driven, depth, driving.lines.roll.size)
 
     def removed_at_nodes(
         self,
@@ -156,8 +181,7 @@ class LoadedTeeth:
         """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more."""
         assert self.driving is not None
         grid = self.driving.driven
-        worn = grid.from_grid(wear), self._finer_modification, driving_wear
-        deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
+        deepest = _deepest(grid.from_grid(wear), self._finer_modification, driving_wear) + wears
         return widest(self.fine, grid, loaded, deepest, self.half_width)
 
     @cached_property
@@ -171,7 +195,7 @@ class LoadedTeeth:
         """Footprints on worn flanks, on the fine roll grid: of slices that can carry load, or chosen ones of them."""
         return self._footprints(self.fine, removed, chosen)
 
-    def fine_places(self, removed: Removed, touched: Footprints) -> FloatArray:
+    def fine_places(self, wear: FloatArray, driving_wear: FloatArray | None, touched: Footprints) -> FloatArray:
         """Profile coordinates of the footprints' centres on the fine roll grid, (roll, face) [mm].
 
         Between solved positions they are found where their way bends, elsewhere they go on evenly beside the fresh
@@ -179,8 +203,8 @@ class LoadedTeeth:
 
         Parameters
         ----------
-        removed : Removed
-            From the flanks, on the fine roll grid.
+        wear, driving_wear : arrays [mm]
+            As in `removed`.
         touched : Footprints
             At the solved positions.
         """
@@ -191,7 +215,7 @@ class LoadedTeeth:
         found = np.pad(bends > (0.0 if self.smooth else _BENDS * self.half_width), ((0, 1), (0, 0)))
         found = np.repeat(found, self.rolls.substeps, axis=0) & between[:, None]
         even = self.fine.profile + self.on_fine_rolls(aside)
-        return np.where(found, self.touch(removed, found).profile, even)
+        return np.where(found, self.touch(self.removed(wear, driving_wear, found), found).profile, even)
 
     def touch_solved(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
@@ -205,8 +229,8 @@ class LoadedTeeth:
             solved = replace(self.driving, lines=self.lines, near=self.driving.near[::step])
             unworn = self._finer_modification
             unworn = np.ascontiguousarray(unworn[::step]) if len(unworn) > 1 else unworn
-            depth = solved.met(driving_wear, self.driving.driven.from_grid(wear), unworn)
-            removed = Removed.met(self.driving.driven, depth, self.lines.roll.size)
+            slices = solved.near if chosen is None else chosen
+            removed = self._met(solved, unworn, wear, driving_wear, slices)
         return self._footprints(self.lines, removed, chosen)
 
     def _footprints(self, lines: ContactLines, removed: Removed, chosen: BoolArray | None) -> Footprints:
@@ -321,6 +345,11 @@ def fresh_flanks(
     """
     depth = np.broadcast_to(wear, grid.profile.shape)[None] if modification is None else modification + wear
     return Removed.met(grid, np.ascontiguousarray(depth), lines.roll.size)
+
+
+def _deepest(*depths: FloatArray) -> float:
+    """Greatest depth of all together at most [mm]."""
+    return sum(float(depth.max()) for depth in depths)  # nothing stands at zero
 
 
 def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:

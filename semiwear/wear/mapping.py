@@ -68,7 +68,7 @@ class WearMapping(Protocol):
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        removed: Removed,
+        worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
@@ -141,11 +141,12 @@ class InterpolatedWear:
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        removed: Removed,
+        worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
         """As in `WearMapping`."""
+        removed = teeth.removed(*worn, _chosen(teeth, slices))
         return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
 
     def followed(
@@ -203,7 +204,7 @@ class MarchedWear:
         self,
         teeth: LoadedTeeth,
         motion: Sweep,
-        removed: Removed,
+        worn: Worn,
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
@@ -251,11 +252,12 @@ class MarchedWear:
 
 
 def driving_wear_at(
-    teeth: LoadedTeeth, motion: Sweep, removed: Removed, weighted_loads: Sequence[WeightedLoads], slices: IntArray
+    teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
+    removed = teeth.removed(*worn, _chosen(teeth, slices))
     what = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
     return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what)[0]
 

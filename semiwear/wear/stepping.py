@@ -245,8 +245,7 @@ class _Step:
     def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth
         self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
-        self.removed = teeth.removed(*state.worn)
-        self.motion: Sweep = worn_sweep(teeth, state.contact, self.removed)
+        self.motion: Sweep = worn_sweep(teeth, state.contact)
         coarse_motion = sweep(teeth.lines, state.contact.coarse.profile, teeth.pair.roll_per_time)
         known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         self.cases = [
@@ -401,7 +400,7 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
-        start = (teeth, self.motion, self.removed, self.weighted_loads(loads), slices)
+        start = (teeth, self.motion, self.state.worn, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:

@@ -127,18 +127,10 @@ def sweep(lines: ContactLines, place: FloatArray, roll_per_time: float) -> Sweep
     )
 
 
-def worn_sweep(teeth: LoadedTeeth, state: LoadedState, removed: Removed | None = None) -> Sweep:
-    """Motion of the contact lines of a state over its flanks, on the fine roll grid.
-
-    Parameters
-    ----------
-    teeth : LoadedTeeth
-    state : LoadedState
-    removed : Removed, optional
-        From these flanks, on that grid; worked out unless given.
-    """
-    removed = teeth.removed(state.wear, state.driving_wear) if removed is None else removed
-    return sweep(teeth.fine, teeth.fine_places(removed, state.touched), teeth.pair.roll_per_time)
+def worn_sweep(teeth: LoadedTeeth, state: LoadedState) -> Sweep:
+    """Motion of the contact lines of a state over its flanks, on the fine roll grid."""
+    places = teeth.fine_places(state.wear, state.driving_wear, state.touched)
+    return sweep(teeth.fine, places, teeth.pair.roll_per_time)
 
 
 @lru_cache(maxsize=4)

@@ -29,7 +29,7 @@ def half_widths_off(teeth: LoadedTeeth, wear: FloatArray, driving: FloatArray | 
     removed = teeth.removed(wear, driving)
     exact = teeth.touch(removed)
     assert exact.near is not None
-    apart = teeth.fine_places(removed, teeth.touch_solved(wear, driving)) - exact.profile
+    apart = teeth.fine_places(wear, driving, teeth.touch_solved(wear, driving)) - exact.profile
     return np.where(exact.near, np.abs(apart) * teeth.fine.spacing / teeth.half_width, 0.0)
 
 
