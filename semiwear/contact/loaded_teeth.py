@@ -151,7 +151,7 @@ class LoadedTeeth:
         """Material removed at the roll positions of a driving flank; `slices` as in `removed`."""
         driven, windows = driving.driven.from_grid(wear), None
         if slices is not None:
-            # nothing touches where the fresh flanks are farther apart than loads press together what has worn
+            # nothing touches where the fresh flanks are farther apart than what has worn and what loads close
             deepest = _deepest(driven, unworn, driving_wear) + self.problem.reach
             windows = widest(driving.lines, driving.driven, driving.near & slices, deepest, self.half_width)
         depth = driving.met(driving_wear, driven, unworn, windows=windows)

@@ -140,8 +140,8 @@ class DrivingFlank:
             First node and the one behind the last where wear of the driving flank is read; by default all nodes of
             slices that can touch.
         into : array, changed, optional
-            Memory that is used again. Outside the windows it stays what it was; without it the depth is there that at
-            their ends, and what the driven flank lacks in slices that have no window.
+            Memory that is used again; it stays as it was outside the windows. In memory of its own the depth goes on
+            evenly beyond the ends of a window, and slices without one have what the driven flank lacks.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         out = np.empty(shape) if into is None else into
