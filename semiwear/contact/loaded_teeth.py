@@ -134,28 +134,15 @@ class LoadedTeeth:
         wear : (face, profile) array [mm]
         driving_wear : (face, profile) array [mm], optional
         slices : (face,) or (roll, face) bool array, optional
-            In which wear of the driving flank is needed, where they may touch; by default everywhere.
+            In which wear of the driving flank is read, where they can touch; by default in all.
         """
         if driving_wear is None or self.driving is None:
             return fresh_flanks(self.fine, self.grid, self.modification, wear)
-        return self._met(self.driving, self._finer_modification, wear, driving_wear, slices)
-
-    def _met(
-        self,
-        driving: DrivingFlank,
-        unworn: FloatArray,
-        wear: FloatArray,
-        driving_wear: FloatArray,
-        slices: BoolArray | None,
-    ) -> Removed:
-        """Material removed at the roll positions of a driving flank; `slices` as in `removed`."""
-        driven, windows = driving.driven.from_grid(wear), None
+        driving, grid = self.driving, self.driving.driven
         if slices is not None:
-            # nothing touches where the fresh flanks are farther apart than what has worn and what loads close
-            deepest = _deepest(driven, unworn, driving_wear) + self.problem.reach
-            windows = widest(driving.lines, driving.driven, driving.near & slices, deepest, self.half_width)
-        depth = driving.met(driving_wear, driven, unworn, windows=windows)
-        return Removed.met(driving.driven, depth, driving.lines.roll.size)
+            driving = replace(driving, near=driving.near & slices)
+        depth = driving.met(driving_wear, grid.from_grid(wear), self._finer_modification)
+        return Removed.met(grid, depth, self.fine.roll.size)
 
     def removed_at_nodes(
         self,
@@ -181,7 +168,8 @@ class LoadedTeeth:
         """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more."""
         assert self.driving is not None
         grid = self.driving.driven
-        deepest = _deepest(grid.from_grid(wear), self._finer_modification, driving_wear) + wears
+        worn = grid.from_grid(wear), self._finer_modification, driving_wear
+        deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
         return widest(self.fine, grid, loaded, deepest, self.half_width)
 
     @cached_property
@@ -226,11 +214,12 @@ class LoadedTeeth:
             removed = self.removed(wear).every(step)
         else:
             # of the fine roll positions no more is read than those that are solved
-            solved = replace(self.driving, lines=self.lines, near=self.driving.near[::step])
+            near = self.driving.near[::step] if chosen is None else self.driving.near[::step] & chosen
+            solved = replace(self.driving, lines=self.lines, near=near)
             unworn = self._finer_modification
             unworn = np.ascontiguousarray(unworn[::step]) if len(unworn) > 1 else unworn
-            slices = solved.near if chosen is None else chosen
-            removed = self._met(solved, unworn, wear, driving_wear, slices)
+            depth = solved.met(driving_wear, self.driving.driven.from_grid(wear), unworn)
+            removed = Removed.met(self.driving.driven, depth, self.lines.roll.size)
         return self._footprints(self.lines, removed, chosen)
 
     def _footprints(self, lines: ContactLines, removed: Removed, chosen: BoolArray | None) -> Footprints:
@@ -345,11 +334,6 @@ def fresh_flanks(
     """
     depth = np.broadcast_to(wear, grid.profile.shape)[None] if modification is None else modification + wear
     return Removed.met(grid, np.ascontiguousarray(depth), lines.roll.size)
-
-
-def _deepest(*depths: FloatArray) -> float:
-    """Greatest depth of all together at most [mm]."""
-    return sum(float(depth.max()) for depth in depths)  # nothing stands at zero
 
 
 def slices_near(problem: ContactProblem, lines: ContactLines, removed: Removed) -> BoolArray:

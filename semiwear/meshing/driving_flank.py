@@ -17,6 +17,7 @@ from semiwear.threads import in_loose_shares
 __all__ = ["DrivingFlank", "PassedStations", "driving_flank", "driving_grid", "station_of"]
 
 _MOST_PARTS = 4  # of a cell of the driven flank
+_FOR_SLOPES = 2  # nodes to either side that the slope at a node takes in
 _SAMPLES = 2001  # of the flank's height, to find where it crosses the pitch surface
 
 
@@ -45,54 +46,47 @@ def station_of(face, first, step, stations):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _find_slopes(depth, own, split, station, known, slopes):  # type: ignore[no-untyped-def]
-    """Make slopes of depths known, per cell, at the nodes of a station and of the next one."""
-    for at in range(station, station + 2):
-        if known[at] == 0:
-            known[at] = 1
-            for n in range(own.shape[0]):
-                slopes[at, n] = slope_at(depth[at], own, split, n)
-
-
-@inner_njit(cache=True, error_model="numpy")
-def _between(values, low, weight, first, end, out):  # type: ignore[no-untyped-def]
-    """Fill in values (stations, points) between two stations at nodes from `first` up to `end`."""
+def _at_station(depth, low, weight, own, split, first, end, here, slope):  # type: ignore[no-untyped-def]
+    """Fill in depths between two stations and their slopes at nodes from `first` up to `end`."""
+    for n in range(max(first - _FOR_SLOPES, 0), min(end + _FOR_SLOPES, own.shape[0])):
+        here[n] = depth[low, n] + weight * (depth[low + 1, n] - depth[low, n])
     for n in range(first, end):
-        out[n] = values[low, n] + weight * (values[low + 1, n] - values[low, n])
+        slope[n] = slope_at(here, own, split, n)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, everywhere, out):  # type: ignore[no-untyped-def]
+def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
-    slopes, known = np.empty(depth.shape), np.zeros(depth.shape[0], dtype=np.int64)
-    for k in range(profile.shape[0]):
-        for i in slices:
+    for i in slices:
+        before_low, before_weight, known, known_end = -1, 0.0, 0, 0
+        for k in range(profile.shape[0]):
             first, end = windows[k, i]
             lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
             if first == end:
-                if everywhere:
-                    for p in range(nodes.shape[1]):
-                        out[k, i, p] = lacking[p] + driven[i, p]
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
-            _find_slopes(depth, own, split, low, known, slopes)
             on_line, turns = driving_profile[k, i], driving_slope[k, i]
             start = on_line + turns * (nodes[i, first] - profile[k, i])
             stop = on_line + turns * (nodes[i, end - 1] - profile[k, i])
             lowest, highest = locate(own, split, min(start, stop))[0], locate(own, split, max(start, stop))[0] + 2
-            _between(depth, low, weight, lowest, highest, here)
-            _between(slopes, low, weight, lowest, highest, slope)
+            if low != before_low or weight != before_weight or lowest > known_end or highest < known:
+                before_low, before_weight, known, known_end = low, weight, lowest, lowest
+            # on a spur gear a slice meets one and the same
+            if lowest < known:
+                _at_station(depth, low, weight, own, split, lowest, known, here, slope)
+                known = lowest
+            if highest > known_end:
+                _at_station(depth, low, weight, own, split, known_end, highest, here, slope)
+                known_end = highest
             for p in range(first, end):
                 place = on_line + turns * (nodes[i, p] - profile[k, i])
                 cell, x = locate(own, split, place)
                 before = change_above(slope[cell], own, split, cell)  # as `smooth_value`
                 theirs = cubic(here[cell], here[cell + 1], before, slope[cell + 1], x)
                 out[k, i, p] = lacking[p] + driven[i, p] + max(theirs, 0.0)
-            if everywhere:
-                out[k, i, :first], out[k, i, end:] = out[k, i, first], out[k, i, end - 1]
 
 
 @dataclass(frozen=True)
@@ -137,21 +131,21 @@ class DrivingFlank:
         slices : int array, optional
             With windows: slices to do.
         windows : (roll, face, 2) int array, optional
-            First node and the one behind the last where wear of the driving flank is read; by default all nodes of
-            slices that can touch.
+            First node and the one behind the last to do; everything else is not known. By default all nodes, where
+            slices that cannot touch have no wear of the driving flank.
         into : array, changed, optional
-            Memory that is used again; it stays as it was outside the windows. In memory of its own the depth goes on
-            evenly beyond the ends of a window, and slices without one have what the driven flank lacks.
+            Memory that is used again.
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         out = np.empty(shape) if into is None else into
         if windows is None:
+            np.copyto(out, unworn + driven, where=~self.near[..., None])
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:
-            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, into is None, out)
+            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, out)
 
         in_loose_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out

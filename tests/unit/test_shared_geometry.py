@@ -11,8 +11,7 @@ import xarray as xr
 import semiwear as sw
 from semiwear.compliance.cubics import cubic_weights
 from semiwear.compliance.local_weights import LocalWeights, between_points, seen_by_points
-from semiwear.contact import loaded_teeth as loaded_teeth_module
-from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
+from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.meshing.removed import Removed
 from semiwear.plan import effects, kept_lines, plan, teeth
 from semiwear.wear.followed_gap import FollowedGap
@@ -158,41 +157,6 @@ def test_what_lies_beyond_the_footprints_need_not_be_known(name: str) -> None:
     for one, other in zip(found, expected, strict=True):
         assert other.max() > 0.0
         np.testing.assert_allclose(one, other, atol=1e-12 * other.max())
-
-
-@pytest.mark.parametrize("name", ["face_gear_25x160", "spur_fzg_c"])
-@pytest.mark.parametrize("deeper", [1.0, 8.0])
-def test_loads_ask_for_wear_where_flanks_come_to_touch(name: str, deeper: float, monkeypatch) -> None:
-    """Loads, footprints and pressures from depths of the driving flank read there and read everywhere."""
-    scene = sw.load_scene(name).replace(SMALL | {"wear.worn_bodies": ["pinion", "gear"]})
-    loaded_teeth, driven, driving = worn_teeth(scene, deeper)
-
-    def found() -> tuple[LoadedState, np.ndarray, float]:
-        state = loaded_teeth.load(driven, driving_wear=driving)
-        return state, loaded_teeth.pressures(state).inner, sum(shares) / len(shares)
-
-    shares: list[float] = []
-    narrow = loaded_teeth_module.widest
-
-    def counted(lines, grid, loaded, *depths):
-        windows = narrow(lines, grid, loaded, *depths)
-        shares.append(float(np.diff(windows)[loaded].mean()) / grid.profile.shape[1])
-        return windows
-
-    def everywhere(lines, grid, loaded, *_):
-        shares.append(1.0)
-        return np.stack([0 * loaded, np.where(loaded, grid.profile.shape[1], 0)], axis=-1)
-
-    monkeypatch.setattr(loaded_teeth_module, "widest", counted)
-    state, pressure, share = found()
-    monkeypatch.setattr(loaded_teeth_module, "widest", everywhere)
-    whole, expected, _ = found()
-    assert share < 0.8
-    np.testing.assert_allclose(state.loads.force, whole.loads.force, atol=1e-9 * whole.loads.force.max())
-    np.testing.assert_allclose(pressure, expected, atol=1e-4 * expected.max())
-    for quantity in ("gap", "profile", "curvature"):
-        one, other = getattr(state.touched, quantity), getattr(whole.touched, quantity)
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["face_gear_25x160", "spur_fzg_c"])
