@@ -183,7 +183,9 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
     """Change per cell at a node: that of the parabola through its neighbours, limited so that no new crest arises.
 
     Per cell below the node; at the first node, per cell above. Zero beside the wall of a groove, the parabola's at
-    the smooth top of a ridge: Huynh (1993), monotone cubics that keep their accuracy at extrema.
+    the smooth top of a ridge: Huynh (1993), monotone cubics that keep their accuracy at extrema. Thrice the smaller
+    change to either side is allowed at a top as it is on a slope, where Huynh has the bends beside it alone: a ridge
+    of a few cells keeps its slopes, and so does what two worn flanks leave between them.
     """
     last = values.shape[0] - 1
     # beyond its ends a row goes on straight
@@ -204,8 +206,8 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
             before *= wider
     bend = upper - lower
     tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
-    most = max(3.0 * abs(_minmod(lower, upper)), 1.5 * abs(tangent))
-    return _minmod(lower + share * bend, most if tangent > 0.0 else -most)
+    most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
+    return min(max(lower + share * bend, -most), most)
 
 
 @inner_njit(cache=True, error_model="numpy")

@@ -66,6 +66,17 @@ def test_a_parabola_comes_again_with_its_top(level: float, slope: float, bend: f
     np.testing.assert_allclose(between(values)[3:-3], expected[3:-3], atol=1e-12)
 
 
+@given(st.floats(0.0, 1.0), st.floats(0.2, 3.0))
+def test_a_ridge_of_a_few_cells_keeps_the_slopes_of_its_parabolas(aside: float, width: float) -> None:
+    """A hyperbola, anywhere between nodes: nothing is cut off at its top, nor where it begins to bend."""
+    values = np.hypot(np.arange(14.0) - 6.0 - aside, width)
+    slopes = 0.5 * (values[2:] - values[:-2])
+    x, rise = PLACES, np.diff(values)[1:-1, None]
+    low, high = slopes[:-1, None] - rise, rise - slopes[1:, None]
+    expected = values[1:-2, None] + rise * x + x * (1.0 - x) * ((1.0 - x) * low + x * high)
+    np.testing.assert_allclose(between(values)[1:-1][1:-1], expected[1:-1], atol=1e-12)
+
+
 def test_refining_smooth_wear_converges_with_the_third_order() -> None:
     """Also at its extrema, where limits on slopes often keep the second."""
     errors = []
