@@ -31,6 +31,7 @@ __all__ = [
 VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
 _LEAST_STEP = 1e-6  # of a flank's height
 _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits
+_ROUNDING = 1e-9  # of a stretch: it lies on the nodes where no more of it is missing there
 _FADES = 0.5  # least f; half of the cells to a step where that is more, and 1 at most
 
 
@@ -177,7 +178,8 @@ def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type
     for c in range(pieces):
         reach = span_of(nodes, shift[c])[1]
         lowest, highest = min(lowest, middle[c] - reach), max(highest, middle[c] + reach)
-        beyond += amount[c] - lay(nodes, split, middle[c], shift[c], amount[c], out)
+        missing = amount[c] - lay(nodes, split, middle[c], shift[c], amount[c], out)
+        beyond += missing if missing > _ROUNDING * amount[c] else 0.0
     return locate(nodes, split, lowest)[0], locate(nodes, split, highest)[0] + 2, beyond
 
 

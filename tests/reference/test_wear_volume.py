@@ -94,6 +94,15 @@ def test_edges_that_press_take_their_share_and_freed_ones_next_to_none():
     assert (shares[1] < 1e-3).all()
 
 
+def test_edges_that_are_relieved_wear_by_nothing_at_all():
+    """Stretches of a footprint that are laid near an edge lie on the nodes but for rounding, which is no wear."""
+    relief = {"tip_relief_um": 60.0, "tip_relief_length_mm": 2.0}
+    scene = FACE_GEAR.replace({f"effects.modification.{body}": relief for body in ("pinion", "gear")})
+    history = sw.simulate(scene)["history"]
+    assert history.wear_volume.values[-1, 1] > 5.0
+    assert (history.wear_volume_on_edges.values == 0.0).all()
+
+
 def test_area_of_involute_flanks_is_in_closed_form():
     """Transverse arc length of the involute times the face width of all slices."""
     teeth = plan(SPUR).loaded_teeth()
