@@ -15,7 +15,7 @@ from semiwear.accuracy import resolution, run
 from semiwear.accuracy.resolution import Contribution, Parameter, chosen_resolution, contributions_at, together
 from semiwear.cli import main
 from semiwear.results.checkpoint import peek
-from semiwear.results.kinds import difference, step_errors
+from semiwear.results.kinds import difference, history, step_errors
 from semiwear.scene.load import parse_scene
 from semiwear.scene.tables import RESOLUTION
 from semiwear.simulate import simulate as simulate_as_given
@@ -410,6 +410,26 @@ def test_a_result_tells_its_error(asked):
     assert (estimate.values >= 0.0).all()
     assert 0.0 < float(estimate.max()) <= 0.4
     assert tree.attrs["accuracy"].startswith("0.4 asked for")
+
+
+@pytest.mark.slow
+def test_what_it_tells_holds_over_the_ridges_of_two_flanks(shipped):
+    """Both wear equally deep, and each keeps a ridge at the pitch line: no other figure asks for as many points."""
+    k = shipped.wear.coefficient_mm2_per_N
+    both = {"wear.worn_bodies": ["pinion", "gear"], "wear.coefficient_mm2_per_N": {"pinion": k / 6.4, "gear": k}}
+    tree = sw.simulate(shipped.replace(both | {"numerics.accuracy": 0.05}))
+    chosen = parse_scene(tree.attrs["scene_toml"])
+    numbers = chosen.numerics
+    finer = {
+        "numerics.accuracy": None,
+        "numerics.profile_points": 401,
+        "numerics.roll_positions": 2 * numbers.roll_positions,
+        "numerics.face_slices": 2 * numbers.face_slices - 1,
+    }
+    found = difference(history(tree), history(simulate_as_given(chosen.replace(finer))))
+    estimate = tree["diagnostics"].error_estimate.sel(quantity="contact_pressure_pitch")
+    assert max(found.values()) <= 0.05
+    assert found["contact_pressure_pitch"] <= float(estimate)
 
 
 @pytest.mark.slow
