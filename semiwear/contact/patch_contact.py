@@ -70,9 +70,6 @@ def solve_cells(
     wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
     found = [one for share in in_shares(solve, wanted) for one in share]
     loads.cells = _with_columns(loads.cells, max((one.cells.shape[1] for one in found), default=0))
-    rolls = np.concatenate([problem.rolls_of(int(position)) for position in wanted]) if wanted.size else wanted
-    for values in (loads.cells, loads.force, loads.half_width):
-        values[rolls] = 0.0
     for one in found:
         _keep(problem, one, loads)
     if wear_compliance is None:
@@ -160,7 +157,7 @@ class _Position:
         least, usual = float(worn.least[rolls].min()), problem.typical_approach
         first: TeethLoads | None = None
         iterations = 0
-        start: FloatArray | None = None  # (pairs, slices, columns) forces, where it is not those that are there
+        start: FloatArray | None = None  # (pairs, slices, columns) forces
         if loads.force[rolls].any():
             approach = lever * float(loads.rotation[self.position]) + self._growth(loads.force[rolls], rolls)
         else:
@@ -175,13 +172,12 @@ class _Position:
             if columns > most:
                 gap, _ = cells.gap(rows.rolls, rows.faces, approach, columns, self.flanks)
             gap = _fitted(gap, columns)
-            if not np.isfinite(gap.min(axis=1)[rows.candidate >= 0]).any():
+            if not np.isfinite(gap[rows.candidate >= 0]).any():
                 approach = self._farther(least, approach)
                 continue
-            if start is None and first is not None:
-                start = self._hertz(rolls, columns, first)
-            there = loads.cells[rows.rolls, rows.faces] if start is None else start[rows.pairs(problem), rows.faces]
-            solution = self._share(rows, gap, _fitted(there, columns))
+            if start is None:
+                start = loads.cells[rolls] if first is None else self._hertz(rolls, columns, first)
+            solution = self._share(rows, gap, _fitted(start[rows.pairs(problem), rows.faces], columns))
             iterations += solution.sharing.iterations
             if solution.sharing.status is not ComplementarityStatus.CONVERGED:
                 longer = self.wear_compliance is not None
@@ -317,9 +313,12 @@ class _Found(NamedTuple):
 
 
 def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
-    """Put the loads of a mesh position where they belong, among zeros."""
-    cells, position, at = found.cells, found.position, (found.rows.rolls, found.rows.faces)
+    """Put the loads of a mesh position where they belong."""
+    cells, position = found.cells, found.position
+    rolls, at = problem.rolls_of(position), (found.rows.rolls, found.rows.faces)
     more = (loads.cells.shape[-1] - cells.shape[1]) // 2
+    for values in (loads.cells, loads.force, loads.half_width):
+        values[rolls] = 0.0
     loads.cells[*at, more : more + cells.shape[1]] = cells
     force, greatest = cells.sum(axis=1), cells.max(axis=1)
     loads.force[at] = force

@@ -179,15 +179,6 @@ def _minmod(a, b):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _limited(before, lower, upper, after, share):  # type: ignore[no-untyped-def]
-    """Slope at a node from the changes of two cells below and above it; `share` is the upper one's in the mean."""
-    bend = upper - lower
-    tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
-    most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
-    return min(max(lower + share * bend, -most), most)
-
-
-@inner_njit(cache=True, error_model="numpy")
 def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
     """Change per cell at a node: that of the parabola through its neighbours, limited so that no new crest arises.
 
@@ -213,7 +204,10 @@ def slope_at(values, nodes, split, node):  # type: ignore[no-untyped-def]
             share = 1.0 / (1.0 + wider)
         if node > split:
             before *= wider
-    return _limited(before, lower, upper, after, share)
+    bend = upper - lower
+    tangent = _minmod(lower + 0.5 * _minmod(lower - before, bend), upper - 0.5 * _minmod(bend, after - upper))
+    most = max(3.0 * min(abs(lower), abs(upper)), 1.5 * abs(tangent))
+    return min(max(lower + share * bend, -most), most)
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -227,14 +221,6 @@ def change_above(slope, nodes, split, node):  # type: ignore[no-untyped-def]
 @inner_njit(cache=True, error_model="numpy")
 def slopes_of_cell(values, nodes, split, cell):  # type: ignore[no-untyped-def]
     """Changes per cell, of this cell, at both of its nodes."""
-    uneven = split - 2 <= cell <= split + 1 and split < nodes.shape[0] - 1
-    if 1 < cell < values.shape[0] - 3 and not uneven:
-        # the same changes serve both nodes
-        lowest, below = values[cell - 1] - values[cell - 2], values[cell] - values[cell - 1]
-        own, above = values[cell + 1] - values[cell], values[cell + 2] - values[cell + 1]
-        return _limited(lowest, below, own, above, 0.5), _limited(
-            below, own, above, values[cell + 3] - values[cell + 2], 0.5
-        )
     return change_above(slope_at(values, nodes, split, cell), nodes, split, cell), slope_at(
         values, nodes, split, cell + 1
     )
