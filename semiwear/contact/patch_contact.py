@@ -314,20 +314,43 @@ class _Found(NamedTuple):
 
 def _keep(problem: ContactProblem, found: _Found, loads: TeethLoads) -> None:
     """Put the loads of a mesh position where they belong."""
-    cells, position = found.cells, found.position
-    rolls, at = problem.rolls_of(position), (found.rows.rolls, found.rows.faces)
-    more = (loads.cells.shape[-1] - cells.shape[1]) // 2
-    for values in (loads.cells, loads.force, loads.half_width):
-        values[rolls] = 0.0
-    loads.cells[*at, more : more + cells.shape[1]] = cells
-    force, greatest = cells.sum(axis=1), cells.max(axis=1)
-    loads.force[at] = force
-    # Hertz: b = 2 q / (pi p0)
-    loads.half_width[at] = 2.0 * force * _cells_of(problem).width / (pi * np.where(greatest > 0.0, greatest, 1.0))
+    rows, position = found.rows, found.position
+    _put(
+        found.cells, rows.rolls, rows.faces, problem.rolls_of(position), _cells_of(problem).width, loads.cells,
+        loads.force, loads.half_width,
+    )  # fmt: skip
     loads.rotation[position] = found.solution.rotation
     loads.iterations[position] = found.iterations
     loads.balance[position] = found.solution.balance
     loads.complementarity[position] = found.solution.complementarity
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _put(found, rolls, faces, every, width, cells, force, half_width):  # type: ignore[no-untyped-def]
+    """Put forces on rows of cells [N] into those of all slices, zero elsewhere at `every` roll position of theirs.
+
+    Parameters
+    ----------
+    found : (rows, columns) array [N]
+    rolls, faces : (rows,) int arrays
+    every : (pairs,) int array
+    width : float [mm]
+        Of a cell.
+    cells : (roll, face, at least so many columns) array [N], changed
+    force, half_width : (roll, face) arrays [N], [mm], changed
+    """
+    for roll in every:
+        cells[roll], force[roll], half_width[roll] = 0.0, 0.0, 0.0
+    more = (cells.shape[2] - found.shape[1]) // 2
+    for r in range(rolls.shape[0]):
+        k, i, total, greatest = rolls[r], faces[r], 0.0, 0.0
+        for c in range(found.shape[1]):
+            cells[k, i, more + c] = found[r, c]
+            total += found[r, c]
+            greatest = max(greatest, found[r, c])
+        force[k, i] = total
+        # Hertz: b = 2 q / (pi p0)
+        half_width[k, i] = 2.0 * total * width / (pi * greatest) if greatest > 0.0 else 0.0
 
 
 def _reason(solution: SharedTorque) -> str:

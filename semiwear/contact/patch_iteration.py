@@ -163,7 +163,7 @@ def _rising_arms(lever, window, torque, pressure, arms):  # type: ignore[no-unty
             pressure[r, c] *= torque / total
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True, fastmath={"reassoc", "contract"})
 def _solve(system, inside, entire, work, window, gap, lever, torque, tolerance, most, force, displacement):  # type: ignore[no-untyped-def]
     """Forces on the cells of a window, from those that are there, and the displacement of all cells.
 
