@@ -34,8 +34,12 @@ def _counting(counted: bool) -> dict[str, bool]:
     return {"_nrt": counted} if hasattr(CPUTargetOptions, "_nrt") else {}
 
 
-njit = partial(numba.njit, no_cfunc_wrapper=True, **_counting(True))
-"""The decorator of kernels: without an entry for C, which nothing calls and an eighth of compilation goes to."""
+njit = partial(numba.njit, no_cfunc_wrapper=True, fastmath=False, **_counting(True))
+"""The decorator of kernels: without an entry for C, which nothing calls and an eighth of compilation goes to.
+
+Sums are reordered in the kernels that say so themselves. Where nothing is said, numba takes it from whichever kernel
+is the first to call this one.
+"""
 inner_njit = partial(njit, **_counting(False))
 """The decorator of kernels that others call in their loops: they work in memory that they are given.
 

@@ -132,11 +132,11 @@ def _compiled_of(values, i):  # type: ignore[no-untyped-def]
     return lambda values, i: values
 
 
-# Called from Python, these kernels sum in the order of the cells. Reordered sums are a tenth faster on large grids,
-# but of a kernel that others call as well, what the first process compiles and what later ones find would then differ
-# by a rounding error. `patch_iteration` takes them up whole and reorders within itself: a fifth of its time.
+# Sums are reordered: in their order they wait for one addition after the other. A kernel that calls these takes them
+# up whole. Otherwise there would be two compiled copies of each, whose sums differ by a rounding error, and which one
+# serves would depend on whether a process compiles kernels or finds them compiled.
 # `area` is that of a cell, lever over direction.
-_kernel = njit(cache=True, error_model="numpy", inline="always")
+_kernel = njit(cache=True, error_model="numpy", inline="always", fastmath={"reassoc", "contract"})
 
 
 @_kernel
