@@ -55,7 +55,8 @@ def _at_station(depth, low, weight, own, split, first, end, here, slope):  # typ
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, out):  # type: ignore[no-untyped-def]
+def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slices, everywhere, out):  # type: ignore[no-untyped-def]
+    """Depth of both flanks at nodes in windows; elsewhere that of the driven one, if `everywhere` is wanted."""
     profile, driving_profile, driving_slope, driving_face = lines
     step = faces[1] - faces[0]
     here, slope = np.empty(own.shape[0]), np.empty(own.shape[0])
@@ -65,6 +66,8 @@ def _meet(lines, windows, nodes, driven, unworn, faces, own, split, depth, slice
             first, end = windows[k, i]
             lacking = unworn[k if unworn.shape[0] > 1 else 0, i]
             if first == end:
+                for p in range(driven.shape[1] if everywhere else 0):
+                    out[k, i, p] = lacking[p] + driven[i, p]
                 continue
             low, weight = station_of(driving_face[k, i], faces[0], step, faces.shape[0])
             weight = min(max(weight, 0.0), 1.0)
@@ -138,14 +141,14 @@ class DrivingFlank:
         """
         lines, shape = self.lines, (*self.lines.profile.shape, self.driven.profile.shape[1])
         out = np.empty(shape) if into is None else into
+        everywhere = windows is None
         if windows is None:
-            np.copyto(out, unworn + driven, where=~self.near[..., None])
             windows = np.stack([np.zeros_like(self.near, dtype=np.int64), np.where(self.near, shape[-1], 0)], axis=-1)
         places = lines.profile, lines.driving_profile, lines.driving_slope, np.ascontiguousarray(lines.driving_face)
         own = self.grid.face, self.grid.profile[0], self.grid.split[0]
 
         def meet(share: IntArray) -> None:
-            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, out)
+            _meet(places, windows, self.driven.profile, driven, unworn, *own, depth, share, everywhere, out)
 
         in_loose_shares(meet, np.arange(shape[1]) if slices is None else slices)
         return out
