@@ -13,12 +13,14 @@ import numpy as np
 import xarray as xr
 
 from semiwear import collect
+from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import SlicePressures
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Compared, Plan, plan
+from semiwear.plan.choices import kernels_of
 from semiwear.results import build_tree, provenance
 from semiwear.results.checkpoint import Keeper, KeptStep, NoCheckpoint, open_checkpoint
 from semiwear.results.datasets import with_rating_errors
@@ -80,6 +82,7 @@ def simulate(
     kept: Keeper = NoCheckpoint()
     if checkpoint is not None:
         kept = open_checkpoint(checkpoint, run_identity(scene.to_toml()), resume=resume)
+    compile_ahead(kernels_of(scene), scene.numerics.threads)
     with kept, using_threads(scene.numerics.threads):
         return _simulated(replace(plan(scene), compared=compared), kept, progress or NoProgress(), last, groups)
 

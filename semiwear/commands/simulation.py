@@ -14,7 +14,6 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.accuracy.run import ROUNDS, round_checkpoint
-from semiwear.commands.compile_ahead import compiling_ahead
 from semiwear.commands.progress_bar import ProgressBar
 from semiwear.commands.run_files import checkpoint_of, kept_steps, require_options, require_outputs
 from semiwear.commands.wear_table import life_sentence, wear_table
@@ -42,7 +41,7 @@ def run(options: argparse.Namespace, scene: sw.Scene) -> Table:
     begin = time.perf_counter()
     checkpoint = _checkpoint(options)
     stopped = None
-    with ProgressBar() as bar, compiling_ahead(scene):
+    with ProgressBar() as bar:
         try:
             tree = sw.simulate(scene, progress=bar, checkpoint=checkpoint, resume=options.resume)
         except ConvergenceError as error:

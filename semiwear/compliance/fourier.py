@@ -17,7 +17,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.compliance.lanes import lane_count, lanes_of, load, store
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 
 __all__ = ["convolve", "frequencies", "half_steps", "in_lanes", "work_size"]
 
@@ -164,7 +164,7 @@ def _stage_5(source, target, turn, m, stride):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _transform(source, one, other, turn):  # type: ignore[no-untyped-def]
     """Fourier transform (Stockham) of complex lanes; one or other of the two buffers, source is kept."""
-    n, stride = turn.shape[0] // 2, 1
+    n, stride = turn.shape[0] // 2, ZERO + 1
     if n == 1:
         for k in range(2 * lanes_of(one)):
             one[k] = source[k]
@@ -269,7 +269,7 @@ def _columns_forward(grid, padded, turn, spectrum, width, buffers):  # type: ign
             for i in range(nx):
                 for j in range(2 * lanes):
                     values[2 * i * lanes + j] = grid[i, column + j] if column + j < ny else 0.0
-        _split(_transform(values, buffers[1], buffers[2], turn), n, False, spectrum, 0, width, column)
+        _split(_transform(values, buffers[1], buffers[2], turn), n, False, spectrum, ZERO, width, column)
         if padded:
             _turn_half_a_step(values, turn, nx)
             _split(_transform(values, buffers[1], buffers[2], turn), n, True, spectrum, n // 2 + 1, width, column)
@@ -279,7 +279,7 @@ def _columns_forward(grid, padded, turn, spectrum, width, buffers):  # type: ign
 def _rows(ny, rows, padded, factors, turn, spectrum, width, buffers):  # type: ignore[no-untyped-def]
     """Forward and back along the rows of the spectrum, with the factors in between."""
     n, lanes, values = turn.shape[0] // 2, lanes_of(spectrum), buffers[0]
-    at = 0
+    at = ZERO
     for first in range(0, rows, lanes):
         count = min(lanes, rows - first)
         for lane in range(count):
@@ -309,7 +309,7 @@ def _columns_back(result, padded, turn, spectrum, width, buffers):  # type: igno
     (nx, ny), n, lanes = result.shape, turn.shape[0] // 2, lanes_of(spectrum)
     flat, values = result.reshape(-1), buffers[0]
     for column in range(0, ny, 2 * lanes):
-        _join(values, n, False, spectrum, 0, width, column)
+        _join(values, n, False, spectrum, ZERO, width, column)
         total = _transform(values, buffers[1], buffers[2], turn)
         if padded:
             _join(values, n, True, spectrum, n // 2 + 1, width, column)

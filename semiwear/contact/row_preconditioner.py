@@ -164,7 +164,7 @@ def _factor_row(kept, own, r, m):  # type: ignore[no-untyped-def]
     members = kept.members[r]
     kept.apart[r] = m > 0 and members[m - 1] - members[0] >= m
     if kept.apart[r]:
-        _factor_cells(own, members, 0, m, kept.factors[r])
+        _factor_cells(own, members, ZERO, m, kept.factors[r])
         kept.stiffness[r] = _answer_evenly(kept.factors[r], m, kept.ones[r])
         return
     if kept.known[0] < m:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from semiwear.arrays import FloatArray
-from semiwear.kernel_cache import njit
+from semiwear.kernel_cache import ZERO, njit
 from semiwear.meshing.flank_grid import FlankGrid, change_above, cubic, slope_at
 
 __all__ = ["FinerGrid", "finer_grid"]
@@ -61,7 +61,7 @@ def _read(values, nodes, split, parts):  # type: ignore[no-untyped-def]
     for r in range(values.shape[0]):
         for i in range(values.shape[1]):
             own = values[r, i]
-            after = slope_at(own, nodes[i], split[i], 0)
+            after = slope_at(own, nodes[i], split[i], ZERO)
             for cell in range(cells):
                 before = change_above(after, nodes[i], split[i], cell)
                 after = slope_at(own, nodes[i], split[i], cell + 1)

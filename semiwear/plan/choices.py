@@ -9,7 +9,7 @@ from semiwear.scene import FlankPointsPair, Scene
 from semiwear.scene.rules import USUAL_WEAR_COEFFICIENTS
 from semiwear.scene.tables import RESOLUTION, Wear
 
-__all__ = ["Choice", "parts_deep_steps", "physics_choices"]
+__all__ = ["Choice", "kernels_of", "parts_deep_steps", "physics_choices"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,13 @@ class Choice:
     runs: bool
     why: str
     references: tuple[str, ...] = ()
+
+
+def kernels_of(scene: Scene) -> str:
+    """Kind of run in the list of kernels: `line`, `both` (lines, and both flanks wear) or `patch`."""
+    if scene.numerics.fidelity == "patch":
+        return "patch"
+    return "both" if scene.wear is not None and len(scene.wear.worn_bodies) > 1 else "line"
 
 
 def physics_choices(scene: Scene) -> tuple[Choice, ...]:

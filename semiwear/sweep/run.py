@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from semiwear.compile_ahead import compile_ahead
 from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.plan.choices import kernels_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
@@ -232,6 +234,9 @@ def _outcomes(job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:
     if not tasks:
         return
     if job.client is None:
+        if job.workers > 1:  # otherwise each of them would compile everything
+            for run in {kernels_of(task.scene) for task in tasks}:
+                compile_ahead(run, job.workers)
         with Crew(job.workers) as crew:
             yield from crew.solve(tasks)
         return

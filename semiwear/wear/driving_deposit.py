@@ -104,7 +104,8 @@ def _add_to_driving(what, driving, places, gap, k, i, length, pieces, space, mem
 @njit(cache=True, error_model="numpy", nogil=True)
 def _spread(flank, windows, what, half_width, slices, driving, places, grid, length, rows, out, own, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
-    memory, within = (np.empty((3, space.mass.size)), np.zeros(driving.nodes.size)), space.reach.within
+    most, within = space.mass.size, space.reach.within
+    memory = (np.empty(most), np.empty(most), np.empty(most)), np.zeros(driving.nodes.size)
     laid, (theirs, ours) = np.zeros(grid.nodes.shape[1]), rows
     for i in slices:
         for k in range(flank.profile.shape[0]):

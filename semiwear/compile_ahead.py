@@ -1,0 +1,167 @@
+"""First runs: their kernels are compiled ahead, by as many processes as there are cores, each kernel by one of them.
+
+A process claims a kernel once those that it calls are in the folder where numba keeps kernels. Whoever calls it later
+finds it there.
+"""
+
+from __future__ import annotations
+
+import gc
+import inspect
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from numba.core.dispatcher import Dispatcher
+from numba.core.errors import NumbaError
+
+from semiwear.kernel_cache import telling_of_compilation
+from semiwear.kernel_list import ListedKernel, kernel_list
+from semiwear.threads import available_threads
+from semiwear.untyped import CompilerPart
+
+__all__ = ["called_by", "compile_ahead"]
+
+_PAUSE = 5e-3  # s between looks at what others have finished
+_MOST = 6  # processes: more of them wait for one another
+_LONGEST = 600.0  # s: a helper that is not told to end ends by itself
+
+_ready: set[str] = set()
+"""Kinds of run whose kernels were found or compiled by this process."""
+
+
+def compile_ahead(run: str, threads: int | None) -> None:
+    """Compile the kernels of a kind of run in up to `threads` processes, if none are kept from an earlier one.
+
+    Parameters
+    ----------
+    run : str
+        As in the list of kernels.
+    threads : int or None
+        None: as many as there are cores for this process.
+    """
+    if run in _ready:
+        return
+    _ready.add(run)
+    kernels = _kernels_of(run)
+    if _kept(kernels):
+        return
+    with suppress(OSError):  # no folder, no process: then each kernel is compiled when it is called
+        _compile_in_processes(run, kernels, min(threads or available_threads(), _MOST))
+
+
+def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int) -> None:
+    """Compile kernels in so many processes, this one among them."""
+    with tempfile.TemporaryDirectory(prefix="semiwear-") as folder, ExitStack() as processes:
+        helpers = [processes.enter_context(_helper(run, folder)) for _ in range(count - 1)]
+        _compile_shared(kernels, Path(folder), lambda: not any(helper.poll() for helper in helpers))
+        for helper in helpers:
+            helper.wait()
+
+
+def _kernels_of(run: str) -> list[ListedKernel]:
+    return [kernel for kernel in kernel_list() if run in kernel.runs]
+
+
+def _kept(kernels: Sequence[ListedKernel]) -> bool:
+    """Load the kernels that Python calls; False where one is not kept: it is compiled."""
+    compiled: list[bool] = []
+    with telling_of_compilation(lambda: compiled.append(True)):
+        for kernel in kernels:
+            if kernel.called:
+                _compile(kernel)
+            if compiled:
+                return False
+    return True
+
+
+@contextmanager
+def _helper(run: str, folder: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that compiles with this one; it ends with what is inside."""
+    nowhere = subprocess.DEVNULL
+    command = [sys.executable, "-m", "semiwear.compile_ahead", run, folder]
+    with subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+def _compile_shared(kernels: Sequence[ListedKernel], folder: Path, go_on: Callable[[], bool]) -> None:
+    """Claim and compile kernels until all are claimed, or `go_on` says no.
+
+    The folder holds a file for every kernel that is claimed, and one more when it is compiled.
+    """
+    waits = _waits_for(kernels)
+    unclaimed = list(range(len(kernels)))
+    with _no_garbage_collected():
+        while unclaimed and go_on():
+            done = {int(path.stem) for path in folder.glob("*.done")}
+            ready = next((i for i in unclaimed if waits[i] <= done), None)
+            if ready is None:
+                time.sleep(_PAUSE)
+                continue
+            unclaimed.remove(ready)
+            if _claimed(folder / f"{ready}.claimed"):
+                _compile(kernels[ready])
+                (folder / f"{ready}.done").touch()
+
+
+def _claimed(path: Path) -> bool:
+    """Whether it is this process that makes the file."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True
+
+
+def _compile(kernel: ListedKernel) -> None:
+    with suppress(NumbaError):  # types that are not so any more: the call tells the right ones
+        kernel.kernel.compile(kernel.types)
+
+
+def _waits_for(kernels: Sequence[ListedKernel]) -> list[set[int]]:
+    """Numbers of the kernels that each one calls, at whatever depth."""
+    numbers: dict[CompilerPart, list[int]] = {}
+    for number, listed in enumerate(kernels):
+        numbers.setdefault(listed.kernel, []).append(number)
+    return [{j for called in called_by(listed.kernel) for j in numbers.get(called, ())} for listed in kernels]
+
+
+def called_by(kernel: CompilerPart) -> set[CompilerPart]:
+    """Kernels that a kernel calls, at whatever depth."""
+    found: set[CompilerPart] = set()
+    left = [kernel]
+    while left:
+        names = inspect.getclosurevars(left.pop().py_func)
+        named = {value for value in {**names.globals, **names.nonlocals}.values() if isinstance(value, Dispatcher)}
+        left += named - found
+        found |= named
+    return found - {kernel}
+
+
+@contextmanager
+def _no_garbage_collected() -> Iterator[None]:
+    """Let Python look for no garbage while numba makes a great many objects: an eighth of the time."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+def _help(run: str, folder: Path) -> None:
+    """Compile with the process that has made the folder."""
+    end = time.monotonic() + _LONGEST
+    _compile_shared(_kernels_of(run), folder, lambda: folder.exists() and time.monotonic() < end)
+
+
+if __name__ == "__main__":
+    _help(sys.argv[1], Path(sys.argv[2]))

@@ -1,0 +1,101 @@
+"""The list of kernels that first runs compile, `kernel_list.txt`: which, and with what types of arguments.
+
+numba learns these types when a kernel is called. By the list it is compiled before, in whichever process has time.
+``python -m validation.kernel_list`` writes the list. A kernel that it lacks, or tells of what is not so any more, is
+compiled when it is called.
+
+A line names a structure or a tuple of arguments, or a kernel::
+
+    structure contact.gap:FreshCurve f8 f8 f8 f8 f8 f8 f8
+    tuple (f8[::1],f8) f8[::1] f8
+    line,both inner contact.gap:fresh_at contact.gap:FreshCurve f8
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module, resources
+from typing import Literal
+
+from numba import types
+
+from semiwear.untyped import CompilerPart
+
+__all__ = ["NUMBERS", "ListedKernel", "kernel_list", "lines", "named"]
+
+NUMBERS: dict[str, types.Type] = {"f8": types.float64, "f4": types.float32, "i8": types.int64, "b1": types.boolean}
+_ARRAY = re.compile(rf"(const_)?({'|'.join(NUMBERS)})\[((?::,)*)(:|::1)\]")
+
+
+@dataclass(frozen=True)
+class ListedKernel:
+    """A kernel that first runs compile.
+
+    Attributes
+    ----------
+    runs : tuple of str
+        Kinds of run that need it.
+    called : bool
+        Whether Python calls it, rather than other kernels alone.
+    kernel : dispatcher of numba
+    types : tuple of types.Type
+        numba's, of its arguments.
+    """
+
+    runs: tuple[str, ...]
+    called: bool
+    kernel: CompilerPart
+    types: tuple[types.Type, ...]
+
+
+@cache
+def kernel_list() -> tuple[ListedKernel, ...]:
+    """The kernels, none before those that it calls; otherwise first those on which most of the compilation waits.
+
+    Lines that are not so any more are left out.
+    """
+    found: list[ListedKernel] = []
+    structures: dict[str, types.Type] = {}
+    for first, second, *words in lines():
+        try:
+            if first == "structure":
+                structures[second] = types.BaseTuple.from_types(_types(words, structures), named(second))  # type: ignore[no-untyped-call]
+            elif first == "tuple":
+                structures[second] = types.BaseTuple.from_types(_types(words, structures))  # type: ignore[no-untyped-call]
+            else:
+                name, *arguments = words
+                runs, called = tuple(first.split(",")), second == "called"
+                found.append(ListedKernel(runs, called, named(name), _types(arguments, structures)))
+        except (AttributeError, ImportError, SyntaxError, ValueError):
+            continue
+    return tuple(found)
+
+
+def lines() -> list[list[str]]:
+    """Words of the lines of the list."""
+    text = resources.files("semiwear").joinpath("kernel_list.txt").read_text(encoding="utf-8")
+    return [line.split() for line in text.splitlines()]
+
+
+def _types(arguments: Iterable[str], structures: dict[str, types.Type]) -> tuple[types.Type, ...]:
+    known: dict[str, types.Type] = {"none": types.none} | NUMBERS | structures
+    return tuple(known[argument] if argument in known else _array_or_value(argument) for argument in arguments)
+
+
+def _array_or_value(argument: str) -> CompilerPart:
+    array = _ARRAY.fullmatch(argument)
+    if array is None:
+        return types.literal(ast.literal_eval(argument))  # type: ignore[no-untyped-call]
+    constant, number, commas, last = array.groups()
+    layout: Literal["A", "C"] = "C" if last == "::1" else "A"
+    return types.Array(NUMBERS[number], 1 + len(commas) // 2, layout, readonly=bool(constant))
+
+
+def named(name: str) -> CompilerPart:
+    """The kernel or structure of a name, MODULE:NAME, in semiwear."""
+    module, _, attribute = name.partition(":")
+    return getattr(import_module(f"semiwear.{module}"), attribute)

@@ -1,0 +1,222 @@
+"""Kernels of a first run are compiled ahead, each by one of several processes, as the list of kernels tells."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import subprocess
+import sys
+import threading
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from numba import types
+from numba.core import event
+
+import semiwear as sw
+from semiwear import compile_ahead as module
+from semiwear.compile_ahead import called_by, compile_ahead
+from semiwear.kernel_cache import njit
+from semiwear.kernel_list import ListedKernel, kernel_list, lines
+from semiwear.plan.choices import kernels_of
+from tests.scenes import SHIPPED, TINY, scene_of
+
+ROOT = Path(__file__).parents[2]
+BOTH = {"wear.worn_bodies": ("pinion", "gear")}
+PATCH = {"numerics.fidelity": "patch"}
+
+# whole numbers and others are searched in one way; what is known when it is compiled costs transforms nothing
+FOR_SEVERAL_TYPES = {"first_from", "closed_between", "_join", "_split", "_scale_and_swap"}
+
+
+def name_of(listed):
+    return f"{listed.kernel.py_func.__module__}:{listed.kernel.py_func.__name__}"
+
+
+def test_every_line_names_a_kernel_with_the_types_that_it_takes():
+    kernels = [words for words in lines() if words[0] not in ("structure", "tuple")]
+    assert len(kernels) == len(kernel_list())
+    for listed in kernel_list():
+        assert len(listed.types) == len(inspect.signature(listed.kernel.py_func).parameters), name_of(listed)
+
+
+def test_no_kernel_stands_before_one_that_it_calls():
+    seen = set()
+    for listed in kernel_list():
+        later = {other.kernel for other in kernel_list()} - seen - {listed.kernel}
+        assert not called_by(listed.kernel) & later, name_of(listed)
+        seen.add(listed.kernel)
+
+
+def test_no_kernel_is_compiled_for_two_types_of_one_thing():
+    """Each would be waited for in a first run."""
+    counts = Counter(name_of(listed) for listed in kernel_list())
+    assert {name.rpartition(":")[2] for name, count in counts.items() if count > 1} <= FOR_SEVERAL_TYPES
+
+
+@pytest.mark.parametrize(
+    ("changes", "run"),
+    [({}, "line"), (BOTH, "both"), (PATCH, "patch"), (PATCH | BOTH, "patch"), ({"wear": None}, "line")],
+)
+def test_the_list_holds_kernels_of_every_kind_of_run(changes, run):
+    assert kernels_of(SHIPPED.replace(changes)) == run
+    assert any(run in listed.runs for listed in kernel_list())
+
+
+def listed_pair():
+    """A kernel, and one that calls it; they are kept nowhere."""
+    one = njit(lambda x: x + 1.0)
+    two = njit(lambda x: one(x) + 1.0)
+    return [ListedKernel(("line",), True, kernel, (types.float64,)) for kernel in (one, two)]
+
+
+def is_compiled(listed):
+    return bool(listed.kernel.signatures)
+
+
+@pytest.fixture
+def pair(monkeypatch):
+    """Two kernels in place of those of a run, of which this process knows nothing yet."""
+    kernels = listed_pair()
+    monkeypatch.setattr(module, "_ready", set())
+    monkeypatch.setattr(module, "_kernels_of", lambda run: kernels)
+    return kernels
+
+
+class Helper:
+    """In place of a process that has nothing to do."""
+
+    def __init__(self, command, **streams):
+        Helper.commands.append(command)
+
+    commands: list[list[str]]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def poll(self):
+        return None
+
+    def wait(self):
+        pass
+
+    def terminate(self):
+        pass
+
+
+@pytest.fixture
+def helpers(monkeypatch):
+    Helper.commands = []
+    monkeypatch.setattr(subprocess, "Popen", Helper)
+    return Helper.commands
+
+
+@pytest.mark.parametrize(("threads", "count"), [(1, 0), (2, 1), (64, 5)])
+def test_a_process_a_thread_but_no_more_than_are_of_use(pair, helpers, threads, count):
+    compile_ahead("line", threads)
+    assert all(map(is_compiled, pair))
+    assert [command[:4] for command in helpers] == count * [[sys.executable, "-m", "semiwear.compile_ahead", "line"]]
+
+
+def test_no_process_where_all_is_kept(pair, helpers):
+    for listed in pair:
+        listed.kernel(1.0)
+    compile_ahead("line", 2)
+    assert helpers == []
+
+
+def test_nothing_is_looked_for_twice(pair, helpers, monkeypatch):
+    compile_ahead("line", 2)
+    monkeypatch.setattr(module, "_kernels_of", None)
+    compile_ahead("line", 2)
+    assert len(helpers) == 1
+
+
+def test_a_process_that_cannot_start_stops_nothing(pair, monkeypatch):
+    def fails(*_, **__):
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(subprocess, "Popen", fails)
+    compile_ahead("line", 2)
+    assert pair[1].kernel(1.0) == 3.0
+
+
+def test_types_that_are_not_so_any_more_stop_nothing(pair):
+    other = ListedKernel(("line",), True, pair[0].kernel, (types.none,))
+    pair.insert(0, other)
+    compile_ahead("line", 1)
+    assert [is_compiled(listed) for listed in pair[1:]] == [True, True]
+
+
+def test_a_kernel_waits_for_those_that_another_process_compiles(tmp_path):
+    one, two = listed_pair()
+    (tmp_path / "0.claimed").touch()
+    ends = threading.Event()
+    worker = threading.Thread(target=module._compile_shared, args=([one, two], tmp_path, lambda: not ends.is_set()))
+    worker.start()
+    try:
+        worker.join(0.2)
+        assert worker.is_alive() and not is_compiled(two) and not (tmp_path / "1.claimed").exists()
+        (tmp_path / "0.done").touch()
+        worker.join(60.0)
+        assert is_compiled(two) and (tmp_path / "1.done").exists()
+    finally:
+        ends.set()
+        worker.join()
+
+
+def test_what_another_process_has_claimed_is_left_to_it(tmp_path):
+    one, two = listed_pair()
+    (tmp_path / "0.claimed").touch()
+    (tmp_path / "1.claimed").touch()
+    (tmp_path / "0.done").touch()
+    module._compile_shared([one, two], tmp_path, lambda: True)
+    assert not is_compiled(one) and not is_compiled(two)
+
+
+class Heard(event.Listener):
+    """Keeps the names of the kernels of semiwear that are compiled."""
+
+    def __init__(self):
+        self.names = []
+
+    def on_start(self, event):
+        function = event.data["dispatcher"].py_func
+        if function.__module__.startswith("semiwear."):
+            self.names.append(function.__qualname__)
+
+    def on_end(self, event):
+        pass
+
+
+def compile_and_run(run: str) -> None:
+    """Print how many kernels this process compiles ahead, then those that a run compiles all the same."""
+    changes = {"line": {}, "both": BOTH, "patch": PATCH}[run]
+    ahead, later = Heard(), Heard()
+    with event.install_listener("numba:compile", ahead):
+        compile_ahead(run, 2)
+    with event.install_listener("numba:compile", later):
+        sw.simulate(scene_of(TINY, {"wear.until.control_depths_um": (6.0,)}, changes, wears=True))
+    print(len(ahead.names), *sorted(set(later.names)))
+
+
+@pytest.mark.slow
+def test_a_run_finds_compiled_what_two_processes_have_compiled(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    found = {}
+    for run in ("line", "patch", "both"):
+        command = [sys.executable, "-m", "tests.unit.test_compile_ahead", run]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        ahead, *found[run] = done.stdout.split()
+        if run == "line":  # nothing was compiled before
+            assert int(ahead) < sum(run in listed.runs for listed in kernel_list())
+    assert found == {"line": [], "patch": [], "both": []}
+
+
+if __name__ == "__main__":
+    compile_and_run(sys.argv[1])
