@@ -21,6 +21,7 @@ from numba.core.errors import NumbaError
 
 from semiwear.kernel_cache import telling_of_compilation
 from semiwear.kernel_list import ListedKernel, kernel_list
+from semiwear.own_python import command_of, own_environment
 from semiwear.threads import available_threads
 from semiwear.untyped import CompilerPart
 
@@ -51,16 +52,21 @@ def compile_ahead(run: str, threads: int | None) -> None:
     if _kept(kernels):
         return
     with suppress(OSError):  # no folder, no process: then each kernel is compiled when it is called
-        _compile_in_processes(run, kernels, min(threads or available_threads(), _MOST))
+        _compile_in_processes(run, kernels, min(threads or available_threads(), _MOST) if _is_python() else 1)
 
 
 def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int) -> None:
     """Compile kernels in so many processes, this one among them."""
     with tempfile.TemporaryDirectory(prefix="semiwear-") as folder, ExitStack() as processes:
         helpers = [processes.enter_context(_helper(run, folder)) for _ in range(count - 1)]
-        _compile_shared(kernels, Path(folder), lambda: not any(helper.poll() for helper in helpers))
-        for helper in helpers:
-            helper.wait()
+        if _compile_shared(kernels, Path(folder), lambda: not any(helper.poll() for helper in helpers)):
+            for helper in helpers:
+                helper.wait()
+
+
+def _is_python() -> bool:
+    """Whether a process can be started as this one was, which may be another program that Python is built into."""
+    return Path(sys.executable or "").stem.lower().startswith("python")
 
 
 def _kernels_of(run: str) -> list[ListedKernel]:
@@ -83,32 +89,36 @@ def _kept(kernels: Sequence[ListedKernel]) -> bool:
 def _helper(run: str, folder: str) -> Iterator[subprocess.Popen[bytes]]:
     """A process that compiles with this one; it ends with what is inside."""
     nowhere = subprocess.DEVNULL
-    command = [sys.executable, "-m", "semiwear.compile_ahead", run, folder]
-    with subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere) as process:
+    command, environment = command_of("semiwear.compile_ahead", run, folder), own_environment()
+    with subprocess.Popen(command, env=environment, stdin=nowhere, stdout=nowhere, stderr=nowhere) as process:
         try:
             yield process
         finally:
             process.terminate()
 
 
-def _compile_shared(kernels: Sequence[ListedKernel], folder: Path, go_on: Callable[[], bool]) -> None:
-    """Claim and compile kernels until all are claimed, or `go_on` says no.
+def _compile_shared(kernels: Sequence[ListedKernel], folder: Path, others: Callable[[], bool]) -> bool:
+    """Claim and compile kernels until all are claimed, by this process or by `others`.
 
-    The folder holds a file for every kernel that is claimed, and one more when it is compiled.
+    The folder holds a file for every kernel that is claimed, and one more when it is compiled. Returns False where
+    kernels are left that wait for others which are no longer there.
     """
     waits = _waits_for(kernels)
     unclaimed = list(range(len(kernels)))
     with _no_garbage_collected():
-        while unclaimed and go_on():
+        while unclaimed:
             done = {int(path.stem) for path in folder.glob("*.done")}
             ready = next((i for i in unclaimed if waits[i] <= done), None)
             if ready is None:
+                if not others():
+                    return False
                 time.sleep(_PAUSE)
                 continue
             unclaimed.remove(ready)
             if _claimed(folder / f"{ready}.claimed"):
                 _compile(kernels[ready])
                 (folder / f"{ready}.done").touch()
+    return True
 
 
 def _claimed(path: Path) -> bool:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import BinaryIO, Self, cast
 
 from semiwear.errors import SemiwearError
+from semiwear.own_python import command_of, own_environment
 from semiwear.sweep.outcome import Outcome, Status, solve, solve_on_one_thread
 from semiwear.sweep.pipe import READY, receive, send
 from semiwear.sweep.scenes import Task
@@ -24,7 +22,7 @@ __all__ = ["Crew"]
 ATTEMPTS = 2
 """Processes that may die of a scene before it counts as lost."""
 
-COMMAND = [sys.executable, "-m", "semiwear.sweep.local_worker"]
+COMMAND = command_of("semiwear.sweep.local_worker")
 
 
 class Crew:
@@ -153,8 +151,6 @@ class _Hand:
 
     def call(self) -> None:
         """Start a process, which need not be ready yet."""
-        here = str(Path(__file__).parents[2])
-        path = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
         with self._lock:
             if self.stopped:
                 raise _Died("the sweep was stopped")
@@ -163,7 +159,7 @@ class _Hand:
                 COMMAND,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": path},
+                env=own_environment(),
             )
 
     def _begun(self) -> subprocess.Popen[bytes]:

@@ -22,7 +22,7 @@ LAYERS = (
     ("arrays", "errors", "untyped", "plain_text", "html_text"),
     ("references",),
     ("targets", "sources", "kernel_cache", "kept_on_disk", "threads", "closed_forms"),
-    ("kernel_list",),
+    ("kernel_list", "own_python"),
     ("compile_ahead",),
     ("scene",),
     ("geometry",),

@@ -169,12 +169,27 @@ def test_a_kernel_waits_for_those_that_another_process_compiles(tmp_path):
         worker.join()
 
 
+def test_kernels_that_wait_for_a_process_that_is_gone_are_left(tmp_path):
+    one, two = listed_pair()
+    (tmp_path / "0.claimed").touch()
+    assert not module._compile_shared([one, two], tmp_path, lambda: False)
+    assert not is_compiled(two)
+
+
+def test_a_program_that_python_is_built_into_is_not_started_again(pair, helpers, monkeypatch):
+    for executable in ("/opt/modeller/modeller", "", None):
+        monkeypatch.setattr(module, "_ready", set())
+        monkeypatch.setattr(sys, "executable", executable)
+        compile_ahead("line", 2)
+    assert helpers == [] and all(map(is_compiled, pair))
+
+
 def test_what_another_process_has_claimed_is_left_to_it(tmp_path):
     one, two = listed_pair()
     (tmp_path / "0.claimed").touch()
     (tmp_path / "1.claimed").touch()
     (tmp_path / "0.done").touch()
-    module._compile_shared([one, two], tmp_path, lambda: True)
+    assert module._compile_shared([one, two], tmp_path, lambda: True)
     assert not is_compiled(one) and not is_compiled(two)
 
 

@@ -54,6 +54,15 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.parametrize(("workers", "asked"), [(2, [("both", 2), ("line", 2)]), (1, [])])
+def test_kernels_are_compiled_once_before_several_processes_begin(folder, monkeypatch, workers, asked):
+    compiled = []
+    monkeypatch.setattr(import_module("semiwear.sweep.run"), "compile_ahead", lambda *call: compiled.append(call))
+    vary = {TORQUE: [800, 900], "wear.worn_bodies": [["gear"], ["pinion", "gear"]]}
+    sw.sweep(SCENE, vary, workers=workers)
+    assert sorted(compiled) == asked
+
+
 def began(folder: Path) -> list[int]:
     return [int(file.name.partition("-")[2]) for file in folder.glob("process-*")]
 

@@ -1,0 +1,20 @@
+"""Processes beside this one that run a module of the same semiwear."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+__all__ = ["command_of", "own_environment"]
+
+
+def command_of(module: str, *arguments: str) -> list[str]:
+    """Command that runs a module of semiwear."""
+    return [sys.executable, "-m", module, *arguments]
+
+
+def own_environment() -> dict[str, str]:
+    """Environment in which Python finds the semiwear of this process, wherever that was imported from."""
+    here = str(Path(__file__).parents[1])
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
