@@ -158,7 +158,8 @@ def _solve(work, factored, slices, pairs, between, torque, rounding, closed, act
     return status, rotation
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+# one other kernel calls it, which takes it up whole: by itself it takes a fifteenth of a first run to compile
+@njit(cache=True, error_model="numpy", inline="always")
 def solve_line_loads(slices, near, torque, rounding, tolerance, max_iterations, active, width):  # type: ignore[no-untyped-def]
     """Forces on slices whose Hertz widths follow them.
 
