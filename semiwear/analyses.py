@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from semiwear import collect
+from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError
@@ -15,6 +16,7 @@ from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVING
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.plan import plan
+from semiwear.plan.choices import kernels_of
 from semiwear.results import build_dataset, build_tree
 from semiwear.scene import Placement, Scene
 from semiwear.simulate import attributes
@@ -119,6 +121,7 @@ def loaded_contact(
         raise SceneError.of("meshes", f"{meshes:g}", "a finite number >= 0", "leave it out for flanks that are new")
     physics = plan(scene)
     given = None if roll_positions is None else np.atleast_1d(np.asarray(roll_positions, float))
+    compile_ahead(kernels_of(scene, wears=False), scene.numerics.threads)
     with using_threads(scene.numerics.threads):
         teeth = physics.loaded_teeth(placement, given, _slices_of(wear_depth, physics.flank_pair().face_limits))
         worn = _worn(teeth, wear_depth)

@@ -74,10 +74,10 @@ def _kernels_of(run: str) -> list[ListedKernel]:
 
 
 def _kept(kernels: Sequence[ListedKernel]) -> bool:
-    """Load the kernels that Python calls; False where one is not kept: it is compiled."""
+    """Load the kernels that Python calls; False where one is not kept: it is compiled, a short one from the end."""
     compiled: list[bool] = []
     with telling_of_compilation(lambda: compiled.append(True)):
-        for kernel in kernels:
+        for kernel in reversed(kernels):
             if kernel.called:
                 _compile(kernel)
             if compiled:

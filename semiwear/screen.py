@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from semiwear import collect
+from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError, SemiwearError
@@ -24,6 +25,7 @@ from semiwear.html_text import html_table
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, table
 from semiwear.plan import plan
+from semiwear.plan.choices import kernels_of
 from semiwear.plan.effects import hardness_laws
 from semiwear.results import VARIABLES
 from semiwear.scene import EFFECTS, Scene
@@ -240,6 +242,7 @@ def screen(
     """
     if not 0.0 < threshold < np.inf:
         raise SceneError.of("threshold", threshold, "a share above 0", "0.02 for 2 %")
+    compile_ahead(kernels_of(scene, wears=True), scene.numerics.threads)
     with using_threads(scene.numerics.threads):
         return _screening(scene, threshold, speed_rpm, progress or NoProgress())
 

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -29,12 +30,13 @@ __all__ = ["RUNS", "Compiled", "list_kernels", "type_name"]
 
 ROOT = Path(__file__).parents[1]
 LISTED = ROOT / "semiwear" / "kernel_list.txt"
-RUNS: dict[str, dict[str, Any]] = {
-    "line": {},
-    "patch": {"numerics.fidelity": "patch"},
-    "both": {"wear.worn_bodies": ["pinion", "gear"]},
+RUNS: dict[str, tuple[Callable[[sw.Scene], object], dict[str, Any]]] = {
+    "contact": (sw.loaded_contact, {}),
+    "line": (sw.simulate, {}),
+    "patch": (sw.simulate, {"numerics.fidelity": "patch"}),
+    "both": (sw.simulate, {"wear.worn_bodies": ["pinion", "gear"]}),
 }
-"""Kinds of run, as `plan.choices.kernels_of` names them, and changes of the shipped face gear."""
+"""Kinds of run, as `plan.choices.kernels_of` names them: what does it, and changes of the shipped face gear."""
 
 
 @dataclass
@@ -114,7 +116,8 @@ def told_by(run: str) -> dict[str, Any]:
     """What a run compiles, and which kernels it loads, in this process."""
     heard = Compilations()
     event.register("numba:compile", heard)
-    sw.simulate(sw.load_scene("face_gear_25x160").replace(RUNS[run] | {"numerics.threads": 1}))
+    act, changes = RUNS[run]
+    act(sw.load_scene("face_gear_25x160").replace(changes | {"numerics.threads": 1}))
     compiled, structures = [], {}
     for one in heard.found:
         try:

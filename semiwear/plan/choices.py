@@ -31,10 +31,15 @@ class Choice:
     references: tuple[str, ...] = ()
 
 
-def kernels_of(scene: Scene) -> str:
-    """Kind of run in the list of kernels: `line`, `both` (lines, and both flanks wear) or `patch`."""
+def kernels_of(scene: Scene, wears: bool | None = None) -> str:
+    """Kind of run in the list of kernels: `contact`, `line`, `both` (lines, and both flanks wear) or `patch`.
+
+    `wears` says whether wear is asked for; None: where the scene has a table of it.
+    """
     if scene.numerics.fidelity == "patch":
         return "patch"
+    if not (scene.wear is not None if wears is None else wears):
+        return "contact"
     return "both" if scene.wear is not None and len(scene.wear.worn_bodies) > 1 else "line"
 
 

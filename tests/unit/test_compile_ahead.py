@@ -57,10 +57,12 @@ def test_no_kernel_is_compiled_for_two_types_of_one_thing():
 
 @pytest.mark.parametrize(
     ("changes", "run"),
-    [({}, "line"), (BOTH, "both"), (PATCH, "patch"), (PATCH | BOTH, "patch"), ({"wear": None}, "line")],
+    [({}, "line"), (BOTH, "both"), (PATCH, "patch"), (PATCH | BOTH, "patch"), ({"wear": None}, "contact")],
 )
 def test_the_list_holds_kernels_of_every_kind_of_run(changes, run):
     assert kernels_of(SHIPPED.replace(changes)) == run
+    assert kernels_of(SHIPPED.replace(changes), wears=False) == ("patch" if run == "patch" else "contact")
+    assert kernels_of(SHIPPED.replace(changes), wears=True) == ("line" if run == "contact" else run)
     assert any(run in listed.runs for listed in kernel_list())
 
 
@@ -127,6 +129,15 @@ def test_no_process_where_all_is_kept(pair, helpers):
         listed.kernel(1.0)
     compile_ahead("line", 2)
     assert helpers == []
+
+
+def test_the_first_of_a_missing_few_is_compiled_alone(pair, helpers, monkeypatch):
+    """The others wait for the processes that are about to begin: it is one on which little waits."""
+    known = []
+    monkeypatch.setattr(module, "_compile_in_processes", lambda *_: known.extend(map(is_compiled, pair)))
+    pair.append(listed_pair()[0])
+    compile_ahead("line", 2)
+    assert known == [False, False, True]
 
 
 def test_nothing_is_looked_for_twice(pair, helpers, monkeypatch):
@@ -210,12 +221,13 @@ class Heard(event.Listener):
 
 def compile_and_run(run: str) -> None:
     """Print how many kernels this process compiles ahead, then those that a run compiles all the same."""
-    changes = {"line": {}, "both": BOTH, "patch": PATCH}[run]
+    changes = {"contact": {}, "line": {}, "both": BOTH, "patch": PATCH}[run]
+    scene = scene_of(TINY, {"wear.until.control_depths_um": (6.0,)}, changes, wears=True)
     ahead, later = Heard(), Heard()
     with event.install_listener("numba:compile", ahead):
         compile_ahead(run, 2)
     with event.install_listener("numba:compile", later):
-        sw.simulate(scene_of(TINY, {"wear.until.control_depths_um": (6.0,)}, changes, wears=True))
+        (sw.loaded_contact if run == "contact" else sw.simulate)(scene)
     print(len(ahead.names), *sorted(set(later.names)))
 
 
@@ -223,14 +235,14 @@ def compile_and_run(run: str) -> None:
 def test_a_run_finds_compiled_what_two_processes_have_compiled(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
     found = {}
-    for run in ("line", "patch", "both"):
+    for run in ("contact", "line", "patch", "both"):
         command = [sys.executable, "-m", "tests.unit.test_compile_ahead", run]
         done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         ahead, *found[run] = done.stdout.split()
-        if run == "line":  # nothing was compiled before
+        if run == "contact":  # nothing was compiled before
             assert int(ahead) < sum(run in listed.runs for listed in kernel_list())
-    assert found == {"line": [], "patch": [], "both": []}
+    assert found == {"contact": [], "line": [], "patch": [], "both": []}
 
 
 if __name__ == "__main__":
