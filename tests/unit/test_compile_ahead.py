@@ -131,7 +131,7 @@ def test_no_process_where_all_is_kept(pair, helpers):
     assert helpers == []
 
 
-def test_the_first_of_a_missing_few_is_compiled_alone(pair, helpers, monkeypatch):
+def test_one_kernel_from_the_end_tells_that_some_are_missing(pair, helpers, monkeypatch):
     """The others wait for the processes that are about to begin: it is one on which little waits."""
     known = []
     monkeypatch.setattr(module, "_compile_in_processes", lambda *_: known.extend(map(is_compiled, pair)))
