@@ -47,12 +47,11 @@ def compile_ahead(run: str, threads: int | None) -> None:
     """
     if run in _ready:
         return
+    kernels = kernel_list(run)
+    if not _kept(kernels):
+        with suppress(OSError):  # no folder, no process: then each kernel is compiled when it is called
+            _compile_in_processes(run, kernels, min(threads or available_threads(), _MOST) if _is_python() else 1)
     _ready.add(run)
-    kernels = _kernels_of(run)
-    if _kept(kernels):
-        return
-    with suppress(OSError):  # no folder, no process: then each kernel is compiled when it is called
-        _compile_in_processes(run, kernels, min(threads or available_threads(), _MOST) if _is_python() else 1)
 
 
 def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int) -> None:
@@ -67,10 +66,6 @@ def _compile_in_processes(run: str, kernels: Sequence[ListedKernel], count: int)
 def _is_python() -> bool:
     """Whether a process can be started as this one was, which may be another program that Python is built into."""
     return Path(sys.executable or "").stem.lower().startswith("python")
-
-
-def _kernels_of(run: str) -> list[ListedKernel]:
-    return [kernel for kernel in kernel_list() if run in kernel.runs]
 
 
 def _kept(kernels: Sequence[ListedKernel]) -> bool:
@@ -170,7 +165,7 @@ def _no_garbage_collected() -> Iterator[None]:
 def _help(run: str, folder: Path) -> None:
     """Compile with the process that has made the folder."""
     end = time.monotonic() + _LONGEST
-    _compile_shared(_kernels_of(run), folder, lambda: folder.exists() and time.monotonic() < end)
+    _compile_shared(kernel_list(run), folder, lambda: folder.exists() and time.monotonic() < end)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module, resources
@@ -52,47 +52,44 @@ class ListedKernel:
     types: tuple[types.Type, ...]
 
 
-@cache
-def kernel_list() -> tuple[ListedKernel, ...]:
-    """The kernels, none before those that it calls; otherwise first those on which most of the compilation waits.
+def kernel_list(run: str | None = None) -> list[ListedKernel]:
+    """The kernels of a kind of run, or all, none before those that it calls.
 
-    Lines that are not so any more are left out.
+    Otherwise those are first on which most of the compilation waits. Lines that are not so any more are left out.
     """
-    found: list[ListedKernel] = []
-    structures: dict[str, types.Type] = {}
-    for first, second, *words in lines():
+    parts = {words[1]: words[2:] for words in lines() if words[0] in ("structure", "tuple")}
+    found = []
+    for words in lines():
+        runs = tuple(words[0].split(","))
+        if words[0] in ("structure", "tuple") or run not in (None, *runs):
+            continue
         try:
-            if first == "structure":
-                structures[second] = types.BaseTuple.from_types(_types(words, structures), named(second))  # type: ignore[no-untyped-call]
-            elif first == "tuple":
-                structures[second] = types.BaseTuple.from_types(_types(words, structures))  # type: ignore[no-untyped-call]
-            else:
-                name, *arguments = words
-                runs, called = tuple(first.split(",")), second == "called"
-                found.append(ListedKernel(runs, called, named(name), _types(arguments, structures)))
+            known = tuple(_type(argument, parts) for argument in words[3:])
+            found.append(ListedKernel(runs, words[1] == "called", named(words[2]), known))
         except (AttributeError, ImportError, SyntaxError, ValueError):
             continue
-    return tuple(found)
+    return found
 
 
+@cache
 def lines() -> list[list[str]]:
     """Words of the lines of the list."""
     text = resources.files("semiwear").joinpath("kernel_list.txt").read_text(encoding="utf-8")
     return [line.split() for line in text.splitlines()]
 
 
-def _types(arguments: Iterable[str], structures: dict[str, types.Type]) -> tuple[types.Type, ...]:
-    known: dict[str, types.Type] = {"none": types.none} | NUMBERS | structures
-    return tuple(known[argument] if argument in known else _array_or_value(argument) for argument in arguments)
-
-
-def _array_or_value(argument: str) -> CompilerPart:
-    array = _ARRAY.fullmatch(argument)
-    if array is None:
-        return types.literal(ast.literal_eval(argument))  # type: ignore[no-untyped-call]
-    constant, number, commas, last = array.groups()
-    layout: Literal["A", "C"] = "C" if last == "::1" else "A"
-    return types.Array(NUMBERS[number], 1 + len(commas) // 2, layout, readonly=bool(constant))
+def _type(argument: str, parts: Mapping[str, list[str]]) -> CompilerPart:
+    if argument in parts:
+        structure = () if argument.startswith("(") else (named(argument),)
+        inside = [_type(part, parts) for part in parts[argument]]
+        return types.BaseTuple.from_types(inside, *structure)  # type: ignore[no-untyped-call]
+    if array := _ARRAY.fullmatch(argument):
+        constant, number, commas, last = array.groups()
+        layout: Literal["A", "C"] = "C" if last == "::1" else "A"
+        return types.Array(NUMBERS[number], 1 + len(commas) // 2, layout, readonly=bool(constant))
+    if argument in NUMBERS:
+        return NUMBERS[argument]
+    return types.none if argument == "none" else types.literal(ast.literal_eval(argument))  # type: ignore[no-untyped-call]
 
 
 def named(name: str) -> CompilerPart:

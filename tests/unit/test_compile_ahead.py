@@ -82,7 +82,7 @@ def pair(monkeypatch):
     """Two kernels in place of those of a run, of which this process knows nothing yet."""
     kernels = listed_pair()
     monkeypatch.setattr(module, "_ready", set())
-    monkeypatch.setattr(module, "_kernels_of", lambda run: kernels)
+    monkeypatch.setattr(module, "kernel_list", lambda run: kernels)
     return kernels
 
 
@@ -142,7 +142,7 @@ def test_one_kernel_from_the_end_tells_that_some_are_missing(pair, helpers, monk
 
 def test_nothing_is_looked_for_twice(pair, helpers, monkeypatch):
     compile_ahead("line", 2)
-    monkeypatch.setattr(module, "_kernels_of", None)
+    monkeypatch.setattr(module, "kernel_list", None)
     compile_ahead("line", 2)
     assert len(helpers) == 1
 
