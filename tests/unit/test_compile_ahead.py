@@ -223,11 +223,12 @@ def compile_and_run(run: str) -> None:
     """Print how many kernels this process compiles ahead, then those that a run compiles all the same."""
     changes = {"contact": {}, "line": {}, "both": BOTH, "patch": PATCH}[run]
     scene = scene_of(TINY, {"wear.until.control_depths_um": (6.0,)}, changes, wears=True)
+    act = sw.loaded_contact if run == "contact" else sw.simulate  # imports, with which vectors are tried
     ahead, later = Heard(), Heard()
     with event.install_listener("numba:compile", ahead):
         compile_ahead(run, 2)
     with event.install_listener("numba:compile", later):
-        (sw.loaded_contact if run == "contact" else sw.simulate)(scene)
+        act(scene)
     print(len(ahead.names), *sorted(set(later.names)))
 
 
