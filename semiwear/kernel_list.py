@@ -8,7 +8,7 @@ A line names a structure or a tuple of arguments, or a kernel::
 
     structure contact.gap:FreshCurve f8 f8 f8 f8 f8 f8 f8
     tuple (f8[::1],f8) f8[::1] f8
-    line,both inner contact.gap:fresh_at contact.gap:FreshCurve f8
+    contact,line,patch,both inner contact.gap:fresh_on contact.gap:FreshCurve f8
 """
 
 from __future__ import annotations
