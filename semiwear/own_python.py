@@ -10,8 +10,8 @@ __all__ = ["command_of", "own_environment"]
 
 
 def command_of(module: str, *arguments: str) -> list[str]:
-    """Command that runs a module of semiwear."""
-    return [sys.executable, "-m", module, *arguments]
+    """Command that runs a module of semiwear, and not of a copy of its sources that the working folder may hold."""
+    return [sys.executable, "-P", "-m", module, *arguments]
 
 
 def own_environment() -> dict[str, str]:

@@ -121,7 +121,8 @@ def helpers(monkeypatch):
 def test_a_process_a_thread_but_no_more_than_are_of_use(pair, helpers, threads, count):
     compile_ahead("line", threads)
     assert all(map(is_compiled, pair))
-    assert [command[:4] for command in helpers] == count * [[sys.executable, "-m", "semiwear.compile_ahead", "line"]]
+    begin = [sys.executable, "-P", "-m", "semiwear.compile_ahead", "line"]
+    assert [command[:5] for command in helpers] == count * [begin]
 
 
 def test_no_process_where_all_is_kept(pair, helpers):
