@@ -93,9 +93,10 @@ def _is_life(task: Task) -> bool:
 
 
 def _simulated(task: Task) -> DataTree:
-    last = task.measure.last and task.scene.numerics.accuracy is None
-    if task.compared is None and not last:
+    follows_accuracy = task.scene.numerics.accuracy is not None
+    if follows_accuracy and task.compared is None:
         return simulate(task.scene)
+    last = task.measure.last and not follows_accuracy
     return simulate_as_given(task.scene, compared=task.compared, last=last, groups=task.measure.groups)
 
 
