@@ -27,13 +27,16 @@ MEASURED = Measured({"/history/load_share_max": np.ones(3), "/history/meshes": n
 ANSWER = pickle.dumps(Outcome(BLANK, Status.DONE, "", 1.0, MEASURED), protocol=5)
 # answers each task with the same numbers and its own key; loads nothing of semiwear, so that it starts at once
 WORKER = f"""
-import os, re, signal, struct, sys
+import os, re, signal, struct, sys, time
 from pathlib import Path
 folder, answers = Path(sys.argv[1]), os.fdopen(os.dup(1), "wb")
 def send(content):
     answers.write(struct.pack(">Q", len(content)) + content)
     answers.flush()
 (folder / f"process-{{os.getpid()}}").touch()
+until = time.monotonic() + 60.0
+while (folder / "together").exists() and len(list(folder.glob("process-*"))) < 2 and time.monotonic() < until:
+    time.sleep(0.01)
 send({pickle.dumps(READY, protocol=5)!r})
 while head := sys.stdin.buffer.read(8):
     content = sys.stdin.buffer.read(struct.unpack(">Q", head)[0])
@@ -49,7 +52,10 @@ while head := sys.stdin.buffer.read(8):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Where made-up workers note that they began, and how often a torque is to kill them."""
+    """Where made-up workers note that they began, and are told how often a torque is to kill them.
+
+    Where a file `together` is, the first of them waits for a second one, which may be late on a machine at work.
+    """
     monkeypatch.setattr(processes, "COMMAND", [sys.executable, "-c", WORKER, str(tmp_path)])
     return tmp_path
 
@@ -68,6 +74,7 @@ def began(folder: Path) -> list[int]:
 
 
 def test_scenes_are_shared_out_among_processes(folder):
+    (folder / "together").touch()
     found = sw.sweep(SCENE, {TORQUE: [800, 900, 1000, 1100]}, workers=2)
     assert (found["status"] == 0).all() and (found["load_share_max"] == 1.0).all()
     assert len(began(folder)) == 2
@@ -82,6 +89,7 @@ def torques(*values: float) -> list[Task]:
 
 
 def test_a_crew_keeps_its_processes_from_one_piece_of_work_to_the_next(folder):
+    (folder / "together").touch()
     with processes.Crew(2) as crew:
         crew.call()
         for tasks in (torques(800, 900, 1000), torques(1100, 1200)):
