@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module, resources
+from inspect import signature
 from typing import Literal
 
 from numba import types
@@ -64,10 +65,13 @@ def kernel_list(run: str | None = None) -> list[ListedKernel]:
         if words[0] in ("structure", "tuple") or run not in (None, *runs):
             continue
         try:
-            known = tuple(_type(argument, parts) for argument in words[3:])
-            found.append(ListedKernel(runs, words[1] == "called", named(words[2]), known))
+            listed = ListedKernel(
+                runs, words[1] == "called", named(words[2]), tuple(_type(argument, parts) for argument in words[3:])
+            )
         except (AttributeError, ImportError, SyntaxError, ValueError):
             continue
+        if len(listed.types) == len(signature(listed.kernel.py_func).parameters):
+            found.append(listed)
     return found
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -162,6 +163,17 @@ def test_types_that_are_not_so_any_more_stop_nothing(pair):
     pair.insert(0, other)
     compile_ahead("line", 1)
     assert [is_compiled(listed) for listed in pair[1:]] == [True, True]
+
+
+def test_lines_that_are_not_so_any_more_are_left_out(monkeypatch):
+    told = [
+        "line inner contact.footprint:depth_of f8",
+        "line inner contact.footprint:gone f8 f8",
+        "line inner gone:depth_of f8 f8",
+        "line inner contact.footprint:depth_of f8 f8",
+    ]
+    monkeypatch.setattr(import_module("semiwear.kernel_list"), "lines", lambda: [line.split() for line in told])
+    assert [listed.types for listed in kernel_list("line")] == [(types.float64, types.float64)]
 
 
 def test_a_kernel_waits_for_those_that_another_process_compiles(tmp_path):
