@@ -26,6 +26,7 @@ from semiwear.contact.gap import (
     ON_EDGES,
     add_arc,
     fresh_curve,
+    fresh_gap,
     fresh_on,
     gap_at,
     gap_of_flanks,
@@ -43,12 +44,14 @@ from semiwear.meshing.removed import Removed
 from semiwear.threads import in_loose_shares
 
 __all__ = [
+    "BESIDE",
     "CLOSED",
     "Footprints",
     "Reach",
     "closed_between",
     "depth_of",
     "footprints",
+    "look_within",
     "open_part",
     "reach_space",
     "reached",
@@ -61,6 +64,7 @@ __all__ = [
 _LEAST_BEND = 5e-7  # of a gap, times the half-width: keeps the footprint of a flat one finite
 _FEW = 12  # cells: of no more it does not pay to look for the closed ones
 CLOSED = 1.25  # of a footprint's depth above the lowest node: with room for what bends between nodes
+BESIDE = 4  # nodes of a window beyond a footprint, from which slopes at its ends are taken
 _SAME = 1e-9  # of a footprint's half-width: an end of the slice that is so near to a node lies at it
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
@@ -189,6 +193,13 @@ def reach_space(nodes):  # type: ignore[no-untyped-def]
     row = fine_row(nodes.shape[1])
     most = row.place.shape[0] + ON_EDGES + 1  # one where an outline is split
     return Reach(row, np.empty(most), np.empty(most), np.array([0, nodes.shape[1] - 1]))
+
+
+@inner_njit(cache=True, error_model="numpy")
+def look_within(window, points):  # type: ignore[no-untyped-def]
+    """First and last node between which a footprint is looked for in a window of a slice of so many points."""
+    first = window[0] + BESIDE - 1 if window[0] > 0 else ZERO
+    return first, (window[1] - BESIDE if window[1] < points else points - 1)
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -338,9 +349,9 @@ def _shape(gap, half_width, space):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-def]
+def _find(near, flank, windows, half_width, slices, found):  # type: ignore[no-untyped-def]
     space = reach_space(flank.nodes)
-    rolls = near.shape[0]
+    rolls, points, within = near.shape[0], flank.nodes.shape[1], space.within
     for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
@@ -348,15 +359,17 @@ def _find(near, flank, half_width, slices, found):  # type: ignore[no-untyped-de
             gap = slice_gap(flank, k, i)
             width = half_width / gap.per_mm
             found.profile[k, i] = gap.at
-            found.gap[k, i] = gap_at(gap, gap.at)
+            unknown = windows[k, i, 0] == windows[k, i, 1]
+            found.gap[k, i] = fresh_gap(0.0, gap.derivatives) if unknown else gap_at(gap, gap.at)
             found.curvature[k, i] = 2.0 * depth_of(gap.derivatives[2], width) / half_width**2
             found.half_width[k, i] = half_width
             found.least[k, i] = found.gap[k, i]
             found.cut[k, i] = 1.0 if gap.at - gap.low < width or gap.high - gap.at < width else 0.0
-            if not near[k, i]:
+            if not near[k, i] or unknown:
                 continue
-            if varies_by(gap.removed) == 0.0 and found.cut[k, i] == 0.0:
+            if found.cut[k, i] == 0.0 and varies_by(gap.removed[windows[k, i, 0] : windows[k, i, 1]]) == 0.0:
                 continue
+            within[0], within[1] = look_within(windows[k, i], points)
             depth, least, area, below, moment, cut = _shape(gap, half_width, space)
             found.least[k, i] = least
             if area <= 0.0:
@@ -382,10 +395,10 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
     half_width : float [mm]
         Reference half-width: that of the footprint on a fresh flank.
     near : (roll, face) bool array
-        Slices that can carry load; the others keep their fresh place.
+        Slices that can carry load; the others keep their fresh place, as do those without a window of `removed`.
     """
-    shape = lines.profile.shape
+    shape, windows = lines.profile.shape, removed.known
     found = _Found(*np.empty((6, *shape)))
     flank = gap_of_flanks(lines, removed)
-    in_loose_shares(lambda slices: _find(near, flank, half_width, slices, found), np.arange(shape[1]))
+    in_loose_shares(lambda slices: _find(near, flank, windows, half_width, slices, found), np.arange(shape[1]))
     return Footprints(removed, **found._asdict(), near=near)

@@ -10,7 +10,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.edge_share import highest_that_bears
-from semiwear.contact.footprint import CLOSED, closed_between, depth_of
+from semiwear.contact.footprint import BESIDE, CLOSED, closed_between, depth_of, look_within
 from semiwear.contact.gap import (
     ON_EDGES,
     add_arc,
@@ -28,16 +28,7 @@ from semiwear.meshing.flank_grid import FlankGrid, first_from
 from semiwear.meshing.removed import Removed
 from semiwear.threads import in_loose_shares
 
-__all__ = ["look_within", "narrow", "widest"]
-
-_BESIDE = 4  # nodes beyond a footprint, from which slopes at its ends are taken
-
-
-@inner_njit(cache=True, error_model="numpy")
-def look_within(window, points):  # type: ignore[no-untyped-def]
-    """First and last node between which a footprint is looked for in a window of a slice of so many points."""
-    first = window[0] + _BESIDE - 1 if window[0] > 0 else ZERO
-    return first, (window[1] - _BESIDE if window[1] < points else points - 1)
+__all__ = ["narrow", "widest"]
 
 
 @inner_njit(cache=True, error_model="numpy", nogil=True)
@@ -59,8 +50,8 @@ def _widest(loaded, flank, nodes, deepest, half_width, windows):  # type: ignore
             if stop >= high:
                 stop = high + flank.high_radius[k, i] / flank.spacing[k, i]
                 start = min(start, high - flank.high_radius[k, i] / flank.spacing[k, i])
-            windows[k, i, 0] = max(first_from(nodes[i], start) - _BESIDE, 0)
-            windows[k, i, 1] = min(first_from(nodes[i], stop) + _BESIDE, last)
+            windows[k, i, 0] = max(first_from(nodes[i], start) - BESIDE, 0)
+            windows[k, i, 1] = min(first_from(nodes[i], stop) + BESIDE, last)
 
 
 def widest(lines: ContactLines, grid: FlankGrid, loaded: BoolArray, deepest: float, half_width: float) -> IntArray:
@@ -119,7 +110,7 @@ def _narrow_one(gap, half_width, closes, wears, window, g, edge):  # type: ignor
     low_bears, high_bears = low_edge <= bears, high_edge <= bears
     highest = bears if low_bears or high_bears else least + CLOSED * depth
     low, high = closed_between(removed, g, ZERO, low, high, highest, not low_bears, not high_bears)
-    window[0], window[1] = max(low - _BESIDE + 1, 0), min(high + _BESIDE, points)
+    window[0], window[1] = max(low - BESIDE + 1, 0), min(high + BESIDE, points)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -125,7 +125,7 @@ class LoadedTeeth:
         return PassedStations.of(self.lines.driving_face, self.grid.face)
 
     def removed(
-        self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: BoolArray | None = None
+        self, wear: FloatArray, driving_wear: FloatArray | None = None, slices: IntArray | None = None
     ) -> Removed:
         """Material removed from both flanks on the fine roll grid.
 
@@ -133,15 +133,13 @@ class LoadedTeeth:
         ----------
         wear : (face, profile) array [mm]
         driving_wear : (face, profile) array [mm], optional
-        slices : (face,) or (roll, face) bool array, optional
-            In which wear of the driving flank is read, where they can touch; by default in all.
+        slices : int array, optional
+            To do where both flanks wear; nothing is known of the others.
         """
         if driving_wear is None or self.driving is None:
             return fresh_flanks(self.fine, self.grid, self.modification, wear)
-        driving, grid = self.driving, self.driving.driven
-        if slices is not None:
-            driving = replace(driving, near=driving.near & slices)
-        depth = driving.met(driving_wear, grid.from_grid(wear), self._finer_modification)
+        grid = self.driving.driven
+        depth = self.driving.met(driving_wear, grid.from_grid(wear), self._finer_modification, slices)
         return Removed.met(grid, depth, self.fine.roll.size)
 
     def removed_at_nodes(
@@ -166,11 +164,17 @@ class LoadedTeeth:
         self, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, wears: float = 0.0
     ) -> IntArray:
         """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more."""
+        return self._windows(self.fine, wear, driving_wear, loaded, wears)
+
+    def _windows(
+        self, lines: ContactLines, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, wears: float = 0.0
+    ) -> IntArray:
+        """`widest_windows` of any lines."""
         assert self.driving is not None
         grid = self.driving.driven
         worn = grid.from_grid(wear), self._finer_modification, driving_wear
         deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
-        return widest(self.fine, grid, loaded, deepest, self.half_width)
+        return widest(lines, grid, loaded, deepest, self.half_width)
 
     @cached_property
     def _finer_modification(self) -> FloatArray:
@@ -179,9 +183,9 @@ class LoadedTeeth:
         grid = self.driving.driven
         return np.zeros((1, *grid.profile.shape)) if self.modification is None else grid.from_grid(self.modification)
 
-    def touch(self, removed: Removed, chosen: BoolArray | None = None) -> Footprints:
-        """Footprints on worn flanks, on the fine roll grid: of slices that can carry load, or chosen ones of them."""
-        return self._footprints(self.fine, removed, chosen)
+    def touch(self, removed: Removed) -> Footprints:
+        """Footprints on worn flanks, on the fine roll grid: of slices that can carry load."""
+        return footprints(self.fine, removed, self.half_width, slices_near(self.problem, self.fine, removed))
 
     def fine_places(self, wear: FloatArray, driving_wear: FloatArray | None, touched: Footprints) -> FloatArray:
         """Profile coordinates of the footprints' centres on the fine roll grid, (roll, face) [mm].
@@ -203,28 +207,43 @@ class LoadedTeeth:
         found = np.pad(bends > (0.0 if self.smooth else _BENDS * self.half_width), ((0, 1), (0, 0)))
         found = np.repeat(found, self.rolls.substeps, axis=0) & between[:, None]
         even = self.fine.profile + self.on_fine_rolls(aside)
-        return np.where(found, self.touch(self.removed(wear, driving_wear, found), found).profile, even)
+        return np.where(found, self._touch(self.fine, 1, wear, driving_wear, found).profile, even)
 
     def touch_solved(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
     ) -> Footprints:
-        """The same on flanks so much worn [mm], at the solved positions."""
-        step = self.rolls.substeps
+        """The same on flanks so much worn [mm], at the solved positions; of chosen slices, (roll, face), or all."""
+        return self._touch(self.lines, self.rolls.substeps, wear, driving_wear, chosen)
+
+    def _touch(
+        self,
+        lines: ContactLines,
+        step: int,
+        wear: FloatArray,
+        driving_wear: FloatArray | None,
+        chosen: BoolArray | None,
+    ) -> Footprints:
+        """Footprints on worn flanks on lines at every `step`-th position of the fine roll grid."""
         if driving_wear is None or self.driving is None:
             removed = self.removed(wear).every(step)
         else:
-            # of the fine roll positions no more is read than those that are solved
-            near = self.driving.near[::step] if chosen is None else self.driving.near[::step] & chosen
-            solved = replace(self.driving, lines=self.lines, near=near)
-            unworn = self._finer_modification
-            unworn = np.ascontiguousarray(unworn[::step]) if len(unworn) > 1 else unworn
-            depth = solved.met(driving_wear, self.driving.driven.from_grid(wear), unworn)
-            removed = Removed.met(self.driving.driven, depth, self.lines.roll.size)
-        return self._footprints(self.lines, removed, chosen)
+            removed = self._removed_on(lines, step, wear, driving_wear, chosen)
+        near = chosen
+        if near is None or removed.windows is None:
+            near = slices_near(self.problem, lines, removed) & (True if chosen is None else chosen)
+        return footprints(lines, removed, self.half_width, near)
 
-    def _footprints(self, lines: ContactLines, removed: Removed, chosen: BoolArray | None) -> Footprints:
-        near = slices_near(self.problem, lines, removed)
-        return footprints(lines, removed, self.half_width, near if chosen is None else near & chosen)
+    def _removed_on(
+        self, lines: ContactLines, step: int, wear: FloatArray, driving_wear: FloatArray, chosen: BoolArray | None
+    ) -> Removed:
+        """Material removed from both flanks on such lines, where footprints of chosen slices may lie."""
+        assert self.driving is not None
+        driving, unworn = replace(self.driving, lines=lines, near=self.driving.near[::step]), self._finer_modification
+        if len(unworn) > 1:
+            unworn = np.ascontiguousarray(unworn[::step])
+        windows = None if chosen is None else self._windows(lines, wear, driving_wear, driving.near & chosen)
+        depth = driving.met(driving_wear, driving.driven.from_grid(wear), unworn, windows=windows)
+        return replace(Removed.met(driving.driven, depth, lines.roll.size), windows=windows)
 
     def load(
         self, wear: FloatArray, start: TeethLoads | None = None, driving_wear: FloatArray | None = None

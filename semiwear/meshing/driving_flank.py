@@ -132,7 +132,7 @@ class DrivingFlank:
         unworn : (rows, face, profile) array [mm]
             What unworn flanks lack there; one row, or one a roll position.
         slices : int array, optional
-            With windows: slices to do.
+            To do; nothing is known of the others.
         windows : (roll, face, 2) int array, optional
             First node and the one behind the last to do; everything else is not known. By default all nodes, where
             slices that cannot touch have no wear of the driving flank.

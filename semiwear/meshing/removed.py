@@ -54,6 +54,13 @@ class Removed:
         return Removed(self.grid, self.depth, self.row[::step], windows)
 
     @property
+    def known(self) -> IntArray:
+        """Windows, (roll, face, 2); all nodes where there are none."""
+        if self.windows is not None:
+            return self.windows
+        return np.tile(np.array([0, self.depth.shape[-1]]), (self.row.size, self.depth.shape[1], 1))
+
+    @property
     def varies(self) -> BoolArray:
         """Whether a slice has another shape than the nominal flanks give it, (roll, face)."""
         return np.asarray((np.ptp(self.depth, axis=2) > 0.0)[self.row])

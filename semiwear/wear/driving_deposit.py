@@ -8,7 +8,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.fine_row import forget_row
-from semiwear.contact.footprint_windows import look_within
+from semiwear.contact.footprint import look_within
 from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
@@ -172,9 +172,7 @@ def spread_over_both_flanks(
         The driving one right in stations all of whose slices are done.
     """
     places = np.stack([lines.on_driving(place) for place in (what.place, lines.low, lines.high)])
-    met, windows = _met(lines, driving), removed.windows
-    if windows is None:
-        windows = np.tile(np.array([0, removed.depth.shape[-1]]), (*what.rate.shape, 1))
+    met, windows = _met(lines, driving), removed.known
     flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
     kept = rows or (no_rows(what.rate.shape), no_rows(what.rate.shape))
 

@@ -146,7 +146,7 @@ class InterpolatedWear:
         slices: IntArray,
     ) -> FloatArray:
         """As in `WearMapping`."""
-        removed = teeth.removed(*worn, _chosen(teeth, slices))
+        removed = teeth.removed(*worn, slices)
         return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
 
     def followed(
@@ -257,7 +257,7 @@ def driving_wear_at(
     """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
-    removed = teeth.removed(*worn, _chosen(teeth, slices))
+    removed = teeth.removed(*worn, slices)
     what = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
     return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what)[0]
 

@@ -44,14 +44,14 @@ def test_footprints_are_found_where_their_way_bends(case, monkeypatch) -> None:
     """Fresh ones go on evenly; an even way over these grooves would be a part of a half-width off."""
     teeth, wear, driving = case
     found: list[int] = []
-    touch = LoadedTeeth.touch
+    touch = LoadedTeeth._touch
 
-    def counted(self, removed, chosen=None):
+    def counted(self, lines, step, worn, other, chosen):
         if chosen is not None:
             found.append(int(chosen.sum()))
-        return touch(self, removed, chosen)
+        return touch(self, lines, step, worn, other, chosen)
 
-    monkeypatch.setattr(LoadedTeeth, "touch", counted)
+    monkeypatch.setattr(LoadedTeeth, "_touch", counted)
     fresh = 0.0 * wear, None if driving is None else 0.0 * driving
     assert half_widths_off(teeth, *fresh).max() < 0.01
     half_widths_off(teeth, wear, driving)
@@ -65,3 +65,19 @@ def test_smooth_results_have_footprints_everywhere(case) -> None:
     teeth, wear, driving = case
     smooth = replace(teeth, smooth=True)
     assert half_widths_off(smooth, wear, driving).max() < 1e-9
+
+
+def test_chosen_footprints_are_those_that_are_found_with_all(case) -> None:
+    """Where both flanks wear, nothing is read beyond them."""
+    teeth, wear, driving = case
+    every = teeth.touch_solved(wear, driving)
+    assert every.near is not None
+    chosen = np.random.default_rng(1).random(every.gap.shape) < 0.3
+    some = teeth.touch_solved(wear, driving, chosen)
+    found, left = chosen & every.near, ~chosen & np.isfinite(teeth.lines.separation[0])
+    assert 20 < found.sum() < 0.4 * every.near.sum()
+    for name in ("profile", "gap", "curvature", "half_width", "least", "cut"):
+        one, other = getattr(some, name), getattr(every, name)
+        np.testing.assert_allclose(one[found], other[found], rtol=1e-9, atol=1e-12)
+        assert np.isfinite(one[left]).all()
+    np.testing.assert_array_equal(some.profile[~chosen], teeth.lines.profile[~chosen])
