@@ -25,8 +25,9 @@ there is a kink or a small jump, and the longer a step, the more of these lie wi
 The runs of one field share their prisms: these are found a tenth of a step beside the scene, and read on the straight
 line through both. What is left of scatter between smooth runs and of small kinks is in every error: 5e-10 of a value
 (most fields move smooth runs evenly to 1e-12, those of a helical pair's geometry to 1e-9; runs of face gear pairs
-scatter by up to 5e-9, which slopes to either side tell) and 2e-3 of the derivative. The latter is fitted to nine
-drawn scenes (`validation.gradients`), 95 % of whose derivatives were within their error with steps ten times as long.
+whose tips press jump by more, which slopes to either side tell) and 2e-3 of the derivative. The latter is fitted to
+nine drawn scenes (`validation.gradients`), 95 % of whose derivatives were within their error with steps ten times as
+long.
 
 Wear knows its coefficient only times the number of meshes. To control depths, and for a life, derivatives with
 respect to the coefficient are therefore known without a run; in a run to a number of meshes the coefficient and that

@@ -46,6 +46,7 @@ from semiwear.threads import in_loose_shares
 __all__ = [
     "BESIDE",
     "CLOSED",
+    "OF_PRESSED_EDGES",
     "Footprints",
     "Reach",
     "closed_between",
@@ -69,6 +70,10 @@ _SAME = 1e-9  # of a footprint's half-width: an end of the slice that is so near
 _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as straight, to 0.2 % of the gap's rise
 
 
+OF_PRESSED_EDGES = ("gap", "curvature", "profile", "softer")
+"""What loads change of footprints."""
+
+
 @dataclass(frozen=True)
 class Footprints:
     """Contact of every slice with a worn flank; arrays are (roll, face) unless said otherwise.
@@ -89,6 +94,8 @@ class Footprints:
         Depth of the footprint at the end of either flank that cuts it off, over its greatest; 0 where none does.
     least : array [mm]
         Least separation at the nominal rotation: where an unloaded slice touches first.
+    softer : array [mm/N]
+        Compliance of a slice beside that of the Hertz contact: of a pressed edge that is narrower.
     near : bool array or None
         Slices whose footprints were found; the others are given their fresh place and curvature. None: all.
     """
@@ -100,6 +107,7 @@ class Footprints:
     half_width: FloatArray
     cut: FloatArray
     least: FloatArray
+    softer: FloatArray
     near: BoolArray | None = None
 
     @property
@@ -401,4 +409,4 @@ def footprints(lines: ContactLines, removed: Removed, half_width: float, near: B
     found = _Found(*np.empty((6, *shape)))
     flank = gap_of_flanks(lines, removed)
     in_loose_shares(lambda slices: _find(near, flank, windows, half_width, slices, found), np.arange(shape[1]))
-    return Footprints(removed, **found._asdict(), near=near)
+    return Footprints(removed, **found._asdict(), softer=np.zeros(shape), near=near)

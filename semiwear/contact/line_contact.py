@@ -8,6 +8,7 @@ plane contact of each slice under its load.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,7 +17,7 @@ from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.closed_forms.hertz import line_contact_pressure
 from semiwear.closed_forms.stripe import stripe_table
 from semiwear.contact.fidelity import Fidelity
-from semiwear.contact.footprint import Footprints
+from semiwear.contact.footprint import OF_PRESSED_EDGES, Footprints
 from semiwear.contact.line_solver import LineStatus, NearField
 from semiwear.contact.loads import SlicePressures, TeethLoads
 from semiwear.contact.position_solver import LEAST_WIDTH, MARGIN, SharingRules, WornSlices, share_torque
@@ -34,6 +35,7 @@ SMOOTH_WIDTH_TOLERANCE = 1e-9  # of the same, where results are to be smooth
 _ROUNDING = 0.01  # of a usual approach: over it slices come to bear where results are to be smooth
 _CUT_IN = 0.25  # of a footprint's depth: an edge that cuts off less counts in part where results are to be smooth
 _PRESSES_IN = 0.05  # of a usual approach, likewise: an edge that is nearer by less
+_NARROWEST = 1.1 * LEAST_WIDTH  # of the usual half-width: a pressed edge, with room for loads that fall yet
 _LIGHTEST = 0.03  # of the usual line load: what an edge that hardly touches is taken to bear
 _CAPS = 20  # more candidates let the approach grow less, so that two or three are enough
 
@@ -53,21 +55,23 @@ def solve_lines(
     With a `rounding` slices come to bear by and by, over this share of a usual approach (`rounded_contact`).
     """
     loads = problem.no_loads() if start is None else start.copy()
-    wear = np.zeros(0) if wear_compliance is None else wear_compliance.ravel()
-    slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), wear)
+    softer = worn.softer if wear_compliance is None else worn.softer + wear_compliance
+    slices = WornSlices(worn.gap.ravel(), worn.curvature.ravel(), worn.profile.ravel(), softer.ravel())
     usual = problem.usual_half_width
     near = NearField(problem.modulus, 2.0 * usual, stripe_table())
     rules = SharingRules(near, usual, problem.least_curvature, tolerance, problem.max_iterations)
     rounded = Rounding(rounding * problem.typical_approach, rounding * problem.usual_load) if rounding else None
+    stepping = wear_compliance is not None
     known: BoolArray = np.asarray(loads.force.any(axis=1).reshape(problem.pairs, -1).any(axis=0))
 
     def solve(share: IntArray) -> None:
         for position in share:
-            _solve_position(problem, int(position), worn, slices, rules, rounded, loads, known=bool(known[position]))
+            at, is_known = int(position), bool(known[position])
+            _solve_position(problem, at, worn, slices, rules, rounded, loads, known=is_known, stepping=stepping)
 
     wanted = np.arange(problem.per_cycle) if positions is None else np.array(positions, dtype=np.int64)
     in_shares(solve, wanted)
-    if wear_compliance is None:
+    if not stepping:
         worn.require_followed(loads.force, wanted, problem.per_cycle)
     return loads
 
@@ -110,20 +114,23 @@ def with_pressed_edges(
         pressed &= rolls[:, None]
     load = np.where(pressed, np.maximum(problem.line_load(loads), _LIGHTEST * problem.usual_load), 0.0)
     touched = solve_slices(lines, worn, load, modulus, 0.0, smooth=smooth)[1]
-    # no half-width is less than the load sharing allows: as much farther away as it is then too stiff
-    closes, least = 2.0 / (np.pi * modulus) * load[pressed], LEAST_WIDTH * problem.usual_half_width
+    touched = replace(touched, softer=worn.softer.copy())
+    # no half-width is as little as load sharing holds: what is narrower is softer by the same logarithm
+    per_load = 2.0 / (np.pi * modulus)
+    closes = per_load * load[pressed]
     width = np.sqrt(2.0 * closes / touched.curvature[pressed])
-    touched.gap[pressed] += closes * np.log(np.maximum(least / width, 1.0))
-    touched.curvature[pressed] = 2.0 * closes / np.maximum(width, least) ** 2
+    wide = np.maximum(width, _NARROWEST * problem.usual_half_width)
+    touched.softer[pressed] = per_load / lines.length[pressed] * np.log(wide / width)
+    touched.curvature[pressed] = 2.0 * closes / wide**2
     if smooth:
         # an edge that just comes near, or to cut off a footprint, is felt by and by
         nearer = (approach - worn.least)[pressed] / (_PRESSES_IN * problem.typical_approach)
         part = np.clip(worn.cut[pressed] / _CUT_IN, 0.0, 1.0) * np.clip(nearer, 0.0, 1.0)
-        for name in ("gap", "curvature", "profile"):
+        for name in OF_PRESSED_EDGES:
             whole, none = getattr(touched, name), getattr(worn, name)
             whole[pressed] = none[pressed] + part * (whole[pressed] - none[pressed])
     if rolls is not None:
-        for name in ("gap", "curvature", "profile"):
+        for name in OF_PRESSED_EDGES:
             getattr(touched, name)[~rolls] = getattr(before, name)[~rolls]
     return touched
 
@@ -150,6 +157,7 @@ def _solve_position(
     loads: TeethLoads,
     *,
     known: bool,
+    stepping: bool,
 ) -> None:
     rolls, lever = problem.rolls_of(position), float(problem.longest_lever[position])
     reached = MARGIN * float(loads.rotation[position]) * lever if known else _first_cap(problem, rolls, worn)
@@ -161,7 +169,7 @@ def _solve_position(
         )
         if status != LineStatus.CONVERGED:
             where = f"load sharing stopped at mesh position {position}/{problem.per_cycle}: "
-            shorter = ", or take shorter wear steps (more numerics.wear_steps)" if slices.wear.size else ""
+            shorter = ", or take shorter wear steps (more numerics.wear_steps)" if stepping else ""
             raise ConvergenceError(where + _reason(LineStatus(status), change, problem.max_iterations) + shorter)
         loads.rotation[position], loads.iterations[position] = rotation, iterations
         loads.balance[position], loads.complementarity[position] = balance, complementarity

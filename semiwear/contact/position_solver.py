@@ -30,14 +30,14 @@ class WornSlices(NamedTuple):
     gap, profile : arrays [mm]
         Least separation and where it is.
     curvature : array [1/mm]
-    wear : array [mm/N]
-        Wear of a step that a force causes; empty where no step is taken.
+    softer : array [mm/N]
+        Compliance beside that of a Hertz contact: wear of a step that a force causes, and `Footprints.softer`.
     """
 
     gap: FloatArray
     curvature: FloatArray
     profile: FloatArray
-    wear: FloatArray
+    softer: FloatArray
 
 
 class SharingRules(NamedTuple):
@@ -108,8 +108,7 @@ def _slices_of(found, chosen, worn, rules, all_force, all_width):  # type: ignor
     nearest = 0.0 if loaded else _rising(gap)[int(_FIRST * (n - 1))]
     for i in range(n):
         at = found.flat[chosen[i]]
-        if worn.wear.size > 0:
-            static[i, i] += worn.wear[at]
+        static[i, i] += worn.softer[at]
         if loaded:
             width[i] = max(half_width[at], floor[i])
         else:

@@ -11,6 +11,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from semiwear.contact.footprint import OF_PRESSED_EDGES
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.untyped import Options
@@ -19,7 +20,6 @@ from semiwear.wear.volume import WearVolume
 
 __all__ = ["restored_state", "state_arrays"]
 
-_PRESSED = ("gap", "curvature", "profile")  # of footprints, where edges press
 _NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # of a state
 
 
@@ -44,7 +44,7 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
     if state.contact.driving_wear is not None:
         arrays["driving_wear"] = state.contact.driving_wear
     for k, contact in enumerate((state.contact, *state.cases)):
-        arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in _PRESSED}
+        arrays |= {f"{k}.{name}": getattr(contact.coarse, name) for name in OF_PRESSED_EDGES}
         arrays[f"{k}.edge_residual"] = np.array(contact.edge_residual)
         arrays |= {f"{k}.{entry.name}": getattr(contact.loads, entry.name) for entry in fields(TeethLoads)}
     return arrays
@@ -76,6 +76,6 @@ def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> Lo
     wear, driving = arrays["wear"], arrays.get("driving_wear")
     touched = teeth.touch_solved(wear, driving)
     loads = TeethLoads(**{entry.name: arrays[f"{k}.{entry.name}"] for entry in fields(TeethLoads)})
-    pressed: Options = {name: arrays[f"{k}.{name}"] for name in _PRESSED}
+    pressed: Options = {name: arrays[f"{k}.{name}"] for name in OF_PRESSED_EDGES}
     residual = float(arrays[f"{k}.edge_residual"])
     return LoadedState(wear, touched, replace(touched, **pressed), loads, driving, residual)

@@ -264,7 +264,7 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
     )
     problem = teeth.problem.on_lines(lines)
     fresh = Removed.alike(teeth.grid, np.zeros((slices, 2)), 2)
-    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, 0.0 * one, separation[0])
+    worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, 0.0 * one, separation[0], 0.0 * one)
     loads = LINE.solve(problem, worn)
     hertz = elliptic_contact(TOOTH_LOAD, along, across, problem.modulus)
     assert 0.5 * step * np.sum(loads.force[0] > 0.0) == pytest.approx(hertz.major_half_axis, abs=step)
@@ -329,7 +329,7 @@ class Assembled:
         # footprints that an edge cuts off lie aside from the valley
         moved = slope * (state.coarse.profile - lines.profile)[at][:, None]
         self.tooth = tooth + moved + moved.T
-        self.matrix = self.tooth.copy()
+        self.matrix = self.tooth + np.diag(state.coarse.softer[at])
         width = np.where(self.force > 0.0, state.loads.half_width[at], 0.3)
         factor = 1.0 / (np.pi * problem.modulus)
         bodies = [on_lines.body for on_lines in problem.bodies]

@@ -52,7 +52,7 @@ class Ellipse:
         one = np.ones((2, slices))
         worn = Footprints(
             Removed.alike(grid, np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
-            self.hertz.minor_half_axis * one, 0.0 * one, lines.separation[0],
+            self.hertz.minor_half_axis * one, 0.0 * one, lines.separation[0], 0.0 * one,
         )  # fmt: skip
         self.loads = PATCHES.solve(problem, worn)
         self.pressure = problem.cells.pressure(self.loads.cells)[0]

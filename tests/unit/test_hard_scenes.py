@@ -12,9 +12,13 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
+from semiwear.contact.edge_share import closed_alone
+from semiwear.contact.footprint import OF_PRESSED_EDGES
 from semiwear.contact.gap import fresh_gap, fresh_slope
 from semiwear.contact.line_contact import LINE
 from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.position_solver import LEAST_WIDTH
+from semiwear.contact.slice_pressure import solve_slices
 from semiwear.meshing.contact_lines import trace_contact_lines
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
@@ -326,6 +330,41 @@ def test_edges_that_were_pressed_stay_so_while_a_state_is_found():
     np.testing.assert_array_equal(held.gap != worn.gap, pressed.gap != worn.gap)
 
 
+def test_a_narrow_pressed_edge_yields_as_its_plane_contact():
+    """Approach and its change by the load, though load sharing takes no line for as narrow."""
+    teeth = plan(SHIPPED.replace(MEDIUM)).loaded_teeth()
+    problem, worn = teeth.problem, teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
+    loads = teeth.fidelity.solve(problem, worn)
+    edged = teeth.fidelity.with_edges(problem, worn, loads, worn)
+    line_load = problem.line_load(loads)
+    narrow = (edged.softer > 0.0) & (line_load > 0.1 * problem.usual_load)
+    assert narrow.sum() > 5
+
+    def approach(footprints, share):
+        closes = closed_alone(share * line_load, problem.modulus)
+        half_width = np.sqrt(2.0 * closes / footprints.curvature)[narrow]
+        straight = (footprints.softer * share * loads.force)[narrow]
+        return (
+            footprints.gap[narrow] + closes[narrow] * (0.5 - np.log(half_width)) + straight,
+            half_width,
+            closes[narrow],
+        )
+
+    def exact(share):
+        load = np.where(narrow, share * line_load, 0.0)
+        return approach(solve_slices(teeth.lines, worn, load, problem.modulus, 0.0)[1], share)
+
+    found, width, closes = approach(edged, 1.0)
+    assert width.min() > LEAST_WIDTH * problem.usual_half_width
+    np.testing.assert_allclose(found, exact(1.0)[0], atol=1e-9 * closes.max())
+    # of all of them together: one by one the contact grows in steps of a cell
+    change = float((approach(edged, 1.1)[0] - found).sum())
+    expected = float((exact(1.1)[0] - exact(1.0)[0]).sum())
+    assert change == pytest.approx(expected, rel=0.03)
+    hertz = change - 0.1 * float((edged.softer * loads.force)[narrow].sum())
+    assert hertz < 0.9 * expected
+
+
 def test_pressed_edges_are_looked_for_where_asked():
     teeth, wear = grooved_heel()
     worn = teeth.touch_solved(wear)
@@ -336,7 +375,7 @@ def test_pressed_edges_are_looked_for_where_asked():
     rolls = np.tile(np.arange(per_cycle) % 2 == 0, teeth.problem.pairs)
     some = teeth.fidelity.with_edges(teeth.problem, worn, more, before, rolls)
     assert (whole.gap != before.gap)[rolls].any() and (whole.gap != before.gap)[~rolls].any()
-    for name in ("gap", "curvature", "profile"):
+    for name in OF_PRESSED_EDGES:
         np.testing.assert_array_equal(getattr(some, name)[rolls], getattr(whole, name)[rolls])
         np.testing.assert_array_equal(getattr(some, name)[~rolls], getattr(before, name)[~rolls])
 

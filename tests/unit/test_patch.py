@@ -438,7 +438,7 @@ def greatest(lines, grid, wear, line_load, margin=0.0):
     nothing = np.zeros(lines.profile.shape)
     curvature = np.maximum(lines.separation[2], 1e-6) / lines.spacing**2
     worn = Footprints(
-        Removed.alike(grid, wear, 1), lines.profile, nothing, curvature, nothing + 0.5, nothing, nothing
+        Removed.alike(grid, wear, 1), lines.profile, nothing, curvature, nothing + 0.5, nothing, nothing, nothing
     )
     return solve_slices(lines, worn, nothing + line_load, MODULUS, margin)[0]
 
@@ -449,7 +449,14 @@ def test_a_parabola_needs_no_other_gap():
     nothing = np.zeros(lines.profile.shape)
     curvature = lines.separation[2] / lines.spacing**2
     worn = Footprints(
-        Removed.alike(grid, wear, 1), lines.profile, nothing + 5.0, curvature, nothing + 0.5, nothing, nothing
+        Removed.alike(grid, wear, 1),
+        lines.profile,
+        nothing + 5.0,
+        curvature,
+        nothing + 0.5,
+        nothing,
+        nothing,
+        nothing,
     )
     for line_load in (3.0, 300.0):
         _, touched = solve_slices(lines, worn, nothing + line_load, MODULUS, 0.0)
