@@ -228,8 +228,9 @@ class LoadedTeeth:
             removed = self.removed(wear).every(step)
         else:
             removed = self._removed_on(lines, step, wear, driving_wear, chosen)
-        near = chosen
-        if near is None or removed.windows is None:
+        if removed.windows is not None:
+            near = removed.windows[..., 0] < removed.windows[..., 1]
+        else:
             near = slices_near(self.problem, lines, removed) & (True if chosen is None else chosen)
         return footprints(lines, removed, self.half_width, near)
 

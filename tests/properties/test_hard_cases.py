@@ -121,7 +121,7 @@ def displacement_anew(teeth: LoadedTeeth, force: np.ndarray, state: Any, positio
     factor = 1.0 / (pi * problem.modulus)
     pairs = near_pairs(system.starts, system.arc, system.length, teeth.problem.near_field)
     add_pairs(matrix, pairs, near_stripe(pairs, width, factor, stripe_table()))
-    gap = worn.gap.ravel()[system.flat]
+    gap = worn.gap.ravel()[system.flat] + worn.softer.ravel()[system.flat] * force
     return gap + matrix @ force - loads.rotation[position] * system.lever, system
 
 
