@@ -71,7 +71,7 @@ _FINE = 0.1  # of a footprint's half-width: longest stretch that counts as strai
 
 
 OF_PRESSED_EDGES = ("gap", "curvature", "profile", "softer")
-"""What loads change of footprints."""
+"""Arrays of `Footprints` that loads change where edges press."""
 
 
 @dataclass(frozen=True)

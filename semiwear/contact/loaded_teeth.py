@@ -161,20 +161,22 @@ class LoadedTeeth:
         return replace(Removed.met(grid, depth, self.fine.roll.size), windows=windows)
 
     def widest_windows(
-        self, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, wears: float = 0.0
+        self,
+        wear: FloatArray,
+        driving_wear: FloatArray,
+        loaded: BoolArray,
+        wears: float = 0.0,
+        lines: ContactLines | None = None,
     ) -> IntArray:
-        """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more."""
-        return self._windows(self.fine, wear, driving_wear, loaded, wears)
+        """Nodes between which footprints of loaded slices (roll, face) may lie on flanks as worn as this, or more.
 
-    def _windows(
-        self, lines: ContactLines, wear: FloatArray, driving_wear: FloatArray, loaded: BoolArray, wears: float = 0.0
-    ) -> IntArray:
-        """`widest_windows` of any lines."""
+        On `lines`; on those of the fine roll grid by default.
+        """
         assert self.driving is not None
         grid = self.driving.driven
         worn = grid.from_grid(wear), self._finer_modification, driving_wear
         deepest = sum(float(depth.max()) for depth in worn) + wears  # nothing else stands at zero
-        return widest(lines, grid, loaded, deepest, self.half_width)
+        return widest(self.fine if lines is None else lines, grid, loaded, deepest, self.half_width)
 
     @cached_property
     def _finer_modification(self) -> FloatArray:
@@ -183,9 +185,14 @@ class LoadedTeeth:
         grid = self.driving.driven
         return np.zeros((1, *grid.profile.shape)) if self.modification is None else grid.from_grid(self.modification)
 
-    def touch(self, removed: Removed) -> Footprints:
-        """Footprints on worn flanks, on the fine roll grid: of slices that can carry load."""
-        return footprints(self.fine, removed, self.half_width, slices_near(self.problem, self.fine, removed))
+    def touch(
+        self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
+    ) -> Footprints:
+        """Footprints on flanks so much worn [mm], on the fine roll grid.
+
+        Of slices that can carry load, or chosen ones of them, (roll, face).
+        """
+        return self._touch(self.fine, 1, wear, driving_wear, chosen)
 
     def fine_places(self, wear: FloatArray, driving_wear: FloatArray | None, touched: Footprints) -> FloatArray:
         """Profile coordinates of the footprints' centres on the fine roll grid, (roll, face) [mm].
@@ -207,12 +214,12 @@ class LoadedTeeth:
         found = np.pad(bends > (0.0 if self.smooth else _BENDS * self.half_width), ((0, 1), (0, 0)))
         found = np.repeat(found, self.rolls.substeps, axis=0) & between[:, None]
         even = self.fine.profile + self.on_fine_rolls(aside)
-        return np.where(found, self._touch(self.fine, 1, wear, driving_wear, found).profile, even)
+        return np.where(found, self.touch(wear, driving_wear, found).profile, even)
 
     def touch_solved(
         self, wear: FloatArray, driving_wear: FloatArray | None = None, chosen: BoolArray | None = None
     ) -> Footprints:
-        """The same on flanks so much worn [mm], at the solved positions; of chosen slices, (roll, face), or all."""
+        """As `touch`, at the solved positions."""
         return self._touch(self.lines, self.rolls.substeps, wear, driving_wear, chosen)
 
     def _touch(
@@ -242,7 +249,9 @@ class LoadedTeeth:
         driving, unworn = replace(self.driving, lines=lines, near=self.driving.near[::step]), self._finer_modification
         if len(unworn) > 1:
             unworn = np.ascontiguousarray(unworn[::step])
-        windows = None if chosen is None else self._windows(lines, wear, driving_wear, driving.near & chosen)
+        windows = None
+        if chosen is not None:
+            windows = self.widest_windows(wear, driving_wear, driving.near & chosen, lines=lines)
         depth = driving.met(driving_wear, driving.driven.from_grid(wear), unworn, windows=windows)
         return replace(Removed.met(driving.driven, depth, lines.roll.size), windows=windows)
 

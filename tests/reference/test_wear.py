@@ -171,7 +171,7 @@ def test_solved_load_wears_as_the_swept_line(fresh, valley):
 def test_volume_is_load_times_sliding_distance(fresh):
     teeth, state, motion = fresh
     grid, lines, pair = teeth.grid, teeth.fine, teeth.pair
-    touched = teeth.touch(unworn(teeth))
+    touched = teeth.touch(np.zeros(teeth.grid.profile.shape))
     # what an edge's rounding bears wears no flank
     line_load = np.where(touched.edge, 0.0, teeth.on_fine_rolls(teeth.problem.line_load(state.loads)))
     mesh = wear_of_mesh(lines, grid, unworn(teeth), motion, line_load, teeth.half_width, teeth.problem.modulus)
@@ -316,7 +316,7 @@ def test_lines_leave_no_ripples_between_roll_positions():
     scene = sw.load_scene("face_gear_25x160")
     teeth = plan(scene.replace({"numerics.profile_points": 401, "numerics.tooth_compliance": "rigid"})).loaded_teeth()
     removed = teeth.removed(np.zeros(teeth.grid.profile.shape))
-    motion = sweep(teeth.fine, teeth.touch(removed).profile, teeth.pair.roll_per_time)
+    motion = sweep(teeth.fine, teeth.touch(np.zeros(teeth.grid.profile.shape)).profile, teeth.pair.roll_per_time)
     load = np.full(teeth.fine.profile.shape, LOAD)
     for i in (30, 45, 50):
         wear = wear_of_mesh(
@@ -330,10 +330,10 @@ def test_nodes_between_which_a_flank_is_round_need_not_be_fine():
     """A flank worn evenly, but for a place outside of the contact, feels as the fresh one does."""
     scene = sw.load_scene("face_gear_25x160").replace({"numerics.profile_points": 61})
     teeth = plan(scene.replace({"numerics.tooth_compliance": "rigid"})).loaded_teeth()
-    fresh = teeth.touch(teeth.removed(np.zeros(teeth.grid.profile.shape)))
+    fresh = teeth.touch(np.zeros(teeth.grid.profile.shape))
     depth = np.zeros(teeth.grid.profile.shape)
     depth[:, 0] = 1e-6
-    worn = teeth.touch(teeth.removed(depth))
+    worn = teeth.touch(depth)
     inside = fresh.near & ~fresh.edge & (np.abs(teeth.fine.roll) < 0.4)[:, None]
     assert inside.sum() > 1000
     # the cubic against its parabola; chords from node to node would leave 4e-4

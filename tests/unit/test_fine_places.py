@@ -26,8 +26,7 @@ def case(request: pytest.FixtureRequest) -> tuple[LoadedTeeth, FloatArray, Float
 
 def half_widths_off(teeth: LoadedTeeth, wear: FloatArray, driving: FloatArray | None) -> FloatArray:
     """How far from the footprints that are found everywhere, (roll, face); zero where none are."""
-    removed = teeth.removed(wear, driving)
-    exact = teeth.touch(removed)
+    exact = teeth.touch(wear, driving)
     assert exact.near is not None
     apart = teeth.fine_places(wear, driving, teeth.touch_solved(wear, driving)) - exact.profile
     return np.where(exact.near, np.abs(apart) * teeth.fine.spacing / teeth.half_width, 0.0)
