@@ -32,7 +32,7 @@ DepthFactor = Callable[[FloatArray], FloatArray]
 """Factor on the wear coefficient of the driven flank at its depth [mm], (face, profile)."""
 
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
-_SMOOTH_FACTOR_TOLERANCE = 1e-7  # of the same, where results are to be smooth
+_SMOOTH_FACTOR_TOLERANCE = 1e-10  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 120
 _FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
 _FORESEEN = 2  # changes of the factor before the own wear is corrected, where results are to be smooth

@@ -1,9 +1,9 @@
 """The fixed point of many elements at once that each change the more the more they are.
 
 More load makes more wear and so less load: a factor on the wear coefficient that goes by the load falls where it was
-too great. Changes of all elements are mixed first (Anderson 1965, J. ACM 12, 547-560, depth one), which takes a few
-iterations. Where a factor goes steeply by the load, that ends in a cycle: then every element is held between a value
-that was too small for it and one that was too great.
+too great. Changes of all elements are mixed (Anderson 1965, J. ACM 12, 547-560), which takes a few iterations. Where
+a factor goes steeply by the load, that ends in a cycle: then every element is held between a value that was too small
+for it and one that was too great.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from semiwear.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Settling"]
 
-_FREELY = 12  # changes that are mixed alone; laws that settle so hardly ever take more
+_MEMORY = 5  # differences that are mixed; more save no iteration
+_ALIKE_AS = 1e-8  # of the greatest of them that are independent: what is left of others says nothing
+_FREELY = 12  # changes that are mixed alone while they do not fall to a tenth
 _ALIKE = 2  # changes more of one sign, one after another: the bound ahead was not right
 _WIDER = 4.0  # times as far as it is from the other one that bound moves on
 
@@ -25,10 +27,12 @@ _WIDER = 4.0  # times as far as it is from the other one that bound moves on
 class Settling:
     """An iteration x, f(x) - x -> next x for values that are not negative, by what it has seen so far."""
 
-    _last: tuple[FloatArray, FloatArray] | None = field(default=None, init=False)
+    _seen: list[tuple[FloatArray, FloatArray]] = field(default_factory=list, init=False)  # values, their changes
     _low: FloatArray | float = field(default=0.0, init=False)
     _high: FloatArray | float = field(default=np.inf, init=False)
-    _number: int = field(default=0, init=False)
+    _number: int = field(default=0, init=False)  # of changes since they last fell to a tenth
+    _tenth: float = field(default=np.inf, init=False)  # of the change that they are counted from, squared
+    _bounded: bool = field(default=False, init=False)
     _alike: IntArray | int = field(default=0, init=False)  # changes of the sign of the last one, but for it
 
     def after(self, value: FloatArray, change: FloatArray, least: float) -> FloatArray:
@@ -41,36 +45,45 @@ class Settling:
         least : float
             Changes that count as none.
         """
-        found, last = _mixed((value, change), self._last), self._last
-        self._last = value, change
-        self._number += 1
-        if self._number <= _FREELY or last is None:
+        last = self._seen[-1][1] if self._seen else None
+        found = self._mixed(value, change)
+        if not self._is_bounded(float(np.vdot(change, change))) or last is None:
             return found
-        self._alike = np.where(change * last[1] > 0.0, self._alike + 1, 0)
+        self._alike = np.where(change * last > 0.0, self._alike + 1, 0)
         goes_on = (self._alike >= _ALIKE) & (np.abs(change) > least)
         low, high = np.where(change > 0.0, value, self._low), np.where(change < 0.0, value, self._high)
         low, high = self._low, self._high = _wider(change, low, high, goes_on, least)
         return np.where((found >= low) & (found <= high), found, _between(value + 0.5 * change, low, high))
 
+    def _is_bounded(self, square: float) -> bool:
+        """True from where changes, told by the sum of their squares, have not fallen to a tenth for long."""
+        if square <= self._tenth:
+            self._number, self._tenth = 0, 0.01 * square
+        self._number += 1
+        self._bounded = self._bounded or self._number > _FREELY
+        return self._bounded
 
-def _mixed(now: tuple[FloatArray, FloatArray], before: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    """Next values from the last two and their changes.
+    def _mixed(self, value: FloatArray, change: FloatArray) -> FloatArray:
+        """Next values from the last few and their changes.
 
-    At first, and where changes grow or a value would fall below zero, a half of the change alone, which overshoots
-    least.
-    """
-    value, change = now
-    half = value + 0.5 * change
-    if before is None:
-        return half
-    last, last_change = before
-    bend = change - last_change
-    square, size = float(np.vdot(bend, bend)), float(np.vdot(change, change))
-    if not square > 0.0 or size > float(np.vdot(last_change, last_change)):
-        return half
-    share = min(max(float(np.vdot(change, bend)) / square, -1.0), 1.0)
-    mixed = half - share * (value - last + 0.5 * bend)
-    return np.where(mixed >= 0.0, mixed, half)
+        At first, and where changes grow or a value would fall below zero, a half of the change alone, which
+        overshoots least.
+        """
+        seen, half = self._seen, value + 0.5 * change
+        if seen and np.vdot(change, change) > np.vdot(seen[-1][1], seen[-1][1]):
+            seen.clear()
+        seen.append((value, change))
+        del seen[: -_MEMORY - 1]
+        if len(seen) == 1:
+            return half
+        values, changes = (np.array([pair[part].ravel() for pair in seen]) for part in (0, 1))
+        moved, bends = np.diff(values, axis=0), np.diff(changes, axis=0)
+        sizes = np.linalg.norm(bends, axis=1)
+        if not sizes.all():
+            return half
+        shares = np.linalg.lstsq((bends / sizes[:, None]).T, change.ravel(), rcond=_ALIKE_AS)[0] / sizes
+        mixed = half - (shares @ (moved + 0.5 * bends)).reshape(value.shape)
+        return np.where(mixed >= 0.0, mixed, half)
 
 
 def _wider(

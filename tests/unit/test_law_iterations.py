@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 import semiwear as sw
 from semiwear.contact import frictional_contact
 from semiwear.contact.frictional_contact import FrictionalContact
-from semiwear.wear import case_step, settling
+from semiwear.wear import case_step
 from semiwear.wear.settling import Settling
 from tests.scenes import SMALL, TINY, UNTIL_MESHES, scene_of
 
@@ -75,10 +75,10 @@ def test_torque_is_balanced_roughly_until_a_law_has_settled_and_to_the_last_then
 
 
 def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, counted):
-    """Each by what the last two changes say; a half of every change takes twice as many."""
+    """Each by what the last changes say; a half of every change takes twice as many."""
     mixed = history(RUBBING)
     few = counted["solutions"]
-    monkeypatch.setattr(settling, "_mixed", lambda now, before: now[0] + 0.5 * now[1])
+    monkeypatch.setattr(Settling, "after", lambda self, value, change, least: value + 0.5 * change)
     counted["solutions"] = 0
     halves = history(RUBBING)
     assert few < 0.8 * counted["solutions"]
@@ -94,23 +94,21 @@ def test_a_law_settles_in_a_few_solutions_and_within_its_tolerance(monkeypatch, 
 def test_mixed_factors_stay_factors(value, wanted, last, last_wanted):
     """Never below zero, where nothing would bear; where changes grow they go half of the way."""
     change, last_change = wanted - value, last_wanted - last
-    half = value + 0.5 * change
-    assert (settling._mixed((value, change), None) == half).all()
-    mixed = settling._mixed((value, change), (last, last_change))
+    iteration = Settling()
+    assert (iteration.after(last, last_change, 0.0) == last + 0.5 * last_change).all()
+    mixed = iteration.after(value, change, 0.0)
     assert (mixed >= 0.0).all()
     if np.sum(change**2) > np.sum(last_change**2):
-        assert (mixed == half).all()
+        assert (mixed == value + 0.5 * change).all()
 
 
-def test_two_changes_tell_where_a_linear_iteration_ends():
-    fixed, rate, last = np.array([0.3, 1.2, 0.8]), -0.4, np.ones(3)
-
-    def change(value):
-        return (rate - 1.0) * (value - fixed)
-
-    value = settling._mixed((last, change(last)), None)
-    found = settling._mixed((value, change(value)), (last, change(last)))
-    np.testing.assert_allclose(found, fixed, rtol=1e-12)
+@pytest.mark.parametrize("rates", [[-0.4, -0.4, -0.4], [-0.4, -0.6, -0.6], [-0.1, -0.4, 0.3]])
+def test_as_many_changes_as_there_are_rates_tell_where_a_linear_iteration_ends(rates):
+    fixed, value, iteration = np.array([0.3, 1.2, 0.8]), np.ones(3), Settling()
+    for _ in range(len(set(rates)) + 1):
+        change = (np.array(rates) - 1.0) * (value - fixed)
+        value = iteration.after(value, change, 0.0)
+    np.testing.assert_allclose(value, fixed, rtol=1e-12)
 
 
 @given(
