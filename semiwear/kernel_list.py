@@ -86,6 +86,8 @@ def _type(argument: str, parts: Mapping[str, list[str]]) -> CompilerPart:
     if argument in parts:
         structure = () if argument.startswith("(") else (named(argument),)
         inside = [_type(part, parts) for part in parts[argument]]
+        if structure and len(inside) != len(structure[0]._fields):
+            raise ValueError(argument)
         return types.BaseTuple.from_types(inside, *structure)  # type: ignore[no-untyped-call]
     if array := _ARRAY.fullmatch(argument):
         constant, number, commas, last = array.groups()

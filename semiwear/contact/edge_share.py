@@ -18,19 +18,20 @@ a = 1 would leave out what goes on evenly, and let shares swing by inertia; a = 
 
 from __future__ import annotations
 
-from math import log, pi, sqrt
+from math import inf, log, pi
 
 from semiwear.arrays import FloatArray
-from semiwear.contact.footprint import CLOSED, open_part, root_of, segment
+from semiwear.contact.footprint import CLOSED, centred_segment, open_part, root_of
 from semiwear.contact.gap import lowest
 from semiwear.kernel_cache import inner_njit
 
-__all__ = ["closed_alone", "highest_that_bears", "share_of_edge"]
+__all__ = ["closed_alone", "highest_that_bears", "lowest_of", "part_of", "share_of_edge"]
 
 _STEADY = 0.75  # a: fitted to the main job with both flanks worn, where some shares swing with 0.5 and with 1
 _HALVINGS = 12
 _FAR = 8.0  # times what a Hertz contact closes by itself: then only the nearer one touches
 _SMALL = 1e-3  # of a load: what less of it wears says little of what all of it would
+_EVEN = 0.2  # of what contact closes, or of a lower ridge: of two that are as high but for less both count
 _LEAST = 1e-9  # of a load, what a contact that just lifts off bears
 
 
@@ -49,26 +50,47 @@ def highest_that_bears(least, depth, closes):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _curvature(u, g, count, bottom, depth, per_mm):  # type: ignore[no-untyped-def]
-    """Curvature of the parabola that has the same footprint of some depth as the gap around a point."""
-    least = g[bottom]
-    area = 0.0
-    for step in (1, -1):
-        c, end = bottom, count - 1 if step > 0 else 0
-        while c != end and g[c] - least < depth:
-            a, b = depth - (g[c] - least), depth - (g[c + step] - least)
-            _, width = open_part(u[c], abs(u[c + step] - u[c]), a, b)
-            area += segment(width, root_of(a), root_of(b))[0]
-            c += step
-    return 0.5 * (pi * depth / max(area * per_mm, _LEAST * depth * sqrt(depth))) ** 2
+def part_of(side, c):  # type: ignore[no-untyped-def]
+    """Part in which a stretch from a point of the outline to the next belongs to the edge, or to the valley."""
+    return 0.5 * (side[c] + side[c + 1])
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _closed(share, curvature, closes, distance):  # type: ignore[no-untyped-def]
-    """Gap that a contact with a share of the load closes, the other one as datum."""
+def lowest_of(side, g, count, lift):  # type: ignore[no-untyped-def]
+    """Least gap of an edge, or of a valley; what belongs to both is taken to lie higher by up to `lift`."""
+    least = inf
+    for c in range(count - 1):
+        part = part_of(side, c)
+        if part > 0.0:
+            least = min(least, min(g[c], g[c + 1]) + (1.0 - part) * lift)
+    return least
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _contact(u, g, count, side, least, depth, per_mm):  # type: ignore[no-untyped-def]
+    """Curvature of the parabola with the same footprint of some depth as an edge or a valley, and its middle."""
+    area, moment = 0.0, 0.0
+    for c in range(count - 1):
+        part, a, b = part_of(side, c), depth - (g[c] - least), depth - (g[c + 1] - least)
+        if part > 0.0 and (a > 0.0 or b > 0.0):
+            begin, width = open_part(u[c], u[c + 1] - u[c], a, b)
+            mass, middle = centred_segment(begin, width, root_of(a), root_of(b))
+            area += part * mass
+            moment += part * mass * middle
+    if area <= 0.0:
+        return inf, u[0]
+    return 0.5 * (pi * depth / (area * per_mm)) ** 2, moment / area
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _closed(share, far, closes):  # type: ignore[no-untyped-def]
+    """Gap that a contact with a share of the load closes, the other one as datum.
+
+    `far` is 2 ln(s/b) with all of the load. Where contacts are not far from each other the formula would let a
+    greater share close less.
+    """
     share = max(share, _LEAST)
-    half_width = sqrt(2.0 * closes * share / curvature)
-    return 0.5 * closes * share * (2.0 * log(distance / half_width) + 1.0)
+    return 0.5 * closes * share * (max(far - log(share), 0.0) + 1.0)
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -77,17 +99,18 @@ def _share_under(higher, curvature, other, closes, distance, wears):  # type: ig
 
     With all of the load `wears` is closed more than with none, besides what contact closes.
     """
+    per = distance * distance / (2.0 * closes)
+    far, other_far = log(per * curvature), log(per * other)
     below, above = 0.0, 1.0
-    short = higher - (_closed(0.0, curvature, closes, distance) - _closed(1.0, other, closes, distance))
-    over = wears + _closed(1.0, curvature, closes, distance) - _closed(0.0, other, closes, distance) - higher
+    short = higher - (_closed(0.0, far, closes) - _closed(1.0, other_far, closes))
+    over = wears + _closed(1.0, far, closes) - _closed(0.0, other_far, closes) - higher
     if short <= 0.0:
         return 0.0
     if over <= 0.0:
         return 1.0
     for _ in range(_HALVINGS):
         share = 0.5 * (below + above)
-        differ = _closed(share, curvature, closes, distance) - _closed(1.0 - share, other, closes, distance)
-        differ += wears * share
+        differ = _closed(share, far, closes) - _closed(1.0 - share, other_far, closes) + wears * share
         if differ < higher:
             below, short = share, higher - differ
         else:
@@ -110,21 +133,6 @@ def _foreseen(foot, valley, before, most):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _turning_place(u, g, count, c):  # type: ignore[no-untyped-def]
-    """Place where the gap turns about a point: by the parabola through it and the points beside it.
-
-    It moves on evenly where the next point becomes the highest or the lowest one.
-    """
-    if c == 0 or c == count - 1:
-        return u[c]
-    before, after = u[c] - u[c - 1], u[c + 1] - u[c]
-    rises = (g[c] - g[c - 1]) / before
-    bend = ((g[c + 1] - g[c]) / after - rises) / (before + after)
-    away = -0.5 * (rises / bend + before) if bend != 0.0 else 0.0
-    return u[c] + min(max(away, -0.5 * before), 0.5 * after)
-
-
-@inner_njit(cache=True, error_model="numpy")
 def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
     """Lowest point of the outline beyond a border, on the rounding of the lower (-1) or upper edge; -1 for none."""
     c, step = (0, 1) if edge < 0 else (count - 1, -1)
@@ -139,22 +147,91 @@ def _foot(u, g, count, border, edge):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _ridge_and_valley(u, g, count, border, edge, foot, highest):  # type: ignore[no-untyped-def]
-    """Points of the outline inside a border: where the gap has fallen most from the ridge before it; -1 for none."""
+def _valley(u, g, count, border, edge, foot, highest, top):  # type: ignore[no-untyped-def]
+    """Point inside a border to which the gap falls most from the ridge between it and the foot; -1 for none.
+
+    `top` takes the ridge before every point.
+    """
     step = 1 if edge < 0 else -1
-    valley, ridge, top, fall, c = -1, foot, foot, 0.0, foot
+    valley, most, ridge, c = -1, 0.0, g[foot], foot
     while 0 <= c < count:
-        if g[c] > g[top]:
-            top = c
-        falls = min(g[top], highest) - min(g[c], highest)
-        if (border - u[c]) * step < 0.0 and falls > fall:
-            valley, ridge, fall = c, top, falls
+        ridge = max(ridge, g[c])
+        top[c] = ridge
+        falls = min(ridge, highest) - min(g[c], highest)
+        if (border - u[c]) * step < 0.0 and falls > most:
+            valley, most = c, falls
         c += step
-    return ridge, valley if ridge != foot else -1
+    return valley
 
 
 @inner_njit(cache=True, error_model="numpy")
-def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most):  # type: ignore[no-untyped-def]
+def _other_valley(u, g, count, border, edge, foot, highest, closes, top, valley):  # type: ignore[no-untyped-def]
+    """Point to which the gap falls by nearly as much beyond another ridge, and how far it counts: a half at most."""
+    most, other, counts = min(top[valley], highest) - min(g[valley], highest), -1, 0.0
+    even = _EVEN * min(most, closes)
+    for step in (-1, 1):
+        ridge, c = g[valley], valley
+        while 0 <= c < count and (border - u[c]) * edge > 0.0:
+            ridge = max(ridge, g[c])
+            falls = min(top[c], highest) - min(g[c], highest)
+            divided = min(1.0 - (min(top[valley], top[c]) - ridge) / even, 1.0)
+            part = divided * max(0.5 - 0.5 * (most - falls) / even, 0.0)
+            if part > counts:
+                other, counts = c, part
+            c += step
+    return other, counts
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _parted(u, g, count, border, edge, foot, highest, closes, side):  # type: ignore[no-untyped-def]
+    """Height of the ridge between an edge and the valley to which the gap falls most; 0 where there is none.
+
+    Of two valleys to which it falls by nearly as much both count.
+    """
+    top = side[1]
+    valley = _valley(u, g, count, border, edge, foot, highest, top)
+    if valley < 0:
+        return 0.0
+    other, counts = _other_valley(u, g, count, border, edge, foot, highest, closes, top, valley)
+    height, beyond = top[valley] - max(g[foot], g[valley]), 0.0
+    if other >= 0:
+        beyond = top[other] - max(g[foot], g[other])
+        if height <= 0.0:
+            # before the first ridge all is one contact
+            valley, other, height, beyond, counts = other, valley, beyond, height, 1.0 - counts
+    if height <= 0.0:
+        return 0.0
+    _divide(g, count, edge, foot, valley, _EVEN * min(height, closes), side[0])
+    if beyond > 0.0:
+        _divide(g, count, edge, foot, other, _EVEN * min(beyond, closes), side[1])
+        for c in range(count):
+            side[0, c] += counts * (side[1, c] - side[0, c])
+    return height + counts * (beyond - height)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _divide(g, count, edge, foot, valley, even, side):  # type: ignore[no-untyped-def]
+    """Part in which every point of the outline belongs to the edge: by the ridges between it and foot and valley.
+
+    The higher one divides. What lies between two of which neither is higher by `even` belongs to both, so that
+    nothing jumps where another ridge becomes the highest one.
+    """
+    step = 1 if edge < 0 else -1
+    for c in range(count):
+        side[c] = 1.0 if (c - foot) * step <= 0 else 0.0
+    ridge = g[foot]
+    for c in range(foot, valley, step):
+        ridge = max(ridge, g[c])
+        side[c] = ridge
+    ridge = g[valley]
+    for c in range(valley - step, foot, -step):
+        ridge = max(ridge, g[c])
+        side[c] = min(max(0.5 + 0.5 * (ridge - side[c]) / even, 0.0), 1.0)
+    side[foot] = 1.0
+
+
+@inner_njit(cache=True, error_model="numpy")
+def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most, side):  # type: ignore[no-untyped-def]
     """Share of a slice's load that an edge bears.
 
     Parameters
@@ -176,13 +253,13 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
         count: 0 where no edge pressed, 1 where edge and valley were two contacts.
     most : float [mm]
         Wear of a cycle at most.
+    side : (2, points) array, changed
+        Parts in which every point of the outline belongs to the edge and to the valley; where an edge presses.
 
     Returns
     -------
     edge : int
         -1 for the lower, 1 for the upper end; 0 where no edge presses.
-    ridge : float [mm]
-        Profile coordinate of the ridge between the edge and the valley.
     share : float
         Of the load, that the edge bears.
     apart : float
@@ -190,32 +267,32 @@ def share_of_edge(u, g, count, low, high, per_mm, depth, closes, before, most): 
     """
     if count < 3 or closes <= 0.0 or (u[0] >= low and u[count - 1] <= high):
         before[3] = 0.0
-        return 0, 0.0, 0.0, 0.0
-    highest = highest_that_bears(lowest(g, count), depth, closes)
+        return 0, 0.0, 0.0
+    lift = highest_that_bears(0.0, depth, closes)
+    highest = lowest(g, count) + lift
     for edge in (-1, 1):
         border = low if edge < 0 else high
         foot = _foot(u, g, count, border, edge)
         if foot < 0 or g[foot] > highest:
             continue
-        ridge, valley = _ridge_and_valley(u, g, count, border, edge, foot, highest)
-        if valley < 0:
-            continue
-        height = g[ridge] - max(g[foot], g[valley])
+        height = _parted(u, g, count, border, edge, foot, highest, closes, side)
         if height <= 0.0:
             continue
-        higher, at = g[valley] - g[foot], _turning_place(u, g, count, ridge)
-        change, wears = _foreseen(g[foot], g[valley], before, most)
-        higher += change
-        before[1], before[2] = g[foot], g[valley]
+        for c in range(count):
+            side[1, c] = 1.0 - side[0, c]
+        bottom, valley = lowest_of(side[0], g, count, lift), lowest_of(side[1], g, count, lift)
+        change, wears = _foreseen(bottom, valley, before, most)
+        higher = valley - bottom + change
+        before[1], before[2] = bottom, valley
         apart = min(height / closes, 1.0)
         before[3] = min(apart, (highest - g[foot]) / closes)  # an edge comes to press by and by
         if higher < -_FAR * closes or higher > _FAR * closes + wears:
             before[0] = 1.0 if higher > 0.0 else 0.0
-            return edge, at, before[0], apart
-        distance = abs(_turning_place(u, g, count, valley) - _turning_place(u, g, count, foot)) * per_mm
-        curvature = _curvature(u, g, count, foot, min(closes, g[ridge] - g[foot]), per_mm)
-        other = _curvature(u, g, count, valley, min(closes, g[ridge] - g[valley]), per_mm)
-        before[0] = _share_under(higher, curvature, other, closes, distance, wears)
-        return edge, at, before[0], apart
+            return edge, before[0], apart
+        ridge = height + max(valley, g[foot])
+        own, at = _contact(u, g, count, side[0], bottom, min(closes, ridge - bottom), per_mm)
+        other, beyond = _contact(u, g, count, side[1], valley, min(closes, ridge - valley), per_mm)
+        before[0] = _share_under(higher, own, other, closes, abs(beyond - at) * per_mm, wears)
+        return edge, before[0], apart
     before[3] = 0.0
-    return 0, 0.0, 0.0, 0.0
+    return 0, 0.0, 0.0

@@ -58,7 +58,6 @@ __all__ = [
     "reached",
     "root_of",
     "segment",
-    "split_at",
 ]
 
 
@@ -284,18 +283,6 @@ def reached(gap, half_width, space):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def split_at(u, g, count, place):  # type: ignore[no-untyped-def]
-    """Put a point into an outline of `count` points, at a place on it, straight between those beside; which it is."""
-    c = count
-    while c > 1 and u[c - 1] > place:
-        u[c], g[c] = u[c - 1], g[c - 1]
-        c -= 1
-    share = (place - u[c - 1]) / (u[c + 1] - u[c - 1])
-    u[c], g[c] = place, g[c - 1] + share * (g[c + 1] - g[c - 1])
-    return c
-
-
-@inner_njit(cache=True, error_model="numpy")
 def segment(width, t_a, t_b):  # type: ignore[no-untyped-def]
     """Integrals of t = sqrt(depth - g) and of (depth - g) t over a stretch on which g is linear.
 
@@ -308,6 +295,15 @@ def segment(width, t_a, t_b):  # type: ignore[no-untyped-def]
     a, b, ab = t_a * t_a, t_b * t_b, t_a * t_b
     per = width / total
     return 2.0 / 3.0 * per * (a + ab + b), 0.4 * per * (a * a + b * b + ab * (a + ab + b))
+
+
+@inner_njit(cache=True, error_model="numpy")
+def centred_segment(u_a, width, t_a, t_b):  # type: ignore[no-untyped-def]
+    """Integral of t over a stretch from `u_a` on which g is linear, as in `segment`, and its centroid."""
+    even = t_a * t_a + t_b * (t_a + t_b)
+    per = width / (5.0 * even * (t_a + t_b))
+    middle = u_a + per * (t_b * (t_b * (3.0 * t_b + 6.0 * t_a) + 4.0 * t_a * t_a) + 2.0 * t_a**3)
+    return 10.0 / 3.0 * even * even * per, middle
 
 
 @inner_njit(cache=True, error_model="numpy")

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
-from semiwear.contact.edge_share import share_of_edge
+from semiwear.contact.edge_share import highest_that_bears, lowest_of, part_of, share_of_edge
 from semiwear.contact.fine_row import forget_row
-from semiwear.contact.footprint import Reach, open_part, reach_space, reached, root_of, split_at
-from semiwear.contact.gap import gap_of_flanks, lowest, slice_gap
+from semiwear.contact.footprint import Reach, centred_segment, open_part, reach_space, reached, root_of
+from semiwear.contact.gap import gap_of_flanks, slice_gap
 from semiwear.kernel_cache import ZERO, inner_njit, njit
 from semiwear.meshing.contact_lines import ContactLines
 from semiwear.meshing.flank_grid import FlankGrid
@@ -76,9 +76,13 @@ class Nodes(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Memory for one footprint: its outline, and the shares, middles, ends, edges and shifts of its stretches."""
+    """Memory for one footprint: its outline, what of it an edge and the valley have, and stretches.
+
+    Of the latter shares, middles, ends, edges and shifts.
+    """
 
     reach: Reach
+    side: FloatArray
     mass: FloatArray
     middle: FloatArray
     ends: FloatArray
@@ -90,10 +94,11 @@ class Pieces(NamedTuple):
 def piece_space(nodes):  # type: ignore[no-untyped-def]
     """Memory for the footprints of slices of these nodes."""
     reach = reach_space(nodes)
-    most = 2 * reach.u.shape[0]
+    points, most = reach.u.shape[0], 3 * reach.u.shape[0]
     return Pieces(
-        reach, np.empty(most), np.empty(most), np.empty((most, 2)), np.empty(most, dtype=np.int64), np.empty(most)
-    )
+        reach, np.empty((2, points)), np.empty(most), np.empty(most), np.empty((most, 2)),
+        np.empty(most, dtype=np.int64), np.empty(most),
+    )  # fmt: skip
 
 
 @inner_njit(cache=True, error_model="numpy")
@@ -113,12 +118,13 @@ def factor_at(factor, place):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  # type: ignore[no-untyped-def]
-    """Append the stretches of a footprint between two points of the outline, whose shares sum up to `share`."""
-    area, begin, mass, middle = 0.0, pieces, space.mass, space.middle
-    b = depth - (g[start] - least)
+def _add_pieces(count, least, depth, share, space, pieces):  # type: ignore[no-untyped-def]
+    """Append the stretches of a whole footprint, whose shares sum up to `share`."""
+    u, g, mass, middle = space.reach.u, space.reach.g, space.mass, space.middle
+    area, begin = 0.0, pieces
+    b = depth - (g[0] - least)
     t_b = root_of(b)
-    for c in range(start, stop):
+    for c in range(count - 1):
         a, t_a = b, t_b
         b = depth - (g[c + 1] - least)
         t_b = root_of(b)
@@ -126,16 +132,40 @@ def _add_pieces(u, g, start, stop, least, depth, share, edge, space, pieces):  #
             continue
         u_a, width = open_part(u[c], u[c + 1] - u[c], a, b)
         if width > 0.0:
-            # share 2/3 even/(t_a + t_b) of the width as in `segment`; its centroid: a depth that alternates from node
-            # to node would not be felt in the middle
-            even = t_a * t_a + t_b * (t_a + t_b)
-            per = width / (5.0 * even * (t_a + t_b))
-            mass[pieces] = 10.0 / 3.0 * even * even * per
-            middle[pieces] = u_a + per * (t_b * (t_b * (3.0 * t_b + 6.0 * t_a) + 4.0 * t_a * t_a) + 2.0 * t_a**3)
+            # by centroids: a depth that alternates from node to node would not be felt in the middle
+            mass[pieces], middle[pieces] = centred_segment(u_a, width, t_a, t_b)
             space.ends[pieces, 0], space.ends[pieces, 1] = u_a, u_a + width
-            space.at_edge[pieces] = edge
+            space.at_edge[pieces] = 0
             area += mass[pieces]
             pieces += 1
+    return _weighed(mass, begin, pieces, share, area)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _add_side(count, side, mark, upper, lift, depth, share, space, pieces):  # type: ignore[no-untyped-def]
+    """Append what of a footprint belongs to one side of a ridge, the upper one or not; `lift` as in `lowest_of`."""
+    u, g, mass, middle = space.reach.u, space.reach.g, space.mass, space.middle
+    least, area, begin = lowest_of(side, g, count, lift), 0.0, pieces
+    for c in range(count - 1):
+        part, a, b = part_of(side, c), depth - (g[c] - least), depth - (g[c + 1] - least)
+        if part <= 0.0 or (a <= 0.0 and b <= 0.0):
+            continue
+        u_a, width = open_part(u[c], u[c + 1] - u[c], a, b)
+        if width > 0.0:
+            whole, middle[pieces] = centred_segment(u_a, width, root_of(a), root_of(b))
+            mass[pieces] = part * whole
+            # its end moves on evenly as more of it counts
+            space.ends[pieces, 0] = u_a + ((1.0 - part) * width if upper else 0.0)
+            space.ends[pieces, 1] = u_a + (width if upper else part * width)
+            space.at_edge[pieces] = mark
+            area += mass[pieces]
+            pieces += 1
+    return _weighed(mass, begin, pieces, share, area)
+
+
+@inner_njit(cache=True, error_model="numpy")
+def _weighed(mass, begin, pieces, share, area):  # type: ignore[no-untyped-def]
+    """Shares of stretches from their areas; without any area there are none of them. Returns how many there are."""
     if area <= 0.0:
         return begin
     for piece in range(begin, pieces):
@@ -150,22 +180,20 @@ def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-de
     Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
     """
     depth, count, least = reached(gap, half_width, space.reach)
-    u, g = space.reach.u, space.reach.g
-    edge, ridge, share, apart = share_of_edge(
-        u, g, count, gap.low, gap.high, gap.per_mm, depth, what.closes[k, i], what.edges[k, i], what.most[i]
-    )
+    closes = what.closes[k, i]
+    edge, share, apart = share_of_edge(
+        space.reach.u, space.reach.g, count, gap.low, gap.high, gap.per_mm, depth, closes, what.edges[k, i],
+        what.most[i], space.side,
+    )  # fmt: skip
     pieces = ZERO
     if apart < 1.0:
-        pieces = _add_pieces(u, g, ZERO, count - 1, least, depth, 1.0 - apart, ZERO, space, pieces)
+        pieces = _add_pieces(count, least, depth, 1.0 - apart, space, pieces)
     if apart > 0.0:
-        split = split_at(u, g, count, ridge)
-        for side in (-1, 1):
-            start, stop = (ZERO, split) if side < 0 else (split, count)
-            own = share if side == edge else 1.0 - share
+        lift = highest_that_bears(0.0, depth, closes)
+        for row in range(2):
+            own, mark, upper = (share, edge, edge > 0) if row == 0 else (1.0 - share, VALLEY, edge < 0)
             if own > 0.0:
-                bottom = lowest(g[start:], stop + 1 - start)
-                mark = edge if side == edge else VALLEY
-                pieces = _add_pieces(u, g, start, stop, bottom, depth, apart * own, mark, space, pieces)
+                pieces = _add_side(count, space.side[row], mark, upper, lift, depth, apart * own, space, pieces)
     return pieces
 
 

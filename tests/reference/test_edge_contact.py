@@ -40,6 +40,11 @@ def first() -> tuple[np.ndarray, float]:
     return np.zeros(4), 0.0
 
 
+def shared(u: np.ndarray, *others: object) -> tuple[int, float, float]:
+    """Share of an edge, whatever belongs to it."""
+    return share_of_edge(u, *others, np.empty((2, u.size)))
+
+
 def smooth_step(place: np.ndarray, start: float, stop: float) -> np.ndarray:
     x = np.clip((place - start) / (stop - start), 0.0, 1.0)
     return x**2 * (3.0 - 2.0 * x)
@@ -165,7 +170,7 @@ def test_shares_of_edge_and_valley(line_load):
         terms = lines.separation[:, 0, 0]
         gap = SliceGap(0.0, EDGE, 8.0, terms, 1.0, RADIUS, 0.0, wear[0], grid.profile[0], 1600)
         count = outline(gap, EDGE, 0.9, 3e-3, u, g)
-        edge, _, share, apart = share_of_edge(u, g, count, EDGE, 8.0, 1.0, 3e-3, closes, *first())
+        edge, share, apart = shared(u, g, count, EDGE, 8.0, 1.0, 3e-3, closes, *first())
         assert edge == -1 and apart == 1.0
         found.append(share)
         exact.append(solved_evenly(grid, wear, line_load).share)
@@ -175,19 +180,18 @@ def test_shares_of_edge_and_valley(line_load):
 
 def test_no_edge_no_share():
     u, g = np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41) ** 2
-    assert share_of_edge(u, g, 41, -1.0, 1.0, 1.0, 1e-3, 1e-3, *first()) == (0, 0, 0.0, 0.0)
-    assert share_of_edge(u, g, 41, -2.0, 2.0, 1.0, 1e-3, 0.0, *first())[3] == 0.0
+    assert shared(u, g, 41, -1.0, 1.0, 1.0, 1e-3, 1e-3, *first()) == (0, 0.0, 0.0)
+    assert shared(u, g, 41, -2.0, 2.0, 1.0, 1e-3, 0.0, *first())[2] == 0.0
 
 
 def test_the_upper_edge_mirrors_the_lower():
     u = np.linspace(-3.0, 0.5, 701)
     g = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
-    lower = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first())
-    upper = share_of_edge(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
+    lower = shared(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first())
+    upper = shared(-u[::-1], g[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
     assert lower[0] == -1 and upper[0] == 1
-    assert 0.5 < lower[2] < 1.0
-    assert upper[2:] == pytest.approx(lower[2:], rel=1e-9)
-    assert upper[1] == pytest.approx(-lower[1], rel=1e-9)
+    assert 0.5 < lower[1] < 1.0
+    assert upper[1:] == pytest.approx(lower[1:], rel=1e-9)
 
 
 def test_what_nothing_closes_takes_no_part_in_the_share_of_an_edge():
@@ -195,25 +199,69 @@ def test_what_nothing_closes_takes_no_part_in_the_share_of_an_edge():
     u = np.linspace(-3.0, 9.5, 2501)
     near = 0.1 + 1e-3 * np.minimum(50.0 * (u + 2.6) ** 2, 50.0 * u**2 + 0.5)
     far = np.where(u > 3.0, 0.2 + 0.1 * np.abs(u - 7.0), near)
-    share = share_of_edge(u, near, np.searchsorted(u, 3.0), -2.5, 12.0, 1.0, 1e-3, 1e-3, *first())
-    assert 0.5 < share[2] < 1.0
-    assert share_of_edge(u, far, u.size, -2.5, 12.0, 1.0, 1e-3, 1e-3, *first()) == share
-    assert share_of_edge(u, far, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first()) == share
-    edge, *others = share_of_edge(-u[::-1], far[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
+    share = shared(u, near, np.searchsorted(u, 3.0), -2.5, 12.0, 1.0, 1e-3, 1e-3, *first())
+    assert 0.5 < share[1] < 1.0
+    assert shared(u, far, u.size, -2.5, 12.0, 1.0, 1e-3, 1e-3, *first()) == share
+    assert shared(u, far, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first()) == share
+    edge, *others = shared(-u[::-1], far[::-1].copy(), u.size, -9.0, 2.5, 1.0, 1e-3, 1e-3, *first())
     assert edge == 1
-    assert others[1:] == pytest.approx(share[2:], rel=1e-9)
+    assert others == pytest.approx(share[1:], rel=1e-9)
 
 
 def test_the_ridge_beside_an_edge_moves_on_evenly():
     """From one point of the outline to the next, whose gaps differ by a rounding error when it passes."""
-    u = np.linspace(-3.0, 3.0, 61)
-    places = np.linspace(-1.2, -1.0, 41)
-    found = []
-    for place in places:
+    u, places = np.linspace(-3.0, 3.0, 61), np.linspace(-1.2, -1.0, 41)
+    found = np.empty((places.size, u.size))
+    for side, place in zip(found, places, strict=True):
         waves = 1.0 + np.cos(np.pi * np.clip((u - place) / 1.6, -1.0, 1.0))
         g = 0.1 + 1e-3 * (waves + np.maximum(np.abs(u - place) - 1.6, 0.0) ** 2)
-        found.append(share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first())[1])
-    np.testing.assert_allclose(found, places, atol=0.005)  # of 0.1 between points
+        sides = np.empty((2, u.size))
+        assert share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first(), sides)[0] == -1
+        side[:] = sides[0]
+        assert (np.diff(side) <= 0.0).all() and side[0] == 1.0 and side[-1] == 0.0
+    assert np.abs(np.diff(found, axis=0)).max() < 0.1
+    ridge = u[0] + 0.1 * (found.sum(axis=1) - 0.5)  # of a step from 1 to 0
+    np.testing.assert_allclose(ridge, places, atol=0.05)  # of 0.1 between points
+
+
+BETWEEN = [-3.0, -2.6, -1.6, -1.0, -0.4, 0.4, 1.0, 1.8, 4.0]
+
+
+def between_ridges(gaps: list[float]) -> tuple[float, float, np.ndarray]:
+    """Share, how far apart and side of an edge where the gap goes by straight lines [um] between some places."""
+    u, sides = np.linspace(-3.0, 4.0, 701), np.zeros((2, 701))
+    g = 0.1 + 1e-3 * np.interp(u, BETWEEN, gaps)
+    edge, share, apart = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, *first(), sides)
+    assert edge == -1 and 0.2 < share < 0.9
+    return share, apart, sides[0]
+
+
+@pytest.mark.parametrize(
+    ("gaps", "changed"),
+    [
+        ([1.5, 0.4, 1.2, 0.6, 1.2, 0.1, 0.7, 0.1, 9.0], 2),  # two ridges of a height
+        ([1.5, 0.4, 1.2, 0.6, 1.2, 0.1, 0.7, 0.1, 9.0], 7),  # two valleys of a gap
+        ([1.5, 0.4, 0.9, 0.2, 1.2, 0.5, 0.7, 0.6, 9.0], 5),  # two valleys with ridges as high over each
+        ([1.5, 0.4, 0.9, 0.5, 1.2, 0.7, 0.8, 0.8, 9.0], 3),  # one that comes up before another one
+        ([1.5, 0.4, 1.0, 0.5, 1.0, 0.55, 0.8, 0.8, 9.0], 4),  # one beyond a ridge as high as the first
+        ([1.5, 0.4, 1.0, 0.1, 0.8, 0.2, 0.9, 0.8, 9.0], 4),  # one beyond a ridge that divides no more
+    ],
+)
+def test_nothing_jumps_where_another_ridge_or_valley_counts(gaps, changed):
+    """Beside an edge that presses, of two that are as high or as low but for a rounding error."""
+    found = []
+    for sign in (-1.0, 1.0):
+        moved = list(gaps)
+        moved[changed] += 1e-6 * sign
+        found.append(between_ridges(moved))
+    for low, high in zip(*found, strict=True):
+        np.testing.assert_allclose(low, high, atol=1e-4)
+
+
+def test_what_lies_between_two_ridges_belongs_to_edge_and_valley():
+    side = between_ridges([1.5, 0.4, 1.2, 0.6, 1.2, 0.1, 0.7, 0.1, 9.0])[2]
+    assert side[200] == pytest.approx(0.5, abs=1e-9)
+    assert side[0] == side[80] == 1.0 and (side[300:] == 0.0).all()
 
 
 def shares_over_cycles(edge_wears: float, valley_wears: float, cycles: int, *, known: bool = True) -> np.ndarray:
@@ -223,7 +271,7 @@ def shares_over_cycles(edge_wears: float, valley_wears: float, cycles: int, *, k
     edge = u < u[200:300][np.argmax(g[200:300])]
     (before, most), found = first(), []
     for _ in range(cycles):
-        _, _, share, apart = share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
+        _, share, apart = shared(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
         assert apart == 1.0
         found.append(share)
         g += np.where(edge, share * edge_wears, (1.0 - share) * valley_wears)
@@ -251,8 +299,8 @@ def share_after(first_gap: np.ndarray) -> float:
     u = np.linspace(-3.0, 3.0, 601)
     g = 0.1 + 1e-3 * np.minimum(30.0 * (u + 2.6) ** 2 + 0.5, 30.0 * u**2)
     before, most = first()
-    share_of_edge(u, first_gap, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
-    return share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, 3e-3)[2]
+    shared(u, first_gap, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)
+    return shared(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, 3e-3)[1]
 
 
 def test_an_edge_that_comes_to_press_is_foreseen_by_and_by():
@@ -269,7 +317,7 @@ def test_a_share_that_is_known_and_stays_is_not_changed_by_foresight():
     g = 0.1 + 1e-3 * np.minimum(8.0 * (u + 2.6) ** 2 + 0.3, 8.0 * u**2)
     (before, most), settled = first(), []
     for _ in range(200):
-        settled.append(share_of_edge(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)[2])
+        settled.append(shared(u, g, u.size, -2.5, 9.0, 1.0, 1e-3, 1e-3, before, most)[1])
         most = 3e-3
     assert 0.2 < settled[0] < 0.8
     np.testing.assert_allclose(settled, settled[0], rtol=1e-12)
