@@ -59,10 +59,9 @@ def part_of(side, c):  # type: ignore[no-untyped-def]
 def lowest_of(side, g, count, lift):  # type: ignore[no-untyped-def]
     """Least gap of an edge, or of a valley; what belongs to both is taken to lie higher by up to `lift`."""
     least = inf
-    for c in range(count - 1):
-        part = part_of(side, c)
-        if part > 0.0:
-            least = min(least, min(g[c], g[c + 1]) + (1.0 - part) * lift)
+    for c in range(count):
+        if side[c] > 0.0:
+            least = min(least, g[c] + (1.0 - side[c]) * lift)
     return least
 
 
@@ -77,8 +76,6 @@ def _contact(u, g, count, side, least, depth, per_mm):  # type: ignore[no-untype
             mass, middle = centred_segment(begin, width, root_of(a), root_of(b))
             area += part * mass
             moment += part * mass * middle
-    if area <= 0.0:
-        return inf, u[0]
     return 0.5 * (pi * depth / (area * per_mm)) ** 2, moment / area
 
 
