@@ -5,7 +5,10 @@ ground by Flamant's logarithm (Johnson 1985, eq. 2.25). With b_j^2 = 4 q_j/(pi E
 
     g_2 - g_1 = 1/(pi E*) [q_1 (2 ln(s/b_1) + 1) - q_2 (2 ln(s/b_2) + 1)],   q_1 + q_2 = q.
 
-The gap that decides is some five times what either contact closes by itself.
+The gap that decides is some five times what either contact closes by itself. Place and curvature of a contact are
+those of all of its footprint: of the edge what lies before the highest ridge between it and the valley, of the valley
+what lies beyond. Between two ridges that are nearly as high the gap belongs to both, and of two valleys to which it
+falls nearly as deep both count: a rounding error does not choose one of them.
 
 While flanks wear in cycles, shares found from the gap alone swing to and fro where a cycle takes more off an edge
 than twice what contact closes, which is a micrometre or less. They foresee the middle of the cycle to come: with the

@@ -33,26 +33,62 @@ def test_nothing_touches_where_the_gap_is_open():
     assert segment(0.3, 0.0, 0.0) == (0.0, 0.0)
 
 
-@given(st.lists(st.floats(0.0, 2e-3), min_size=2, max_size=12), st.floats(0.1, 1.0))
-def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(gaps, share):
-    g = np.array(gaps)
-    u, depth = np.linspace(0.0, 0.1 * g.size, g.size), 1.2e-3
+DEPTH = 1.2e-3
+GAPS = st.lists(st.floats(0.0, 2e-3), min_size=2, max_size=12)
+
+
+def outlined(gaps: list[float]) -> tuple[np.ndarray, np.ndarray, deposit.Pieces]:
+    """An outline of these gaps, and memory that holds it."""
     space = deposit.piece_space(np.stack([NODES, NODES]))
-    pieces = deposit._add_pieces(u, g, 0, g.size - 1, g.min(), depth, share, 1, space, 0)
+    g = np.array(gaps)
+    u = np.linspace(0.0, 0.1 * g.size, g.size)
+    space.reach.u[: u.size], space.reach.g[: g.size] = u, g
+    return u, g, space
+
+
+def moments(u: np.ndarray, g: np.ndarray, least: float, parts: np.ndarray) -> list[float]:
+    """Integrals of the density and of its moment, of which a part counts in every cell."""
+
+    def density(x: float, power: int) -> float:
+        return float(np.sqrt(max(DEPTH - np.interp(x, u, g) + least, 0.0)) * x**power)
+
+    return [
+        sum(
+            part * quad(density, *cell, args=(power,), limit=200, epsabs=1e-14)[0]
+            for part, cell in zip(parts, pairwise(u), strict=True)
+        )
+        for power in (0, 1)
+    ]
+
+
+@given(GAPS, st.floats(0.1, 1.0))
+def test_stretches_share_a_footprint_by_their_areas_and_lie_at_their_centroids(gaps, share):
+    u, g, space = outlined(gaps)
+    pieces = deposit._add_pieces(g.size, g.min(), DEPTH, share, space, 0)
     mass, middle, ends = space.mass, space.middle, space.ends[:pieces]
     rounding = 1e-12  # a stretch may be no longer than that
     assert np.all(ends[:, 0] <= middle[:pieces] + rounding) and np.all(middle[:pieces] <= ends[:, 1] + rounding)
     assert mass[:pieces].sum() == pytest.approx(share, rel=1e-12)
     assert np.all(np.diff(middle[:pieces]) > 0.0)
-
-    def density(x: float, power: int) -> float:
-        return float(np.sqrt(max(depth - np.interp(x, u, g) + g.min(), 0.0)) * x**power)
-
-    area, moment = (
-        sum(quad(density, *cell, args=(power,), limit=200, epsabs=1e-14)[0] for cell in pairwise(u))
-        for power in (0, 1)
-    )
+    area, moment = moments(u, g, g.min(), np.ones(g.size - 1))
     assert mass[:pieces] @ middle[:pieces] == pytest.approx(share * moment / area, rel=1e-5)
+
+
+@given(GAPS, st.lists(st.sampled_from([0.0, 0.3, 1.0]), min_size=12, max_size=12), st.booleans())
+def test_one_side_of_a_ridge_has_its_part_of_every_stretch(gaps, sides, upper):
+    """What belongs to it in part is its lowest point only where it lies lower by what such a point is lifted."""
+    u, g, space = outlined(gaps)
+    side = np.array(sides[: g.size])
+    side[np.argmin(g)] = 1.0
+    pieces = deposit._add_side(g.size, side, 2, upper, 1.0, DEPTH, 0.4, space, 0)
+    mass, middle = space.mass[:pieces], space.middle[:pieces]
+    parts = 0.5 * (side[1:] + side[:-1])
+    area, moment = moments(u, g, g.min(), parts)
+    assert mass.sum() == pytest.approx(0.4, rel=1e-12)
+    assert mass @ middle == pytest.approx(0.4 * moment / area, rel=1e-5)
+    assert (space.at_edge[:pieces] == 2).all()
+    widths, cells = np.diff(space.ends[:pieces])[:, 0], np.searchsorted(u, middle) - 1
+    assert (widths <= parts[cells] * 0.1 * g.size / (g.size - 1) + 1e-12).all()
 
 
 @given(st.lists(st.floats(0.0, 0.02), min_size=NODES.size, max_size=NODES.size), st.integers(1, 6))

@@ -170,6 +170,8 @@ def test_lines_that_are_not_so_any_more_are_left_out(monkeypatch):
         "line inner contact.footprint:depth_of f8",
         "line inner contact.footprint:gone f8 f8",
         "line inner gone:depth_of f8 f8",
+        "line inner wear.deposit:factor_in wear.deposit:Spread i8 i8",  # of fewer parts than it has
+        "structure wear.deposit:Spread f8[:,:] f8[:,:]",
         "line inner contact.footprint:depth_of f8 f8",
     ]
     monkeypatch.setattr(import_module("semiwear.kernel_list"), "lines", lambda: [line.split() for line in told])
