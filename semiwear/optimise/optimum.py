@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from semiwear.optimise.designs import COARSE, OWN, RESOLUTIONS, Aim, Design, Designs
+from semiwear.optimise.fine import Found
 from semiwear.optimise.quantity import Limit, Quantity
-from semiwear.optimise.search import Found
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number

@@ -9,9 +9,10 @@ import numpy as np
 
 from semiwear.errors import Problem, SceneError
 from semiwear.optimise.designs import Aim, Design, Designs
+from semiwear.optimise.fine import Found, search_finely
 from semiwear.optimise.optimum import Optimum, optimum_of
 from semiwear.optimise.quantity import Limit, limits_of, quantity_of
-from semiwear.optimise.search import Found, Goal, scan, search, settle
+from semiwear.optimise.search import Goal, scan
 from semiwear.optimise.space import Space, space_of
 from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
@@ -23,7 +24,7 @@ __all__ = ["Search", "optimise", "plan_search"]
 
 
 _MOST_FIELDS = 12
-_COUNT, _COUNT_A_FIELD = 20, 10  # designs that are tried
+_COUNT, _COUNT_A_FIELD = 20, 15  # designs that are tried
 _FRONT = 5  # designs between the two ends of a front
 _SCAN = 4  # designs for each field, and as many more
 
@@ -42,8 +43,8 @@ def optimise(
     """Find the design whose worn flanks are best.
 
     The space of designs is scanned by a Sobol' sequence on a coarse grid; each further design is the best that a
-    surrogate of the known ones sees (radial basis functions). What is found is solved at the resolution of the scene
-    and at twice that; where a limit is not kept there, the search goes on with what the finer grid corrects.
+    surrogate of the known ones sees (radial basis functions). What is found is solved at the resolution of the scene,
+    where its aim counts, and at twice that, where its limits do; the search goes on with what finer grids correct.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def optimise(
     subject_to : mapping, optional
         Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
     most : int, optional
-        Designs to be tried at most on the coarse grid for each search. Default: 20, and 10 more for each field.
+        Designs to be tried at most on the coarse grid for each search. Default: 20, and 15 more for each field.
     workers : int, optional
         Processes of the scan; 0: in this process. Default: one a core.
     progress : Progress or bool, optional
@@ -186,7 +187,7 @@ def _front(designs: Designs, most: int) -> list[Found]:
         raise SceneError.of("vary", f"{len(scanned)} designs", "designs that can be solved", "; ".join(reasons))
     left = max(most - len(scanned), 4)
     ends = [Goal(aim, designs.bounds) for aim in range(len(designs.aims))]
-    found = [settle(designs, goal, search(designs, goal, left), left // 2) for goal in ends]
+    found = [search_finely(designs, goal, left) for goal in ends]
     if len(designs.aims) == 1:
         return found
     sign = 1.0 if designs.aims[1].minimise else -1.0
@@ -194,7 +195,7 @@ def _front(designs: Designs, most: int) -> list[Found]:
     between = []
     for share in np.arange(1, _FRONT + 1) / (_FRONT + 1):
         goal = Goal(0, designs.bounds, first + share * (second - first))
-        between.append(settle(designs, goal, search(designs, goal, left // 2), left // 4))
+        between.append(search_finely(designs, goal, left // 2))
     return _undominated(designs, [found[0], *between, found[1]])
 
 

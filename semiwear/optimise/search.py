@@ -1,12 +1,11 @@
 """Search for the best design: a scan of the space, then designs that a surrogate of all known ones calls for.
 
 The scan is a scrambled Sobol' sequence at a coarse resolution. Each further design is the best that the surrogate
-sees in a region about the best known one, which grows and shrinks with success (a trust region); every fourth is the
-best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J. Comput.
-19, 497-509). Where the region has closed, the search begins anew about the best design elsewhere. Limits have a
-margin that grows as long as designs which should keep them do not (Regis 2014, Eng. Optim. 46, 218-243). What a
-coarse grid gets wrong is made good by the difference to a fine one at the design that was found, and the search goes
-on with it (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
+sees in a region about the best known one, which grows and shrinks with success (a trust region). Of four designs one
+is the best far from all that are known, so that a second valley is not missed (Regis and Shoemaker 2007, INFORMS J.
+Comput. 19, 497-509), and one the best on folds through the designs around (`fold`). Where the region has closed, the
+search begins anew about the best design elsewhere. Limits have a margin that grows as long as designs which should
+keep them do not (Regis 2014, Eng. Optim. 46, 218-243).
 """
 
 from __future__ import annotations
@@ -18,24 +17,23 @@ import numpy as np
 from scipy.stats import qmc
 
 from semiwear.arrays import FloatArray
-from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
+from semiwear.optimise.correction import Correction
+from semiwear.optimise.designs import COARSE, Design, Designs, size_of
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import Surrogate
 
-__all__ = ["Found", "Goal", "scan", "search", "settle"]
+__all__ = ["Goal", "best", "scan", "search", "values_of"]
 
 
 _SEED = 20011
 _FIRST_RADIUS, _LAST_RADIUS = 0.25, 0.002  # of the ranges
 _ELSEWHERE = 0.15  # of a range: another valley than the one about a design in which a search has ended
-_EVERY = 4  # designs of which one is far from those that are known
+_EVERY, _FOLD_TURN, _FAR_TURN = 4, 1, 3  # of four designs one is that of a fold, one is far from what is known
 _CANDIDATES = 512
 _ZOOMS, _ZOOM = 4, 0.3  # times that candidates are drawn anew about the best of them, and how much closer
 _APART = 0.1  # of the region: least distance to what is known
 _FAR = 0.5  # of the greatest distance to what is known that a design can have
 _FIRST_MARGIN, _MOST_MARGIN = 0.002, 0.03  # of a limit
-_CORRECTIONS = 4
-_MARGIN = 0.002  # of a limit, doubled each time: a corrected search stays within it, since corrections vary
 
 
 @dataclass(frozen=True)
@@ -48,31 +46,14 @@ class Goal:
     bounds : (limits,) array
     other : float or None
         Bound on the other one of two aims, as the first is minimised.
-    shift : (aims + limits,) array
-        What is added to values of a coarse grid.
+    correction : Correction or None
+        What is added to aims and limited quantities of a coarse grid.
     """
 
     aim: int
     bounds: FloatArray
     other: float | None = None
-    shift: FloatArray | None = None
-
-
-@dataclass(frozen=True)
-class Found:
-    """End of a search.
-
-    Attributes
-    ----------
-    own, doubled : Design
-        The best design at the resolution of the scene, and at twice that.
-    kept : bool
-        Whether all limits are kept at twice the resolution.
-    """
-
-    own: Design
-    doubled: Design
-    kept: bool
+    correction: Correction | None = None
 
 
 def scan(designs: Designs, count: int) -> list[Design]:
@@ -117,22 +98,21 @@ def search(designs: Designs, goal: Goal, most: int) -> Design:
         known = best(designs, goal, ends)
         if known is None:
             break
-        far = step % _EVERY == _EVERY - 1
-        place = _next(designs, goal, known.place, region, step if far else None)
+        place = _next(designs, goal, known.place, region, step)
         if place is None or region.radius < _LAST_RADIUS:
             ends.append(known.place)
             region = _Region(_FIRST_RADIUS, region.margin)
             continue
         (tried,) = designs.solved([place], COARSE)
-        rank = _rank(designs, goal, tried)
-        better = rank < _rank(designs, goal, known) and _elsewhere(tried, ends)
-        region = region.after(better=better, far=far, broken=rank[0] > 0.0)
+        rank, before = _ranks(designs, goal, [tried, known])
+        better = rank < before and _elsewhere(tried, ends)
+        region = region.after(better=better, far=step % _EVERY == _FAR_TURN, broken=rank[0] > 0.0)
     found = best(designs, goal)
     assert found is not None  # the scan has tried some
     return found
 
 
-def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, far: int | None) -> FloatArray | None:
+def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, step: int) -> FloatArray | None:
     """The best new design that a surrogate sees, about `centre` or far from all that are known; None without one."""
     tried = [design for design in designs.tried if design.resolution == COARSE]
     solved = [design for design in tried if design.solved]
@@ -140,13 +120,15 @@ def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, far
     surrogate = Surrogate(
         designs.space,
         np.stack([design.place for design in solved]),
-        np.stack([_values(designs, goal, design) for design in solved]),
+        values_of(designs, goal, solved),
         np.reshape(failed, (-1, len(designs.space.fields))),
     )
-    if far is not None:
-        places = qmc.Sobol(len(centre), scramble=True, seed=_SEED + far).random(_CANDIDATES)
+    if step % _EVERY == _FAR_TURN:
+        places = qmc.Sobol(len(centre), scramble=True, seed=_SEED + step).random(_CANDIDATES)
         away = surrogate.distance(places)
         return _best_of(surrogate, places[away >= _FAR * away.max()], region.margin)
+    if step % _EVERY == _FOLD_TURN:
+        surrogate = surrogate.folded(centre)
     radius, found = region.radius, centre
     for _ in range(_ZOOMS):
         places = _about(designs.space, found, radius, choices=radius == region.radius)
@@ -188,52 +170,37 @@ def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Desig
     Of those that lie elsewhere than about some places; None where there is none.
     """
     tried = [design for design in designs.tried if design.resolution == COARSE and _elsewhere(design, ends)]
-    return min(tried, key=lambda design: _rank(designs, goal, design), default=None)
+    ranks = _ranks(designs, goal, tried)
+    return tried[ranks.index(min(ranks))] if ranks else None
 
 
 def _elsewhere(design: Design, ends: Sequence[FloatArray]) -> bool:
     return all(np.abs(design.place - end).max() >= _ELSEWHERE for end in ends)
 
 
-def _rank(designs: Designs, goal: Goal, design: Design) -> tuple[float, float]:
+def _ranks(designs: Designs, goal: Goal, tried: Sequence[Design]) -> list[tuple[float, float]]:
     """Violation of the limits, then the aim: lower is better."""
-    values = _values(designs, goal, design)
-    return max([0.0, *values[1:].tolist()]), float(values[0])
+    values = values_of(designs, goal, tried)
+    return list(zip(values[:, 1:].max(axis=1, initial=0.0).tolist(), values[:, 0].tolist(), strict=True))
 
 
-def _values(designs: Designs, goal: Goal, design: Design) -> FloatArray:
-    """The aim, lower is better, and the excess over every limit over its size; shifted as the goal says."""
-    count = len(designs.limits) + (goal.other is not None)
-    if not design.solved:
-        return np.full(1 + count, np.inf)
-    shift = np.zeros(design.aims.size + design.limited.size) if goal.shift is None else goal.shift
-    aims, limited = design.aims + shift[: design.aims.size], design.limited + shift[design.aims.size :]
-    found = [_signed(designs, goal.aim, aims)]
-    for limit, value, bound in zip(designs.limits, limited, goal.bounds, strict=True):
-        found.append((value - bound if limit.at_most else bound - value) / size_of(limit))
+def values_of(designs: Designs, goal: Goal, tried: Sequence[Design]) -> FloatArray:
+    """Of each design the aim, lower is better, and the excess over every limit over its size, (n, 1 + limits).
+
+    Corrected as the goal says; infinite where a design could not be solved.
+    """
+    aims, limited = (
+        np.array([getattr(one, name) for one in tried]).reshape(len(tried), len(told))
+        for name, told in (("aims", designs.aims), ("limited", designs.limits))
+    )
+    if goal.correction is not None and len(tried):
+        wrong = goal.correction.at(np.stack([one.place for one in tried]))
+        aims, limited = aims + wrong[:, : len(designs.aims)], limited + wrong[:, len(designs.aims) :]
+    signs = np.array([1.0 if one.minimise else -1.0 for one in designs.aims])
+    senses = np.array([1.0 if limit.at_most else -1.0 for limit in designs.limits])
+    sizes = np.array([size_of(limit) for limit in designs.limits])
+    columns = [(signs * aims)[:, goal.aim, None], senses * (limited - goal.bounds) / sizes]
     if goal.other is not None:
-        found.append((_signed(designs, 1 - goal.aim, aims) - goal.other) / (abs(goal.other) or 1.0))
-    return np.array(found)
-
-
-def _signed(designs: Designs, aim: int, values: FloatArray) -> float:
-    return float(values[aim]) if designs.aims[aim].minimise else -float(values[aim])
-
-
-def settle(designs: Designs, goal: Goal, design: Design, most: int) -> Found:
-    """The design on finer grids; searched anew with what these correct until all limits are kept there."""
-    tried: list[Design] = []
-    for turn in range(_CORRECTIONS):
-        doubled = designs.solved([design.place], DOUBLED)[0]
-        tried.append(doubled)
-        if not (doubled.solved and design.solved) or designs.violation(doubled, goal.bounds) <= 0.0:
-            break
-        shift = np.concatenate([doubled.aims - design.aims, doubled.limited - design.limited])
-        inwards = [-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits]
-        corrected = Goal(goal.aim, goal.bounds + 2.0**turn * _MARGIN * np.array(inwards), goal.other, shift)
-        again = search(designs, corrected, most)
-        if np.array_equal(again.place, design.place):
-            break
-        design = again
-    chosen = min(tried, key=lambda one: designs.violation(one, goal.bounds))
-    return Found(designs.solved([chosen.place], OWN)[0], chosen, designs.violation(chosen, goal.bounds) <= 0.0)
+        columns.append(((signs * aims)[:, 1 - goal.aim, None] - goal.other) / (abs(goal.other) or 1.0))
+    found = np.hstack(columns)
+    return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, np.inf)

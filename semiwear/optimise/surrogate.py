@@ -8,7 +8,7 @@ has a kink. Choices that are numbers lie in their order between 0 and 1; others 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,11 +16,12 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial.distance import cdist
 
 from semiwear.arrays import BoolArray, FloatArray
+from semiwear.optimise.fold import Fold, fold_near
 from semiwear.optimise.space import Space
 from semiwear.scene.values import is_number
 from semiwear.untyped import Value
 
-__all__ = ["Surrogate"]
+__all__ = ["Surrogate", "inputs_of"]
 
 _SAME = 1e-9  # of the space: the same design
 _UNLIKE = 0.5  # distance of two choices that have no order, along each of their axes
@@ -39,35 +40,49 @@ class Surrogate:
         What is known of them.
     failed : (other, fields) array
         Designs that could not be solved.
+    folds : tuple of Fold or None
+        Of each value, in place of functions through all that is known.
     """
 
     space: Space
     places: FloatArray
     values: FloatArray
     failed: FloatArray
+    folds: tuple[Fold | None, ...] = ()
 
     def at(self, places: FloatArray) -> FloatArray:
         """Values at places (n, fields): (n, values)."""
-        return np.asarray(self._functions(self._inputs(places)))
+        inputs = inputs_of(self.space, places)
+        found = np.asarray(self._functions(inputs))
+        for k, fold in enumerate(self.folds):
+            if fold is not None:
+                found[:, k] = fold.at(inputs)
+        return found
+
+    def folded(self, centre: FloatArray) -> Surrogate:
+        """The same with folds through the designs around a centre (fields,), where these are enough."""
+        inputs = inputs_of(self.space, self.places)
+        near = inputs_of(self.space, centre[None, :])[0]
+        return replace(self, folds=tuple(fold_near(near, inputs, column) for column in self.values.T))
 
     def distance(self, places: FloatArray) -> FloatArray:
         """Distance of places (n, fields) to the nearest known design (n,), along its farthest axis."""
         every = np.vstack([self.places, self.failed])
-        return np.asarray(cdist(self._inputs(places), self._inputs(every), "chebyshev").min(axis=1))
+        return np.asarray(cdist(inputs_of(self.space, places), inputs_of(self.space, every), "chebyshev").min(axis=1))
 
     def may_fail(self, places: FloatArray) -> BoolArray:
         """Whether the design next to a place could not be solved (n,)."""
         if not self.failed.size:
             return np.zeros(len(places), dtype=bool)
-        inputs = self._inputs(places)
+        inputs = inputs_of(self.space, places)
         return np.asarray(
-            cdist(inputs, self._inputs(self.failed)).min(axis=1)
-            < cdist(inputs, self._inputs(self.places)).min(axis=1)
+            cdist(inputs, inputs_of(self.space, self.failed)).min(axis=1)
+            < cdist(inputs, inputs_of(self.space, self.places)).min(axis=1)
         )
 
     @cached_property
     def _functions(self) -> RBFInterpolator:
-        inputs = self._inputs(self.places)
+        inputs = inputs_of(self.space, self.places)
         _, first = np.unique(np.round(inputs / _SAME), axis=0, return_index=True)
         inputs, values = inputs[first], self.values[first]
         try:
@@ -75,15 +90,17 @@ class Surrogate:
         except (ValueError, np.linalg.LinAlgError):  # too few designs for a linear tail, or all in one plane
             return RBFInterpolator(inputs, values, kernel="linear", degree=0)
 
-    def _inputs(self, places: FloatArray) -> FloatArray:
-        columns: list[FloatArray] = []
-        for k, field in enumerate(self.space.fields):
-            if field.continuous or _in_order(field.values):
-                columns.append(places[:, k])
-            else:
-                chosen = np.array([field.index(place) for place in places[:, k]])
-                columns += [_UNLIKE * (chosen == one) for one in range(len(field.values))]
-        return np.stack(columns, axis=1).astype(float)
+
+def inputs_of(space: Space, places: FloatArray) -> FloatArray:
+    """Coordinates in which designs (n, fields) are as far apart as they are unlike: (n, inputs)."""
+    columns: list[FloatArray] = []
+    for k, field in enumerate(space.fields):
+        if field.continuous or _in_order(field.values):
+            columns.append(places[:, k])
+        else:
+            chosen = np.array([field.index(place) for place in places[:, k]])
+            columns += [_UNLIKE * (chosen == one) for one in range(len(field.values))]
+    return np.stack(columns, axis=1).astype(float)
 
 
 def _in_order(values: Sequence[Value]) -> bool:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 import pytest
 
+from semiwear.optimise.correction import Correction
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Design, Designs
+from semiwear.optimise.fine import search_finely
 from semiwear.optimise.quantity import Limit, quantity_of
-from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, _values, best, search, settle
+from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, best, search, values_of
 from semiwear.optimise.space import space_of
 from tests.scenes import SHIPPED
 
-module = import_module("semiwear.optimise.search")
+module, fine = (import_module(f"semiwear.optimise.{name}") for name in ("search", "fine"))
 RELIEF = "effects.modification.gear.tip_relief_um"
 SHAPE, OTHER = (f"effects.modification.{body}.relief_shape" for body in ("pinion", "gear"))
 PLANE = space_of(SHIPPED, {"effects.modification.pinion.tip_relief_um": (0, 60), RELIEF: (0, 60)})
@@ -80,7 +81,7 @@ def test_a_search_without_success_begins_anew_elsewhere_until_nothing_lies_there
     first, second = [0, 1, 2, 3, 3, 4, 5, 6, 6, 7], [0, 1, 1, 2, 3, 4, 4, 5, 6, 7]
     assert [radius for _, radius, _ in heard] == pytest.approx(0.25 / 2.0 ** np.array(first + second))
     assert [centre for centre, _, _ in heard] == 10 * [0.5] + 10 * [0.9]
-    assert [step for _, _, step in heard if step is not None] == [3, 7, 11, 15, 19]
+    assert [step for _, _, step in heard] == list(range(20))
     assert len(designs.tried) == 1 + 9 + 9  # at the end of a region nothing is tried
 
 
@@ -112,7 +113,7 @@ def test_the_next_design_is_the_best_of_its_region_and_of_smaller_ones_about_it(
     """Downhill on a plane: by the radius, and by 0.3 of each step before, three times."""
     centre, radius = np.array([0.6, 0.6]), 0.1
     places = np.vstack([centre, np.random.default_rng(0).uniform(size=(8, 2))])
-    found = _next(known(lambda place: place.sum(), places), FREE, centre, _Region(radius), None)
+    found = _next(known(lambda place: place.sum(), places), FREE, centre, _Region(radius), 0)
     assert found is not None
     reach = radius * (1.0 + 0.3 + 0.09 + 0.027)
     assert np.all(centre - found <= reach + 1e-12) and (centre - found).sum() > 1.8 * reach
@@ -122,7 +123,7 @@ def test_a_design_too_near_to_what_is_known_is_not_tried():
     """The bottom of a bowl that is known: the next design keeps a tenth of the radius away from it."""
     bottom = np.array([0.5, 0.5])
     places = np.vstack([bottom, np.random.default_rng(1).uniform(size=(30, 2))])
-    found = _next(known(lambda place: ((place - bottom) ** 2).sum(), places), FREE, bottom, _Region(0.2), None)
+    found = _next(known(lambda place: ((place - bottom) ** 2).sum(), places), FREE, bottom, _Region(0.2), 0)
     assert found is not None
     assert 0.02 <= np.abs(found - bottom).max() < 0.05
 
@@ -197,14 +198,25 @@ def test_values_are_the_aim_and_excesses_over_the_sizes_of_limits():
     designs = Tried(lambda place, _: ([3.0, 7.0], [0.6, 0.9, 2.0]), (Aim(WEAR), Aim(EFFICIENCY, False)), limits)
     (design,) = designs.solved([np.zeros(2)], COARSE)
     bounds = designs.bounds
-    np.testing.assert_allclose(_values(designs, Goal(0, bounds), design), [3.0, 0.2, -0.125, 2.0])
-    shift = np.array([0.5, -1.0, 0.1, -0.3, 0.0])
-    shifted = _values(designs, Goal(0, bounds, shift=shift), design)
-    np.testing.assert_allclose(shifted, [3.5, 0.4, 0.25, 2.0])
+
+    def values(goal: Goal) -> np.ndarray:
+        return values_of(designs, goal, [design])[0]
+
+    np.testing.assert_allclose(values(Goal(0, bounds)), [3.0, 0.2, -0.125, 2.0])
+    wrong = Correction(PLANE, np.zeros((1, 2)), np.array([[0.5, -1.0, 0.1, -0.3, 0.0]]))
+    np.testing.assert_allclose(values(Goal(0, bounds, correction=wrong)), [3.5, 0.4, 0.25, 2.0])
     # the other aim under a bound; greatest is least of the negative
-    np.testing.assert_allclose(_values(designs, Goal(0, bounds, other=-8.0), design), [3.0, 0.2, -0.125, 2.0, 0.125])
-    np.testing.assert_allclose(_values(designs, Goal(1, bounds, other=2.0), design), [-7.0, 0.2, -0.125, 2.0, 0.5])
-    np.testing.assert_allclose(_values(designs, Goal(1, bounds, other=0.0), design)[-1], 3.0)
+    np.testing.assert_allclose(values(Goal(0, bounds, other=-8.0)), [3.0, 0.2, -0.125, 2.0, 0.125])
+    np.testing.assert_allclose(values(Goal(1, bounds, other=2.0)), [-7.0, 0.2, -0.125, 2.0, 0.5])
+    np.testing.assert_allclose(values(Goal(1, bounds, other=0.0))[-1], 3.0)
+
+
+def test_a_design_that_could_not_be_solved_comes_last():
+    designs = Tried(lambda place, _: ([np.nan if place[0] > 0.5 else 3.0], [0.6]), limits=(Limit(SHARE, 0.5, True),))
+    tried = designs.solved([np.array([0.9, 0.0]), np.array([0.1, 0.0])], COARSE)
+    np.testing.assert_allclose(values_of(designs, Goal(0, designs.bounds), tried), [[np.inf, np.inf], [3.0, 0.2]])
+    assert best(designs, Goal(0, designs.bounds)) is tried[1]
+    assert values_of(designs, Goal(0, designs.bounds), []).shape == (0, 2)
 
 
 def test_the_best_design_keeps_its_limits_before_its_aim_counts():
@@ -217,39 +229,82 @@ def test_the_best_design_keeps_its_limits_before_its_aim_counts():
 # ---------------------------------------------------------------------- finer grids
 
 
-@pytest.mark.parametrize("within", [False, True])
-def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkeypatch, within):
-    """Each search anew has the coarse grid's error as its shift, and bounds drawn in by 0.2 %, 0.4 %, ..."""
+def test_a_correction_goes_through_what_was_solved_finely_and_stays_within_it():
+    places = np.array([[0.2, 0.2], [0.8, 0.4], [0.5, 0.9]])
+    differences = np.array([[1.0, -2.0], [3.0, 0.0], [2.0, 4.0]])
+    correction = Correction(PLANE, places, differences)
+    np.testing.assert_allclose(correction.at(places), differences, atol=1e-12)
+    far = correction.at(np.random.default_rng(0).uniform(size=(200, 2)))
+    assert (far >= differences.min(axis=0) - 0.5).all() and (far <= differences.max(axis=0) + 0.5).all()
+    # one design says the same everywhere
+    np.testing.assert_allclose(Correction(PLANE, places[:1], differences[:1]).at(places), 3 * [[1.0, -2.0]])
+
+
+def searched(monkeypatch: pytest.MonkeyPatch, designs: Tried, places: list[float], most: list[int]) -> list[Goal]:
+    """Goals of searches that find the given places, one after the other."""
+    goals, left = [], iter(places)
+
+    def scripted(_, goal, count):
+        goals.append(goal)
+        most.append(count)
+        return designs.solved([np.array([next(left), 0.0])], COARSE)[0]
+
+    monkeypatch.setattr(fine, "search", scripted)
+    return goals
+
+
+def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkeypatch):
+    """Each search anew knows all errors of the coarse grid; bounds are drawn in by 0.2 % for each design beyond."""
 
     def values(place, resolution):
-        wrong = 0.0 if resolution == COARSE else 0.1
-        return [place[0] + wrong], [place[0] + wrong, 1.0 - place[0] - 2.0 * wrong]
+        wrong = {COARSE: 0.0, OWN: 0.05, DOUBLED: 0.1}[resolution] * (1.0 + place[0])
+        return [place[0] + wrong], [place[0] + wrong, 1.0 - place[0] - wrong]
 
-    limits = (Limit(SHARE, 0.5, True), Limit(EFFICIENCY, 0.4, False))
-    designs, goals = Tried(values, limits=limits), []
-    places = iter([0.7, 0.6, 0.35 if within else 0.55, 0.65, 0.1])
-
-    def scripted(_, goal, most):
-        assert most == 7
-        goals.append(goal)
-        return designs.solved([np.array([next(places), 0.0])], COARSE)[0]
-
-    monkeypatch.setattr(module, "search", scripted)
-    first = designs.solved([np.array([0.9, 0.0])], COARSE)[0]
-    found = settle(designs, Goal(0, designs.bounds), first, 7)
-    for turn, goal in enumerate(goals):
-        inwards = 2.0**turn * 0.002
+    designs = Tried(values, limits=(Limit(SHARE, 0.5, True), Limit(EFFICIENCY, 0.4, False)))
+    most: list[int] = []
+    places = [0.9, 0.7, 0.35, 0.3495]  # the last is predicted to be no better by more than 0.2 %
+    goals = searched(monkeypatch, designs, places, most)
+    found = search_finely(designs, Goal(0, designs.bounds), 28)
+    assert most == [28, 7, 7, 7]
+    assert goals[0].correction is None
+    for turn, goal in enumerate(goals[1:], 1):
+        inwards = 0.002 * min(turn, 2)
         np.testing.assert_allclose(goal.bounds, [0.5 - 0.5 * inwards, 0.4 + 0.4 * inwards])
-        np.testing.assert_allclose(goal.shift, [0.1, 0.1, -0.2])
-    assert len(goals) == (3 if within else 4)
-    assert found.kept == within
-    assert found.doubled.place[0] == (0.35 if within else 0.55) and found.doubled.resolution == DOUBLED
-    assert found.own.resolution == OWN and found.own.place[0] == found.doubled.place[0]
+        known = np.array([[place, 0.0] for place in places[:turn]])
+        wrong = (1.0 + known[:, :1]) * [0.05, 0.1, -0.1]  # aims at the resolution of the scene, limits at twice that
+        np.testing.assert_allclose(goal.correction.at(known), wrong)
+    assert found.kept
+    assert found.doubled.place[0] == 0.35 and found.doubled.resolution == DOUBLED
+    assert found.own.resolution == OWN and found.own.place[0] == 0.35
 
 
-def test_a_search_anew_that_finds_the_same_ends_it(monkeypatch):
-    designs = Tried(lambda place, _: ([1.0], [0.9]), limits=(Limit(SHARE, 0.5, True),))
-    first = designs.solved([np.array([0.9, 0.0])], COARSE)[0]
-    monkeypatch.setattr(module, "search", lambda *_: replace(first))
-    assert not settle(designs, Goal(0, designs.bounds), first, 7).kept
-    assert len(designs.tried) == 3
+def test_a_design_that_keeps_its_limits_is_left_for_a_better_one(monkeypatch):
+    """The coarse grid says too much: the best design it allows keeps a limit with room, and others are better."""
+    designs = Tried(
+        lambda place, resolution: ([1.0 - place[0]], [place[0] * (1.0 if resolution == COARSE else 0.8)]),
+        limits=(Limit(SHARE, 0.5, True),),
+    )
+    searched(monkeypatch, designs, [0.5, 0.62, 0.63, 0.62], [])
+    found = search_finely(designs, Goal(0, designs.bounds), 20)
+    assert found.kept and found.own.place[0] == 0.62  # the third is beyond, the fourth is known
+
+
+@pytest.mark.parametrize("solved", [True, False])
+def test_a_search_anew_that_finds_the_same_or_nothing_finely_solved_ends_it(monkeypatch, solved):
+    designs = Tried(
+        lambda place, resolution: ([1.0 if solved or resolution != DOUBLED else np.nan], [0.9]),
+        limits=(Limit(SHARE, 0.5, True),),
+    )
+    most: list[int] = []
+    searched(monkeypatch, designs, [0.9, 0.9], most)
+    assert not search_finely(designs, Goal(0, designs.bounds), 20).kept
+    assert len(most) == 1 + solved
+
+
+def test_no_more_than_eight_designs_are_solved_finely(monkeypatch):
+    designs = Tried(lambda place, _: ([1.0], [0.9 - 0.01 * place[0]]), limits=(Limit(SHARE, 0.5, True),))
+    most: list[int] = []
+    searched(monkeypatch, designs, np.linspace(0.1, 0.9, 20).tolist(), most)
+    found = search_finely(designs, Goal(0, designs.bounds), 20)
+    assert len(most) == 8
+    assert not found.kept and found.own.place[0] == np.linspace(0.1, 0.9, 20)[7]  # the least beyond
