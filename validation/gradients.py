@@ -1,13 +1,15 @@
 """Are the derivatives that `sensitivities` gives right, do they know when they are not, and what do they cost?
 
-    python -m validation.gradients [--scenes 50] [--fields 20] [--seed 0] [--plain] [--processor] [--table FOUND.csv]
+    python -m validation.gradients [--kind face_gear] [--scenes 50] [--fields 20] [--seed 0] [--plain] [--processor]
+                                   [--table FOUND.csv]
 
-Pairs of teeth, loads, relief and wear are drawn; of each scene the derivatives of wear depth, pressure, root stress
-and transmission error with respect to its fields are compared with Richardson-extrapolated central differences of
-steps of 4e-5, 8e-5 and 1.6e-4, from smooth runs of their own, or plain ones, whose differences scatter and take
-steps of 0.075 to 0.3 %. Of the two that neighbouring steps give, the one with the smaller error counts (Ridders 1982,
-Adv. Eng. Software 4, 75-76); longer steps pass over jumps and kinks which their error does not tell. A derivative
-should be within 1 % of them, their own error set aside, in 95 % of all; the rest should be called doubtful.
+Pairs of teeth (cylindrical, or a face gear and its pinion), loads, relief and wear are drawn; of each scene the
+derivatives of wear depth, pressure, root stress and transmission error with respect to its fields are compared with
+Richardson-extrapolated central differences of steps of 4e-5, 8e-5 and 1.6e-4, from smooth runs of their own, or plain
+ones, whose differences scatter and take steps of 0.075 to 0.3 %. Of the two that neighbouring steps give, the one
+with the smaller error counts (Ridders 1982, Adv. Eng. Software 4, 75-76); longer steps pass over jumps and kinks
+which their error does not tell. A derivative should be within 1 % of them, their own error set aside, in 95 % of all;
+the rest should be called doubtful.
 
 The cost is the time of the gradient over that of the scene's own run, both as a user calls them, on all cores of the
 machine: the run in a process in which all is compiled, which finds its prisms itself, as the gradient finds those of
@@ -42,6 +44,7 @@ from semiwear.sweep.outcome import Status
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
 from semiwear.threads import available_threads
+from semiwear.untyped import Table
 
 QUANTITIES = (
     "wear_depth_max[gear]",
@@ -58,29 +61,53 @@ _HEAD = "scene,quantity,field,relative,error,reference,reference_error,doubtful"
 _MEASURE = measure_of_quantities(_QUANTITIES)
 
 RELIEF = "effects.modification.pinion."
-RANGES: dict[str, tuple[float, float]] = {
-    "operation.pinion_torque_Nm": (200.0, 400.0),
-    "wear.coefficient_mm2_per_N": (0.5e-13, 2e-13),
-    "wear.until.meshes": (0.5e8, 2e8),
+_MATERIAL: dict[str, tuple[float, float]] = {
     "material.pinion.youngs_modulus_MPa": (180e3, 220e3),
     "material.gear.youngs_modulus_MPa": (180e3, 220e3),
     "material.pinion.poissons_ratio": (0.25, 0.33),
     "material.gear.poissons_ratio": (0.25, 0.33),
-    f"{RELIEF}tip_relief_um": (5.0, 25.0),
-    f"{RELIEF}tip_relief_length_mm": (1.0, 2.5),
-    f"{RELIEF}root_relief_um": (5.0, 25.0),
-    f"{RELIEF}root_relief_length_mm": (1.0, 2.5),
-    f"{RELIEF}crowning_um": (3.0, 12.0),
-    f"{RELIEF}lead_slope_um": (3.0, 12.0),
-    "effects.modification.gear.tip_relief_um": (5.0, 25.0),
-    "effects.modification.gear.tip_relief_length_mm": (1.0, 2.5),
-    "effects.modification.gear.crowning_um": (3.0, 12.0),
-    "effects.misalignment.shaft_angle_error_mrad": (0.1, 1.0),
-    "effects.wear_law.load.exponent": (0.7, 1.2),
-    "gear_pair.pinion_face_width_mm": (10.0, 18.0),
-    "gear_pair.pinion_bore_radius_mm": (12.0, 18.0),
 }
-"""Fields of the drawn scenes, and where they lie."""
+RANGES: dict[str, dict[str, tuple[float, float]]] = {
+    "cylindrical": {
+        "operation.pinion_torque_Nm": (200.0, 400.0),
+        "wear.coefficient_mm2_per_N": (0.5e-13, 2e-13),
+        "wear.until.meshes": (0.5e8, 2e8),
+        **_MATERIAL,
+        f"{RELIEF}tip_relief_um": (5.0, 25.0),
+        f"{RELIEF}tip_relief_length_mm": (1.0, 2.5),
+        f"{RELIEF}root_relief_um": (5.0, 25.0),
+        f"{RELIEF}root_relief_length_mm": (1.0, 2.5),
+        f"{RELIEF}crowning_um": (3.0, 12.0),
+        f"{RELIEF}lead_slope_um": (3.0, 12.0),
+        "effects.modification.gear.tip_relief_um": (5.0, 25.0),
+        "effects.modification.gear.tip_relief_length_mm": (1.0, 2.5),
+        "effects.modification.gear.crowning_um": (3.0, 12.0),
+        "effects.misalignment.shaft_angle_error_mrad": (0.1, 1.0),
+        "effects.wear_law.load.exponent": (0.7, 1.2),
+        "gear_pair.pinion_face_width_mm": (10.0, 18.0),
+        "gear_pair.pinion_bore_radius_mm": (12.0, 18.0),
+    },
+    "face_gear": {
+        "operation.pinion_torque_Nm": (1000.0, 2200.0),
+        "wear.coefficient_mm2_per_N": (0.5e-13, 2e-13),
+        "wear.until.meshes": (0.5e9, 3e9),
+        **_MATERIAL,
+        f"{RELIEF}tip_relief_um": (5.0, 40.0),
+        f"{RELIEF}tip_relief_length_mm": (2.0, 6.0),
+        f"{RELIEF}root_relief_um": (5.0, 40.0),
+        f"{RELIEF}root_relief_length_mm": (2.0, 6.0),
+        f"{RELIEF}crowning_um": (5.0, 40.0),
+        f"{RELIEF}lead_slope_um": (5.0, 30.0),
+        "effects.misalignment.offset_mm": (0.02, 0.2),
+        "effects.misalignment.axial_pinion_mm": (0.02, 0.2),
+        "effects.misalignment.axial_gear_mm": (0.02, 0.1),
+        "effects.misalignment.shaft_angle_error_mrad": (0.1, 1.0),
+        "effects.misalignment.pinion_slope_mrad": (0.1, 0.5),
+        "effects.wear_law.load.exponent": (0.7, 1.2),
+        "gear_pair.pinion_tip_edge_radius_mm": (0.15, 0.4),
+    },
+}
+"""Fields of the drawn scenes of each kind, and where they lie."""
 
 COARSE = {"numerics.face_slices": 11, "numerics.roll_positions": 16, "numerics.profile_points": 71}
 
@@ -109,17 +136,26 @@ class Found:
     cost_kept: float
 
 
-def drawn(random: np.random.Generator) -> Scene:
-    """A scene in the manner of the shipped spur pair."""
-    teeth = {
-        "gear_pair.pinion_teeth": int(random.integers(16, 25)),
-        "gear_pair.gear_teeth": int(random.integers(24, 45)),
-        "gear_pair.helix_angle_deg": float(random.choice([0.0, 0.0, 15.0])),
-        "gear_pair.centre_distance_mm": None,
-    }
-    values = {key: float(random.uniform(*ends)) for key, ends in RANGES.items()}
+def drawn(random: np.random.Generator, kind: str) -> Scene:
+    """A scene in the manner of the shipped spur pair, or of the shipped face gear pair."""
+    if kind == "face_gear":
+        name = "face_gear_25x160"
+        teeth: Table = {
+            "gear_pair.shaper_teeth": int(random.integers(26, 30)),
+            "gear_pair.shaper_tip_radius_mm": 1.0,
+            "wear.control_point": None,
+        }
+    else:
+        name = "spur_fzg_c"
+        teeth = {
+            "gear_pair.pinion_teeth": int(random.integers(16, 25)),
+            "gear_pair.gear_teeth": int(random.integers(24, 45)),
+            "gear_pair.helix_angle_deg": float(random.choice([0.0, 0.0, 15.0])),
+            "gear_pair.centre_distance_mm": None,
+        }
+    values: Table = {key: float(random.uniform(*ends)) for key, ends in RANGES[kind].items()}
     values["effects.wear_law.load.reference_pressure_MPa"] = 1000.0
-    return sw.load_scene("spur_fzg_c").replace({**teeth, **values, **COARSE})
+    return sw.load_scene(name).replace({**teeth, **values, **COARSE})
 
 
 def found_for(scene: Scene, fields: Sequence[str], smooth: bool, crew: Crew, processor: bool) -> Found:
@@ -239,22 +275,25 @@ class _Tally:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compare derivatives of drawn scenes; 0 where they are right, or called doubtful, as often as is asked."""
     parser = argparse.ArgumentParser(prog="python -m validation.gradients")
+    parser.add_argument("--kind", choices=list(RANGES), default="cylindrical", help="of gear pair")
     parser.add_argument("--scenes", type=int, default=50)
-    parser.add_argument("--fields", type=int, default=len(RANGES), help="of those that are drawn, the first")
+    parser.add_argument("--fields", type=int, default=20, help="of those that are drawn, the first")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--plain", action="store_true", help="reference by runs that are not smooth")
     parser.add_argument("--processor", action="store_true", help="processor time of one thread")
     parser.add_argument("--table", type=Path, help="CSV of every derivative")
     options = parser.parse_args(arguments)
-    fields = list(RANGES)[: options.fields]
+    fields = list(RANGES[options.kind])[: options.fields]
     random = np.random.default_rng(options.seed)
     tally = _Tally()
     with tempfile.TemporaryDirectory() as kept:
         os.environ["SEMIWEAR_CACHE_DIR"] = kept  # no scene finds there what another one kept
         with Crew(available_threads()) as crew:
-            sw.simulate(drawn(np.random.default_rng(options.seed + 1)))  # kernels are at hand from here on
+            sw.simulate(
+                drawn(np.random.default_rng(options.seed + 1), options.kind)
+            )  # kernels are at hand from here on
             for number in range(options.scenes):
-                scene = drawn(random)
+                scene = drawn(random, options.kind)
                 try:
                     found = found_for(scene, fields, not options.plain, crew, options.processor)
                 except (sw.SceneError, sw.SemiwearError) as error:

@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from semiwear.arrays import BoolArray, FloatArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.contact.line_contact import SMOOTH_WIDTH_TOLERANCE, solve_lines
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
-from semiwear.contact.problem import ContactProblem
+from semiwear.contact.problem import Candidates
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING
 
 __all__ = ["pressed_tips", "relief_to_free", "tip_load_share"]
@@ -28,8 +28,11 @@ _TOLERANCE = 1e-3  # of half-widths, between two solutions: the approach then is
 
 def pressed_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
     """Slices that bear on the rounding of a body's tip: their footprint is cut off there; (body, roll, face)."""
-    at_tip = _at_tips(teeth, state)
-    return at_tip & (state.loads.force > 0.0) & state.coarse.edge
+    return _at_tips(teeth, state) & _on_edge(state)
+
+
+def _on_edge(state: LoadedState) -> BoolArray:
+    return (state.loads.force > 0.0) & state.coarse.edge
 
 
 def _at_tips(teeth: LoadedTeeth, state: LoadedState) -> BoolArray:
@@ -58,34 +61,33 @@ def relief_to_free(teeth: LoadedTeeth, state: LoadedState) -> FloatArray:
     what the approach then is beyond their gap and the deflection that the other loads cause there. The near field of
     the half-space is left out of it, which makes the relief no less.
     """
-    pressed, at_tips = pressed_tips(teeth, state), _at_tips(teeth, state)
+    at_tips = _at_tips(teeth, state)
+    pressed = at_tips & _on_edge(state)
     relief = np.zeros(len(BODIES))
     problem = teeth.problem
     without: BoolArray = np.logical_or.reduce(at_tips, axis=0)
     # where nothing but tips bears, no relief frees them all
-    candidates = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % teeth.rolls.phase.size)
+    pressing = np.unique(np.flatnonzero(pressed.any(axis=(0, 2))) % teeth.rolls.phase.size)
     start = state.loads.copy()
     start.force[without] = 0.0
-    positions = [int(position) for position in candidates if start.force[problem.rolls_of(int(position))].any()]
+    positions = [int(position) for position in pressing if start.force[problem.rolls_of(int(position))].any()]
     opened = replace(state.coarse, gap=state.coarse.gap + _AWAY * without)
     tolerance = SMOOTH_WIDTH_TOLERANCE if teeth.smooth else _TOLERANCE
     loads = solve_lines(problem, opened, start, positions=positions, tolerance=tolerance)
     for position in positions:
-        rolls = problem.rolls_of(position)
-        overlap = _overlap(problem, position, loads, state)
-        for body in (DRIVING, DRIVEN):
-            counts = pressed[body][rolls] & ~np.isnan(overlap)
-            relief[body] = max(relief[body], float(np.max(overlap, where=counts, initial=0.0)))
+        turned = float(loads.rotation[position] * problem.longest_lever[position])
+        candidates = problem.candidates(position, turned)
+        counts = pressed.reshape(len(BODIES), -1)[:, candidates.flat]
+        slices = np.flatnonzero(counts.any(axis=0))
+        overlap = _overlap(candidates, slices, float(loads.rotation[position]), loads, state)
+        relief = np.maximum(relief, np.where(counts[:, slices], overlap, 0.0).max(axis=1, initial=0.0))
     return relief
 
 
-def _overlap(problem: ContactProblem, position: int, loads: TeethLoads, state: LoadedState) -> FloatArray:
-    """How far the flanks overlap in every slice of a mesh position, (pair, face) [mm]; NaN far from contact."""
-    rolls, worn = problem.rolls_of(position), state.coarse
-    turned = float(loads.rotation[position] * problem.lines.lever_arm[rolls].max())
-    candidates = problem.candidates(position, turned)
-    overlap = np.full(worn.gap.size, np.nan)
-    approach = loads.rotation[position] * candidates.lever
-    deflection = candidates.deflection(loads.force, worn)
-    overlap[candidates.flat] = approach - worn.least.ravel()[candidates.flat] - deflection
-    return overlap.reshape(worn.gap.shape)[rolls]
+def _overlap(
+    candidates: Candidates, slices: IntArray, rotation: float, loads: TeethLoads, state: LoadedState
+) -> FloatArray:
+    """How far the flanks overlap in some of the candidates of a mesh position [mm]."""
+    flat = candidates.flat[slices]
+    separation = state.coarse.least.ravel()[flat]
+    return rotation * candidates.lever[slices] - separation - candidates.deflection(slices, loads.force, state.coarse)

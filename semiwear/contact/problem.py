@@ -115,17 +115,20 @@ class Candidates(NamedTuple):
     arc: FloatArray
     farthest_move: float
 
-    def deflection(self, force: FloatArray, worn: Footprints) -> FloatArray:
-        """Deflection of the candidates where they lie on the worn flank, (n,) [mm], apart from the near field.
+    def deflection(self, slices: IntArray, force: FloatArray, worn: Footprints) -> FloatArray:
+        """Deflection of some candidates where they lie on the worn flank, (n,) [mm], apart from the near field.
 
         Parameters
         ----------
+        slices : (n,) array
+            Which of the candidates.
         force : (roll, face) array [N]
         worn : Footprints
         """
         on, limit = force.ravel()[self.flat], self.farthest_move
         moved = np.clip(worn.profile.ravel()[self.flat] - self.profile, -limit, limit)
-        return self.static @ on + moved * (self.slope @ on) + (moved * on) @ self.slope
+        own = self.static[slices] @ on + moved[slices] * (self.slope[slices] @ on)
+        return np.asarray(own + (moved * on) @ self.slope[:, slices])
 
 
 @dataclass(frozen=True)

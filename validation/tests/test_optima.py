@@ -62,6 +62,6 @@ def test_the_best_design_is_as_good_as_that_of_many_samples(name):
     doubled = designs.solved([designs.space.start(found.scene)], DOUBLED)[0]
     assert designs.violation(doubled, designs.bounds) <= 0.0
     assert behind(search, {"best": found.told[0].best}) <= ALLOWED
-    # the best sample is what it was
+    # the best sample is what it was, but for sums in another order on another processor
     (again,) = designs.solved([designs.space.start(designs.scene.replace(search["changes"]))], OWN)
-    assert float(again.aims[0]) == pytest.approx(search["best"], rel=1e-9)
+    assert float(again.aims[0]) == pytest.approx(search["best"], rel=1e-6)
