@@ -90,7 +90,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "face_gear": {
         "operation.pinion_torque_Nm": (1000.0, 2200.0),
         "wear.coefficient_mm2_per_N": (0.5e-13, 2e-13),
-        "wear.until.meshes": (0.5e9, 3e9),
+        "wear.until.meshes": (0.5e9, 6e9),
         **_MATERIAL,
         f"{RELIEF}tip_relief_um": (5.0, 40.0),
         f"{RELIEF}tip_relief_length_mm": (2.0, 6.0),

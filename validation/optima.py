@@ -6,8 +6,8 @@
 
 A search draws scrambled Sobol' points and solves them by `sw.sweep`, which keeps them in a folder, so that a search
 that was stopped goes on; problems of one space share its samples. Its best is the first, from the best aim on, that
-keeps all limits on the grid of the scene and on one of twice the resolution. Aims are compared on the grid of the
-scene. A design is within 2 % of the search if its aim is at most 2 % worse. Of two aims every design of the front is
+keeps all limits on the grid of the scene and on one of twice the resolution. Aims are compared on both grids. A
+design is within 2 % of the search if its aim is at most 2 % worse on either. Of two aims every design of the front is
 compared with the search's front: by how much both of its aims have to be better until no sample is better in both.
 """
 
@@ -250,7 +250,8 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
     for one in sorted(feasible, key=lambda design: float(design.aims[0])):
         doubled = designs.solved([one.place], DOUBLED)[0]
         if designs.violation(doubled, designs.bounds) <= 0.0:
-            return {**told, "best": float(one.aims[0]), "changes": designs.space.changes(one.place)}
+            best = {"best": float(one.aims[0]), "doubled": float(doubled.aims[0])}
+            return {**told, **best, "changes": designs.space.changes(one.place)}
     raise SystemExit(f"{case.title}: no sample keeps the limits at twice the resolution")
 
 
@@ -285,7 +286,7 @@ def optimised(case: Case) -> Table:
     if len(case.minimise) == 2:
         pairs = np.stack([found.front[name].values for name in case.minimise], axis=1)
         return {**told, "front": pairs.tolist()}
-    return {**told, "best": found.told[0].best}
+    return {**told, "best": found.told[0].best, "doubled": found.told[0].doubled}
 
 
 def _processor_seconds() -> float:
@@ -297,10 +298,11 @@ def _processor_seconds() -> float:
 def behind(search: Mapping[str, Value], optimum: Mapping[str, Value]) -> float:
     """Share by which the optimiser's aim is worse than that of the search; negative where it is better.
 
-    Of a front the greatest over its designs, and over its ends against the search's best of each aim.
+    The greater one of the scene's grid and the finer one. Of a front, on the scene's grid, the greatest over its
+    designs, and over its ends against the search's best of each aim.
     """
     if "best" in search:
-        return float(optimum["best"]) / float(search["best"]) - 1.0
+        return max(float(optimum[grid]) / float(search[grid]) - 1.0 for grid in ("best", "doubled"))
     theirs, ours = np.array(search["front"]), np.array(optimum["front"])
     ends = ours.min(axis=0) / theirs.min(axis=0) - 1.0
     inside = [float((one / theirs - 1.0).min(axis=1).max()) for one in ours]
@@ -321,7 +323,10 @@ def _store(name: str, part: str, told: Table) -> None:
 
 def report() -> str:
     """The table of what is stored, as text."""
-    head = ("problem", "kept by", "best sample", "optimiser", "worse by", "limits", "tried", "processor", "clock")
+    head = (
+        "problem", "kept by", "best sample", "finer", "optimiser", "finer", "worse by", "limits", "tried",
+        "processor", "clock",
+    )  # fmt: skip
     rows = [head, *(_row(case, stored().get(name, {})) for name, case in CASES.items())]
     widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
     return "\n".join("  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
@@ -329,17 +334,19 @@ def report() -> str:
 
 def _row(case: Case, told: Table) -> tuple[str, ...]:
     search, optimum = told.get("search"), told.get("optimum")
-    left = ("not searched", "") if search is None else (f"{search['feasible']} samples", _best(search))
+    left = ("not searched", "", "") if search is None else (f"{search['feasible']} samples", *_best(search))
     if optimum is None:
-        return case.title, *left, "not run", "", "", "", "", ""
+        return case.title, *left, "not run", "", "", "", "", "", ""
     worse = "" if search is None else f"{100.0 * behind(search, optimum):+.1f} %"
     limits = "" if not case.subject_to else "kept" if optimum["kept"] else "NOT kept"
     seconds = [f"{optimum[name]:.0f} s" for name in ("processor_seconds", "clock_seconds")]
-    return case.title, *left, _best(optimum), worse, limits, str(optimum["tried"]), *seconds
+    return case.title, *left, *_best(optimum), worse, limits, str(optimum["tried"]), *seconds
 
 
-def _best(told: Table) -> str:
-    return f"{told['best']:.4g}" if "best" in told else f"{len(told['front'])} on front"
+def _best(told: Table) -> tuple[str, str]:
+    if "front" in told:
+        return f"{len(told['front'])} on front", ""
+    return f"{told['best']:.4g}", f"{told['doubled']:.4g}"
 
 
 def designs_found() -> str:

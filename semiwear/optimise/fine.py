@@ -1,7 +1,8 @@
-"""A search whose best designs are solved on finer grids, until the best that is expected there is one of them.
+"""A search whose best designs are solved at twice the resolution, until what is likely to be better there is none.
 
-What a coarse grid gets wrong of aim and limits is told by the designs that were solved finely, more by the nearer
-ones, and the search goes on with it (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430).
+Errors of the coarse grid are told by the designs that were solved finely, more by the nearer ones, and the search
+goes on with them (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Where it finds nothing better,
+a design far from these is solved finely that may be, if errors differ there by as much as they do among these.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from semiwear.optimise.correction import Correction
-from semiwear.optimise.designs import DOUBLED, OWN, Design, Designs, size_of
-from semiwear.optimise.search import Goal, search, values_of
+from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Design, Designs, size_of
+from semiwear.optimise.search import Goal, ranks_of, search, values_of
 
 __all__ = ["Found", "search_finely"]
 
@@ -21,34 +22,36 @@ __all__ = ["Found", "search_finely"]
 _TURNS = 8  # designs that are solved finely, at most
 _MARGIN = 0.002  # of a limit, for each design that did not keep one: a corrected search stays within it
 _WORTH = 0.002  # of the aim: less than this is not worth another fine solution
+_ELSEWHERE = 0.1  # of a range: far from designs that were solved finely
 
 
 @dataclass(frozen=True)
 class Found:
-    """A design that was solved on fine grids.
+    """End of a search.
 
     Attributes
     ----------
-    coarse, own, doubled : Design
-        On the grid of the search, at the resolution of the scene, and at twice that.
+    own, doubled : Design
+        The best design at the resolution of the scene, and at twice that.
     kept : bool
         Whether all limits are kept at twice the resolution.
     """
 
-    coarse: Design
     own: Design
     doubled: Design
     kept: bool
 
-    @property
-    def solved(self) -> bool:
-        """Whether every number is known on all three."""
-        return self.coarse.solved and self.own.solved and self.doubled.solved
+
+@dataclass(frozen=True)
+class _Fine:
+    """A design that was solved on the grid of the search and at twice the resolution of the scene."""
+
+    coarse: Design
+    doubled: Design
 
     @property
-    def told(self) -> Design:
-        """Aims at the resolution of the scene, limited quantities at twice that."""
-        return replace(self.doubled, aims=self.own.aims)
+    def solved(self) -> bool:
+        return self.coarse.solved and self.doubled.solved
 
 
 def search_finely(designs: Designs, goal: Goal, most: int) -> Found:
@@ -56,42 +59,59 @@ def search_finely(designs: Designs, goal: Goal, most: int) -> Found:
 
     The best is the one of those solved finely that keeps all limits and whose aim is least, else the least beyond.
     """
-    found = [_finely(designs, goal, search(designs, goal, most))]
+    found = [_finely(designs, search(designs, goal, most))]
     while len(found) < _TURNS:
         known = [one for one in found if one.solved]
-        if not known:
+        design = _next(designs, goal, known, most // 4) if known else None
+        if design is None or any(np.array_equal(design.place, one.coarse.place) for one in found):
             break
-        corrected = _corrected(designs, goal, known)
-        design = search(designs, corrected, most // 4)
-        if any(np.array_equal(design.place, one.own.place) for one in found):
-            break
-        best = _best(designs, goal, known)
-        if best.kept:
-            now, then = values_of(designs, corrected, [best.coarse, design])[:, 0]
-            if now - then <= _WORTH * abs(now):
-                break
-        found.append(_finely(designs, goal, design))
-    return _best(designs, goal, [one for one in found if one.solved] or found)
+        found.append(_finely(designs, design))
+    best = _best(designs, goal, [one for one in found if one.solved] or found)
+    (own,) = designs.solved([best.coarse.place], OWN)
+    return Found(own, best.doubled, designs.violation(best.doubled, goal.bounds) <= 0.0)
 
 
-def _finely(designs: Designs, goal: Goal, design: Design) -> Found:
-    own, doubled = (designs.solved([design.place], resolution)[0] for resolution in (OWN, DOUBLED))
-    return Found(design, own, doubled, designs.violation(doubled, goal.bounds) <= 0.0)
+def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> Design | None:
+    """The design to be solved finely next: one that is likely to be better than these, else one that may be."""
+    corrected = _corrected(designs, goal, known)
+    (least,) = ranks_of(values_of(designs, goal, [_best(designs, goal, known).doubled]))
+    design = search(designs, corrected, most)
+    (rank,) = ranks_of(values_of(designs, corrected, [design]))
+    at = [one.coarse for one in known]
+    places = np.stack([one.place for one in at])
+    if _is_better(rank, least) and not (places == design.place).all(axis=1).any():
+        return design
+    others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
+    others = [one for one in others if np.abs(places - one.place).max(axis=1).min() >= _ELSEWHERE]
+    errors = values_of(designs, corrected, at) - values_of(designs, replace(corrected, correction=None), at)
+    hoped = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
+    if not hoped or not _is_better(min(hoped), least):
+        return None
+    return others[hoped.index(min(hoped))]
 
 
-def _corrected(designs: Designs, goal: Goal, known: Sequence[Found]) -> Goal:
+def _finely(designs: Designs, design: Design) -> _Fine:
+    return _Fine(design, designs.solved([design.place], DOUBLED)[0])
+
+
+def _corrected(designs: Designs, goal: Goal, known: Sequence[_Fine]) -> Goal:
     """The goal with what fine grids say, within a margin of its limits."""
     wrong = [
-        np.concatenate([one.told.aims - one.coarse.aims, one.told.limited - one.coarse.limited]) for one in known
+        np.concatenate([one.doubled.aims - one.coarse.aims, one.doubled.limited - one.coarse.limited])
+        for one in known
     ]
     places = np.stack([one.coarse.place for one in known])
     inwards = np.array([-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits])
-    margin = _MARGIN * sum(not one.kept for one in known)
+    margin = _MARGIN * sum(designs.violation(one.doubled, goal.bounds) > 0.0 for one in known)
     correction = Correction(designs.space, places, np.stack(wrong))
     return replace(goal, bounds=goal.bounds + margin * inwards, correction=correction)
 
 
-def _best(designs: Designs, goal: Goal, found: Sequence[Found]) -> Found:
-    values = values_of(designs, goal, [one.told for one in found])
-    order = np.lexsort((values[:, 0], values[:, 1:].max(axis=1, initial=0.0)))
-    return found[int(order[0])]
+def _best(designs: Designs, goal: Goal, found: Sequence[_Fine]) -> _Fine:
+    ranked = ranks_of(values_of(designs, goal, [one.doubled for one in found]))
+    return found[min(range(len(found)), key=ranked.__getitem__)]
+
+
+def _is_better(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether a design comes nearer to the limits, or is as near and has an aim that is worth the solution."""
+    return one[0] < other[0] or (one[0] == other[0] and other[1] - one[1] > _WORTH * abs(other[1]))

@@ -27,8 +27,8 @@ class Told:
     quantity : Quantity
     before, best : float
         At the resolution of the scene.
-    error : float
-        By how much the best design's value changes with twice the resolution, relative.
+    doubled : float
+        Of the best design at twice the resolution.
     limit : Limit or None
         None for an aim.
     """
@@ -36,8 +36,14 @@ class Told:
     quantity: Quantity
     before: float
     best: float
-    error: float
+    doubled: float
     limit: Limit | None = None
+
+    @property
+    def error(self) -> float:
+        """By how much the best design's value changes with twice the resolution, relative."""
+        away = abs(self.best - self.doubled)
+        return away / abs(self.doubled) if self.doubled else away
 
 
 @dataclass(frozen=True)
@@ -117,7 +123,7 @@ def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
     limits: list[Limit | None] = [None] * len(designs.aims) + list(designs.limits)
     values = [np.concatenate([one.aims, one.limited]) for one in (before, own, doubled)]
     told = tuple(
-        Told(quantity, float(was), float(now), _relative(now, fine), limit)
+        Told(quantity, float(was), float(now), float(fine), limit)
         for quantity, was, now, fine, limit in zip(quantities, *values, limits, strict=True)
     )
     return Optimum(
@@ -131,17 +137,13 @@ def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
     )
 
 
-def _relative(value: float, fine: float) -> float:
-    return abs(value - fine) / abs(fine) if fine else abs(value - fine)
-
-
 def _nearest_to_both(designs: Designs, found: list[Found]) -> Found:
     """The design whose aims are nearest to the best of each, over their spread on the front."""
     kept = [one for one in found if one.kept and one.own.solved] or found
     if len(kept) == 1 or len(designs.aims) == 1:
         return kept[0]
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    values = signs * np.stack([one.own.aims for one in kept])
+    values = signs * np.stack([one.doubled.aims for one in kept])
     spread = np.ptp(values, axis=0)
     away = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
     return kept[int(np.argmin(np.hypot(*away.T)))]

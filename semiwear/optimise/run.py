@@ -43,8 +43,8 @@ def optimise(
     """Find the design whose worn flanks are best.
 
     The space of designs is scanned by a Sobol' sequence on a coarse grid; each further design is the best that a
-    surrogate of the known ones sees (radial basis functions). What is found is solved at the resolution of the scene,
-    where its aim counts, and at twice that, where its limits do; the search goes on with what finer grids correct.
+    surrogate of the known ones sees (radial basis functions). What is found is solved at twice the resolution of the
+    scene, where aim and limits count, and the search goes on with what that corrects.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def _front(designs: Designs, most: int) -> list[Found]:
     if len(designs.aims) == 1:
         return found
     sign = 1.0 if designs.aims[1].minimise else -1.0
-    first, second = (sign * float(one.own.aims[1]) for one in found)
+    first, second = (sign * float(one.doubled.aims[1]) for one in found)
     between = []
     for share in np.arange(1, _FRONT + 1) / (_FRONT + 1):
         goal = Goal(0, designs.bounds, first + share * (second - first))
@@ -200,13 +200,15 @@ def _front(designs: Designs, most: int) -> list[Found]:
 
 
 def _undominated(designs: Designs, found: list[Found]) -> list[Found]:
-    """Designs that keep the limits, none of which is better in both aims; all where none keeps them."""
+    """Designs that keep the limits, none of which is better in both aims; all where none keeps them.
+
+    On the finer grid, and of those on the grid of the scene, on which they are told.
+    """
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
     kept = [one for one in found if one.kept] or found
-    values = signs * np.stack([one.own.aims for one in kept])
-    chosen: list[Found] = []
-    for k, one in enumerate(kept):
-        better = (values <= values[k]).all(axis=1) & (values < values[k]).any(axis=1)
-        if not better.any() and not any(np.array_equal(one.own.place, other.own.place) for other in chosen):
-            chosen.append(one)
+    chosen = list({one.own.place.tobytes(): one for one in kept}.values())
+    for name in ("doubled", "own"):
+        values = signs * np.stack([getattr(one, name).aims for one in chosen])
+        worse = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
+        chosen = [one for one, is_worse in zip(chosen, worse, strict=True) if not is_worse]
     return chosen

@@ -22,7 +22,7 @@ from semiwear.optimise.designs import COARSE, Design, Designs, size_of
 from semiwear.optimise.space import Space
 from semiwear.optimise.surrogate import Surrogate
 
-__all__ = ["Goal", "best", "scan", "search", "values_of"]
+__all__ = ["Goal", "best", "ranks_of", "scan", "search", "values_of"]
 
 
 _SEED = 20011
@@ -104,7 +104,7 @@ def search(designs: Designs, goal: Goal, most: int) -> Design:
             region = _Region(_FIRST_RADIUS, region.margin)
             continue
         (tried,) = designs.solved([place], COARSE)
-        rank, before = _ranks(designs, goal, [tried, known])
+        rank, before = ranks_of(values_of(designs, goal, [tried, known]))
         better = rank < before and _elsewhere(tried, ends)
         region = region.after(better=better, far=step % _EVERY == _FAR_TURN, broken=rank[0] > 0.0)
     found = best(designs, goal)
@@ -170,7 +170,7 @@ def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Desig
     Of those that lie elsewhere than about some places; None where there is none.
     """
     tried = [design for design in designs.tried if design.resolution == COARSE and _elsewhere(design, ends)]
-    ranks = _ranks(designs, goal, tried)
+    ranks = ranks_of(values_of(designs, goal, tried))
     return tried[ranks.index(min(ranks))] if ranks else None
 
 
@@ -178,9 +178,8 @@ def _elsewhere(design: Design, ends: Sequence[FloatArray]) -> bool:
     return all(np.abs(design.place - end).max() >= _ELSEWHERE for end in ends)
 
 
-def _ranks(designs: Designs, goal: Goal, tried: Sequence[Design]) -> list[tuple[float, float]]:
-    """Violation of the limits, then the aim: lower is better."""
-    values = values_of(designs, goal, tried)
+def ranks_of(values: FloatArray) -> list[tuple[float, float]]:
+    """Of designs with values (n, 1 + limits) the violation of the limits, then the aim: lower is better."""
     return list(zip(values[:, 1:].max(axis=1, initial=0.0).tolist(), values[:, 0].tolist(), strict=True))
 
 

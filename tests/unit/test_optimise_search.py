@@ -257,7 +257,7 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
     """Each search anew knows all errors of the coarse grid; bounds are drawn in by 0.2 % for each design beyond."""
 
     def values(place, resolution):
-        wrong = {COARSE: 0.0, OWN: 0.05, DOUBLED: 0.1}[resolution] * (1.0 + place[0])
+        wrong = (0.1 if resolution == DOUBLED else 0.0) * (1.0 + place[0])
         return [place[0] + wrong], [place[0] + wrong, 1.0 - place[0] - wrong]
 
     designs = Tried(values, limits=(Limit(SHARE, 0.5, True), Limit(EFFICIENCY, 0.4, False)))
@@ -271,7 +271,7 @@ def test_a_design_is_corrected_until_it_keeps_its_limits_on_the_fine_grid(monkey
         inwards = 0.002 * min(turn, 2)
         np.testing.assert_allclose(goal.bounds, [0.5 - 0.5 * inwards, 0.4 + 0.4 * inwards])
         known = np.array([[place, 0.0] for place in places[:turn]])
-        wrong = (1.0 + known[:, :1]) * [0.05, 0.1, -0.1]  # aims at the resolution of the scene, limits at twice that
+        wrong = (1.0 + known[:, :1]) * [0.1, 0.1, -0.1]
         np.testing.assert_allclose(goal.correction.at(known), wrong)
     assert found.kept
     assert found.doubled.place[0] == 0.35 and found.doubled.resolution == DOUBLED
@@ -284,9 +284,25 @@ def test_a_design_that_keeps_its_limits_is_left_for_a_better_one(monkeypatch):
         lambda place, resolution: ([1.0 - place[0]], [place[0] * (1.0 if resolution == COARSE else 0.8)]),
         limits=(Limit(SHARE, 0.5, True),),
     )
-    searched(monkeypatch, designs, [0.5, 0.62, 0.63, 0.62], [])
+    searched(monkeypatch, designs, [0.5, 0.59, 0.61, 0.59], [])
     found = search_finely(designs, Goal(0, designs.bounds), 20)
-    assert found.kept and found.own.place[0] == 0.62  # the third is beyond, the fourth is known
+    assert found.kept and found.own.place[0] == 0.61  # the fourth is known
+
+
+@pytest.mark.parametrize(
+    "error, far, seen",
+    [(0.2, 0.89, True), (0.2, 0.91, False), (-0.05, 0.91, True), (-0.05, 0.93, False), (0.0, 0.9, False)],
+)
+def test_a_design_far_away_that_may_be_better_is_solved_finely(monkeypatch, error, far, seen):
+    """Next to it the coarse grid errs by `error`, elsewhere not at all: there it may err by half as much less."""
+    coarse, wrong = {0.1: 1.0, 0.5: 0.9, 0.9: far}, {0.1: 0.0, 0.5: error, 0.9: 0.0}
+    designs = Tried(lambda at, resolution: ([coarse[at[0]] + (resolution == DOUBLED) * wrong[at[0]]], []))
+    designs.solved([np.array([0.9, 0.0])], COARSE)
+    searched(monkeypatch, designs, [0.1, 0.5, 0.5, 0.5], [])
+    best = search_finely(designs, FREE, 20)
+    fine = [float(one.place[0]) for one in designs.tried if one.resolution == DOUBLED]
+    assert fine == ([0.1, 0.5, 0.9] if seen else [0.1, 0.5])
+    assert best.doubled.aims[0] == min(coarse[at] + wrong[at] for at in fine)
 
 
 @pytest.mark.parametrize("solved", [True, False])
@@ -302,7 +318,7 @@ def test_a_search_anew_that_finds_the_same_or_nothing_finely_solved_ends_it(monk
 
 
 def test_no_more_than_eight_designs_are_solved_finely(monkeypatch):
-    designs = Tried(lambda place, _: ([1.0], [0.9 - 0.01 * place[0]]), limits=(Limit(SHARE, 0.5, True),))
+    designs = Tried(lambda place, _: ([1.0], [0.9 - 0.3 * place[0]]), limits=(Limit(SHARE, 0.5, True),))
     most: list[int] = []
     searched(monkeypatch, designs, np.linspace(0.1, 0.9, 20).tolist(), most)
     found = search_finely(designs, Goal(0, designs.bounds), 20)
