@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import xarray as xr
 
 from semiwear.arrays import FloatArray
+from semiwear.compile_ahead import compile_ahead
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.errors import SceneError
 from semiwear.export.nodes import scene_of
 from semiwear.plan import plan
+from semiwear.plan.choices import kernels_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene
 
@@ -49,6 +51,7 @@ class WornContact:
             raise SceneError.of("tree", "a tree without /flank/wear_depth", "a result of simulate", "simulate it")
         scene = scene_of(tree)
         depth = _UM * data["wear_depth"].transpose("wear_step", "body", "face", "profile").values
+        compile_ahead(kernels_of(scene, wears=False), scene.numerics.threads)
         teeth = plan(scene).loaded_teeth(None, mesh_positions, data["face"].values)
         if teeth.grid.profile.shape != depth.shape[2:]:
             raise SceneError.of(

@@ -13,11 +13,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from semiwear.arrays import FloatArray, IntArray
+from semiwear.compile_ahead import compile_ahead
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.measured.worn import MeasuredWear
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.plan import plan
+from semiwear.plan.choices import kernels_of
 from semiwear.scene import Scene
 from semiwear.wear.state import WearState
 from semiwear.wear.stepping import WearStepper
@@ -173,6 +175,7 @@ def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
     if body not in scene.wear.worn_bodies:
         found = ", ".join(scene.wear.worn_bodies)
         raise SceneError.of("wear.worn_bodies", found, f"with the {body}, which was measured", "add it")
+    compile_ahead(kernels_of(scene), scene.numerics.threads)
     physics = plan(scene)
     stepper = physics.wear_stepper(physics.loaded_teeth())
     index, state = BODIES.index(body), stepper.start()

@@ -10,10 +10,12 @@ from enum import IntEnum
 from xarray import DataTree
 
 from semiwear.accuracy import simulate
+from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.life import life_group
 from semiwear.plan import plan
+from semiwear.plan.choices import kernels_of
 from semiwear.simulate import simulate as simulate_as_given
 from semiwear.sweep.measure import Measured, read_off
 from semiwear.sweep.scenes import Task
@@ -103,6 +105,7 @@ def _simulated(task: Task) -> DataTree:
 @one_blas_thread()
 def _life(task: Task) -> Measured:
     """The life alone, without the wear run of the scene."""
+    compile_ahead(kernels_of(task.scene), task.scene.numerics.threads)
     with using_threads(task.scene.numerics.threads):
         physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import os
 import subprocess
@@ -263,3 +264,17 @@ def test_a_run_finds_compiled_what_two_processes_have_compiled(tmp_path):
 
 if __name__ == "__main__":
     compile_and_run(sys.argv[1])
+
+
+def test_whatever_plans_teeth_and_loads_them_compiles_ahead():
+    """But for what others call that have done so: screening, and runs of a life beside its own."""
+    called = {}
+    for path in (ROOT / "semiwear").rglob("*.py"):
+        calls = [node.func for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+        names = {call.id for call in calls if isinstance(call, ast.Name)}
+        names |= {f".{call.attr}" for call in calls if isinstance(call, ast.Attribute)}
+        called[path.stem] = names
+    loading = {name for name, names in called.items() if {"plan", ".loaded_teeth"} <= names}
+    ahead = {name for name in loading if "compile_ahead" in called[name]}
+    assert loading - ahead == {"life", "screen_ratings"}
+    assert {"simulate", "analyses", "screen", "outcome", "worn_contact", "predicted"} <= ahead
