@@ -1,8 +1,9 @@
 """A search whose best designs are solved at twice the resolution, until what is likely to be better there is none.
 
 Errors of the coarse grid are told by the designs that were solved finely, more by the nearer ones, and the search
-goes on with them (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Where it finds nothing better,
-a design far from these is solved finely that may be, if errors differ there by as much as they do among these.
+goes on with them (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Every second time, and where
+it finds nothing better, a design elsewhere is solved finely that may be, if errors differ there by as much as they do
+among these.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from semiwear.optimise.search import Goal, ranks_of, search, values_of
 __all__ = ["Found", "search_finely"]
 
 
-_TURNS = 8  # designs that are solved finely, at most
+_TURNS = 16  # designs that are solved finely, at most
 _MARGIN = 0.002  # of a limit, for each design that did not keep one: a corrected search stays within it
 _WORTH = 0.002  # of the aim: less than this is not worth another fine solution
-_ELSEWHERE = 0.1  # of a range: far from designs that were solved finely
+_ELSEWHERE = 0.05  # of a range: far from designs that were solved finely
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,17 @@ def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> De
     (rank,) = ranks_of(values_of(designs, corrected, [design]))
     at = [one.coarse for one in known]
     places = np.stack([one.place for one in at])
-    if _is_better(rank, least) and not (places == design.place).all(axis=1).any():
+    likely = _is_better(rank, least) and not (places == design.place).all(axis=1).any()
+    if likely and len(known) % 2:
         return design
     others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
     others = [one for one in others if np.abs(places - one.place).max(axis=1).min() >= _ELSEWHERE]
     errors = values_of(designs, corrected, at) - values_of(designs, replace(corrected, correction=None), at)
+    if least[0] > 0.0:  # none keeps the limits: the coarse grid may be right elsewhere
+        errors = np.vstack([errors, np.zeros_like(errors[:1])])
     hoped = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
     if not hoped or not _is_better(min(hoped), least):
-        return None
+        return design if likely else None
     return others[hoped.index(min(hoped))]
 
 

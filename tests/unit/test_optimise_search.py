@@ -317,10 +317,11 @@ def test_a_search_anew_that_finds_the_same_or_nothing_finely_solved_ends_it(monk
     assert len(most) == 1 + solved
 
 
-def test_no_more_than_eight_designs_are_solved_finely(monkeypatch):
-    designs = Tried(lambda place, _: ([1.0], [0.9 - 0.3 * place[0]]), limits=(Limit(SHARE, 0.5, True),))
-    most: list[int] = []
-    searched(monkeypatch, designs, np.linspace(0.1, 0.9, 20).tolist(), most)
+def test_no_more_than_sixteen_designs_are_solved_finely(monkeypatch):
+    designs = Tried(lambda place, _: ([1.0], [3.0 - 2.0 * place[0]]), limits=(Limit(SHARE, 0.5, True),))
+    searched(monkeypatch, designs, np.linspace(0.05, 0.95, 18).tolist(), [])
     found = search_finely(designs, Goal(0, designs.bounds), 20)
-    assert len(most) == 8
-    assert not found.kept and found.own.place[0] == np.linspace(0.1, 0.9, 20)[7]  # the least beyond
+    fine = [one for one in designs.tried if one.resolution == DOUBLED]
+    assert len(fine) == 16
+    assert not found.kept
+    assert found.doubled.limited[0] == min(one.limited[0] for one in fine)  # the least beyond
