@@ -23,7 +23,7 @@ __all__ = ["Found", "search_finely"]
 _TURNS = 16  # designs that are solved finely, at most
 _MARGIN = 0.002  # of a limit, for each design that did not keep one: a corrected search stays within it
 _WORTH = 0.002  # of the aim: less than this is not worth another fine solution
-_ELSEWHERE = 0.05  # of a range: far from designs that were solved finely
+_ELSEWHERE = 0.05  # of a range: not beside designs that were solved finely
 
 
 @dataclass(frozen=True)

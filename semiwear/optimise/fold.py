@@ -68,7 +68,7 @@ def _fitted(rows: FloatArray, values: FloatArray, weights: FloatArray, first: Bo
         for plane, mine in zip(planes, (first, ~first), strict=True):
             if mine.sum() < rows.shape[1]:
                 return None
-            plane[:] = np.linalg.lstsq(roots[mine, None] * rows[mine], roots[mine] * values[mine])[0]
+            plane[:] = np.linalg.lstsq(roots[mine, None] * rows[mine], roots[mine] * values[mine], rcond=None)[0]
         greater = np.diff(rows @ planes.T, axis=1)[:, 0] <= 0.0
         if np.array_equal(greater, first):
             break
