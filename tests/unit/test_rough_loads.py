@@ -19,7 +19,7 @@ from semiwear.wear.stepping import WearStepper
 from tests.scenes import TINY
 
 DEPTH = 5e-3  # mm
-_ROUGH = 0.02  # of half-widths: wear differs by some of its square, by 1.2e-3 here
+_ROUGH = 0.02  # of half-widths: wear then differs by 1.2e-3 of the greatest
 
 
 def prepared(fidelity: str) -> tuple[WearStepper, stepping.ControlPoint]:
