@@ -289,9 +289,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as kept:
         os.environ["SEMIWEAR_CACHE_DIR"] = kept  # no scene finds there what another one kept
         with Crew(available_threads()) as crew:
-            sw.simulate(
-                drawn(np.random.default_rng(options.seed + 1), options.kind)
-            )  # kernels are at hand from here on
+            # kernels are at hand from here on
+            sw.simulate(drawn(np.random.default_rng(options.seed + 1), options.kind))
             for number in range(options.scenes):
                 scene = drawn(random, options.kind)
                 try:
