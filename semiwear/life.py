@@ -23,7 +23,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
-from semiwear.wear.step_count import SEARCH_STEPS, steps_of_life, two_stage_steps_for_depth
+from semiwear.wear.step_count import SEARCH_STEPS, life_steps_for_depth, steps_of_life
 from semiwear.wear.stepping import WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 
@@ -128,7 +128,7 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
     table = scene.effects.run_life
     assert table is not None
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
-    count = two_stage_steps_for_depth(limit, teeth.pair.base_pitch)
+    count = life_steps_for_depth(limit, teeth.pair.base_pitch)
     told = _Told(heard, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
     try:
         told.part("", count + SEARCH_STEPS)
@@ -229,7 +229,7 @@ def _way_to(stepper: WearStepper, body: int, limit: float, lengths: Sequence[flo
         told.step()
         return end
 
-    steps = len(lengths) if lengths is not None else two_stage_steps_for_depth(limit, stepper.teeth.pair.base_pitch)
+    steps = len(lengths) if lengths is not None else life_steps_for_depth(limit, stepper.teeth.pair.base_pitch)
     rate = limit / sum(lengths) if lengths is not None else _greatest(worn(state, 1.0), body)
     for k in range(1, steps):
         _must_wear(rate, body, now, limit)

@@ -171,6 +171,26 @@ class WearStepper:
         self._require_teeth(worn, state, meshes)
         return worn.deepest
 
+    def footprints_worn(self, state: WearState, meshes: float) -> float:
+        """Wear of a step of a length where loads and shape of its start hold, as in `footprints_between`."""
+        step = _Step(self, state)
+        step.follow([loaded.loads for loaded in state.loaded], meshes, Cycles(1.0))
+        assert step.influence is not None
+        return self.footprints_between(state, step.influence.shapes[-1])
+
+    def footprints_between(self, state: WearState, worn: Worn) -> float:
+        """Greatest wear from a state to worn flanks, times the depth that a footprint reaches down."""
+        force = state.contact.loads.force
+        loaded = force > 0.0
+        bends = self.teeth.lines.curvature[loaded]
+        # a median jumps as a slice comes to bear
+        bend = float(np.average(bends, weights=force[loaded]) if self.teeth.smooth else np.median(bends))
+        pairs = zip(worn, state.worn, strict=True)
+        depth = sum(
+            float((after - before).max()) for after, before in pairs if after is not None and before is not None
+        )
+        return float(depth / depth_of(bend, self.teeth.half_width))
+
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm], from the wear of its flank."""
         driving = self.teeth.driving
@@ -339,16 +359,7 @@ class _Step:
         twice that depth is worn in a cycle whose footprints are found at its start, or once where they are found in
         its middle, it would come out greater on the other side: they are found the farther ahead, the less is worn.
         """
-        force = self.state.contact.loads.force
-        loaded = force > 0.0
-        bends = self.teeth.lines.curvature[loaded]
-        # a median jumps as a slice comes to bear
-        bend = float(np.average(bends, weights=force[loaded]) if self.teeth.smooth else np.median(bends))
-        pairs = zip(worn, self.state.worn, strict=True)
-        depth = sum(
-            float((after - before).max()) for after, before in pairs if after is not None and before is not None
-        )
-        footprints = depth / depth_of(bend, self.teeth.half_width)
+        footprints = self.stepper.footprints_between(self.state, worn)
         least, most_worn = _ROUGHLY if roughly else (_LEAST_CYCLES, self.stepper.most_worn)
         number = footprints / most_worn
         if not self.teeth.smooth:  # which takes a part of one

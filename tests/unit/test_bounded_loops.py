@@ -124,7 +124,11 @@ def test_adaptive_steps_that_do_not_advance_are_an_error(monkeypatch):
 def test_halving_a_step_of_two_stages_ends(monkeypatch):
     plain = SimpleNamespace(meshes=1.0, loads=None, pace=1.0, worn=SimpleNamespace(driven=np.zeros((3, 2))))
     fake = SimpleNamespace(
-        following=lambda _: fake, trial_to_depth=lambda *_: plain, depth_at=lambda *_: 1.0, commit=lambda _: state
+        following=lambda _: fake,
+        trial_to_depth=lambda *_: plain,
+        depth_at=lambda *_: 1.0,
+        commit=lambda _: state,
+        footprints_between=lambda *_: 1.0,
     )
     state = SimpleNamespace(worn=plain.worn)
     monkeypatch.setattr("semiwear.wear.two_stage._first_stage", lambda *_: plain)

@@ -12,7 +12,7 @@ from semiwear.errors import ConvergenceError
 from semiwear.life import _life_along, _Told, _under, _Way, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import Compared, Plan, plan
-from semiwear.wear.step_count import steps_of_life, two_stage_steps_for_depth
+from semiwear.wear.step_count import life_steps_for_depth, steps_of_life
 from semiwear.wear.two_stage import TwoStageStepper
 from semiwear.wear.worn import Worn
 from tests.scenes import TINY, Heard
@@ -58,13 +58,15 @@ def test_a_run_of_that_many_meshes_wears_to_the_limit(tiny, tree):
 
 
 @pytest.mark.slow
-def test_three_steps_find_the_life_of_many(tiny):
-    """In plain steps of first order three of them are 8 % long."""
+@pytest.mark.parametrize("limit_um", [8.0, 20.0])
+def test_six_steps_find_the_life_of_many(tiny, limit_um):
+    """Three of them are up to 5 % long, three plain ones 8 %."""
     physics = plan(tiny.replace({"numerics.face_slices": 21, "numerics.profile_points": 71}))
-    stepper = physics.wear_stepper(physics.loaded_teeth())
-    few = sum(step_lengths_to(stepper, DRIVEN, 8e-3))
-    many = sum(step_lengths_to(stepper, DRIVEN, 8e-3, [few / 16] * 16))
-    assert few == pytest.approx(many, rel=0.03)
+    stepper, limit = physics.wear_stepper(physics.loaded_teeth()), 1e-3 * limit_um
+    few = step_lengths_to(stepper, DRIVEN, limit)
+    assert len(few) == 6
+    many = sum(step_lengths_to(stepper, DRIVEN, limit, [sum(few) / 32] * 32))
+    assert sum(few) == pytest.approx(many, rel=0.01)
 
 
 def test_the_last_step_ends_at_the_limit(tiny):
@@ -93,8 +95,8 @@ def made(monkeypatch):
 
 
 def test_even_wear_takes_steps_of_one_length(made):
-    steps = two_stage_steps_for_depth(0.06, 14.0)
-    assert steps == 5
+    steps = life_steps_for_depth(0.06, 14.0)
+    assert steps == 10
     np.testing.assert_allclose(step_lengths_to(made(lambda n: 2e-9 * n), DRIVEN, 0.06), [3e7 / steps] * steps)
 
 

@@ -12,9 +12,9 @@ from semiwear.wear import step_influence
 from semiwear.wear.step_count import (
     LEAST_STEPS,
     MOST_STEPS,
+    life_steps_for_depth,
     steps_for_depth,
     steps_of_life,
-    two_stage_steps_for_depth,
 )
 from semiwear.wear.stepping import WearStepper
 from tests.scenes import TINY, Heard
@@ -77,12 +77,12 @@ def test_few_and_many_steps_are_bounded():
 
 
 def test_a_step_is_of_six_micrometres_at_a_module_of_four_and_a_half():
-    """5.98 um, hand-counted; in two stages it goes twice as far, and a life is three of them and its search."""
+    """5.98 um, hand-counted; a life has six at least, and is worn at three torques besides its search."""
     pitch = math.pi * 4.5 * math.cos(math.radians(20.0))
     depths = (0.005, 0.017, 0.023, 0.059, 0.15, 1.0)
     assert [steps_for_depth(depth, pitch) for depth in depths] == [3, 3, 4, 10, 26, 40]
-    assert [two_stage_steps_for_depth(depth, pitch) for depth in depths] == [3, 3, 3, 5, 13, 40]
-    assert [steps_of_life(depth, pitch) for depth in depths[2:5]] == [12, 18, 42]
+    assert [life_steps_for_depth(depth, pitch) for depth in depths] == [6, 6, 6, 10, 26, 40]
+    assert [steps_of_life(depth, pitch) for depth in depths[2:5]] == [21, 33, 81]
 
 
 DEPTHS = [4.0, 8.0]  # um
