@@ -248,7 +248,8 @@ def test_it_takes_the_steps_that_the_plan_says_and_tells_of_them(tiny, life, mon
     assert f"costs about {told} wear steps" in " ".join(str(plan(tiny)).split())
     steps = [(done, total) for done, total, text in heard.steps if text.startswith("life until 10 um")]
     assert steps[-1] == (told, told) and sorted(steps) == steps and len(steps) >= 9
-    assert "at 0.95 of the torque" in heard.steps[-4][2] + heard.steps[-5][2]
+    one_life = life_steps_for_depth(10e-3, plan(tiny).flank_pair().base_pitch)
+    assert "at 0.95 of the torque" in heard.steps[-one_life - 1][2] + heard.steps[-one_life - 2][2]
 
 
 @pytest.mark.slow
