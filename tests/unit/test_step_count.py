@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import semiwear as sw
@@ -61,6 +63,22 @@ def test_a_depth_is_foreseen_at_less_than_the_price_of_a_step(scheme, monkeypatc
     assert spent == 1 if scheme == "explicit" else 0 < spent < len(swept) - spent
     with pytest.raises(sw.ConvergenceError, match="the tooth is gone long before"):
         stepper.foreseen_depth(state, 1e14)
+
+
+@pytest.mark.parametrize("bodies", [["gear"], ["pinion", "gear"]])
+def test_footprints_worn_are_those_of_an_explicit_step(bodies):
+    physics = plan(sw.load_scene("spur_fzg_c").replace(TINY | {"wear.worn_bodies": bodies}))
+    stepper = physics.wear_stepper(physics.loaded_teeth())
+    state = stepper.start()
+    worn = replace(stepper, implicit=False).trial(state, 1e7).worn
+    footprints = stepper.footprints_worn(state, 1e7)
+    assert 0.0 < footprints == pytest.approx(stepper.footprints_between(state, worn))
+    assert stepper.footprints_worn(state, 2e7) == pytest.approx(2.0 * footprints)
+    # the sagitta of the flanks over the half-width, where both are those of the pitch point
+    teeth = stepper.teeth
+    bend = np.median(teeth.lines.curvature[state.contact.loads.force > 0.0])
+    deepest = sum(float(one.max()) for one in worn if one is not None)
+    assert footprints == pytest.approx(deepest / (0.5 * bend * teeth.half_width**2))
 
 
 def test_progress_tells_the_depth_of_every_worn_body(runs):
