@@ -24,7 +24,8 @@ __all__ = [
 
 _DEPTH_A_STEP = 4.5e-4  # of the base pitch: 6 um at a module of 4.5 mm
 LEAST_STEPS, MOST_STEPS = 3, 40
-LEAST_LIFE_STEPS = 6  # in two stages: lives of the shipped pair until 10 to 60 um err by 1.1 % at most, in three by 4.6
+# in two stages: lives of the shipped pair until 10 to 60 um err by 1.1 % at most then, in three steps by 4.6 %
+LEAST_LIFE_STEPS = 6
 SEARCH_STEPS = 3  # that a search for the end of a life takes, about, besides those to it
 # errors of the greatest depth at three times: 0.6 % until 60 um on the shipped scene, 1.1 and 5 % on other kinds
 DEEP = 3.0  # times the depth that a step is meant for
