@@ -241,8 +241,8 @@ class Numerics:
     )
     wear_scheme: str = declared(
         choice("implicit", "two-stage", "explicit"),
-        "How wear steps are taken: `two-stage` is implicit as well, for few, long steps, one of which is about as "
-        "good as three plain ones in less than twice the time of one; `explicit` is for comparison.",
+        "How wear steps are taken: `two-stage` is implicit as well; one takes twice the time of a plain one and does "
+        "for two, for more where it wears little; `explicit` is for comparison.",
         default="implicit",
     )
     wear_steps: int | str = declared(_whole_or_auto(1, 10_000), "Steps up to `wear.until.meshes`.", default="auto")

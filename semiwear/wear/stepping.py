@@ -172,14 +172,14 @@ class WearStepper:
         return worn.deepest
 
     def footprints_worn(self, state: WearState, meshes: float) -> float:
-        """Wear of a step of a length where loads and shape of its start hold, as in `footprints_between`."""
+        """As `footprints_between` the start and the end of a step through which loads and shape of its start hold."""
         step = _Step(self, state)
         step.follow([loaded.loads for loaded in state.loaded], meshes, Cycles(1.0))
         assert step.influence is not None
         return self.footprints_between(state, step.influence.shapes[-1])
 
     def footprints_between(self, state: WearState, worn: Worn) -> float:
-        """Greatest wear from a state to worn flanks, times the depth that a footprint reaches down."""
+        """Greatest wear of both bodies between a state and worn flanks, in depths that a footprint reaches down."""
         force = state.contact.loads.force
         loaded = force > 0.0
         bends = self.teeth.lines.curvature[loaded]

@@ -55,7 +55,7 @@ def first_stage_of(footprints: float) -> float:
 
 @dataclass(frozen=True)
 class TwoStageStepper:
-    """Steps in place of a `WearStepper`'s, each in two stages; for few and long ones.
+    """Steps in place of a `WearStepper`'s, each in two stages.
 
     Attributes
     ----------
