@@ -180,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     flank = nominal_flank(SCENE)
     face, profile = places(flank)
     blank = labelled(
-        {"wear_depth": np.zeros(face.shape), "flank_profile": profile, "flank_face": face,
+        {"wear_depth": profile, "flank_profile": profile, "flank_face": face,
          "inside": np.ones(face.shape, dtype=bool)}, {"body": "gear"}, "places",
     )  # fmt: skip
     planned = plan_inference(SCENE, UNKNOWN, sw.WornFlank(blank), runs=options.runs)

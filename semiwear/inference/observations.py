@@ -241,6 +241,11 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
             f"a grid of {_LEAST_GRID} x {_LEAST_GRID} points or more on the flank", "measure a grid within the flank",
         )  # fmt: skip
     place = np.ix_(rows, columns)
+    if not np.ptp(worn.depth[place]):
+        raise SceneError.of(
+            field, "the same depth at every point", "depths with the noise of their measurement",
+            "give them as they were measured: how far to rely on them is told from their noise",
+        )  # fmt: skip
     shape = (int(rows.sum()), int(columns.sum()))
     modes = _UM * datum_modes(worn, tuple(one.datum))[1][place]
     along, across = (axis[kept] for axis, kept in zip(worn.places, (rows, columns), strict=True))

@@ -20,6 +20,7 @@ from semiwear.inference.unknowns import CUT, Unknown
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading
+from semiwear.measured.quantities import labelled
 from semiwear.measured.rigid import Displacement
 from semiwear.plot.posterior import posterior_corner
 from semiwear.sweep.measure import Measured
@@ -217,6 +218,17 @@ def test_everything_wrong_is_told_before_anything_runs(solved, unknown, observed
         infer(unknown, observed, **options)
     for part in parts:
         assert part in str(error.value)
+    assert not solved
+
+
+def test_a_flank_without_any_noise_is_refused(solved):
+    """How far to rely on depths is told from their noise, which a flank of zeros has not."""
+    flank = nominal_flank(SCENE)
+    face, profile, *_ = grid_on(flank, 25, 15)
+    values = {"wear_depth": np.zeros(face.shape), "flank_profile": profile, "flank_face": face}
+    even = labelled(values | {"inside": np.ones(face.shape, dtype=bool)}, {"body": "gear"}, "even")
+    with pytest.raises(SceneError, match="the same depth at every point"):
+        infer({K: COEFFICIENT}, sw.WornFlank(even))
     assert not solved
 
 
