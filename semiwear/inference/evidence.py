@@ -29,11 +29,15 @@ from scipy.special import expit, logsumexp
 from scipy.stats import multivariate_t
 
 from semiwear.arrays import FloatArray
+from semiwear.untyped import Value
 
 __all__ = ["Evidence", "FlankNoise", "known_noise", "unknown_noise"]
 
 
-_DRAWS = 200
+_Told = tuple[float, FloatArray, FloatArray, float]
+_DRAWS, _ROUNDS = 200, 6  # draws at a time, and how often at most
+_WIDER = 4.0  # times the variance that is known: the ends of a density weigh more than draws within it tell
+_ENOUGH, _LEAST_EFFECTIVE = 60.0, 20.0  # effective draws: to end with, and to learn a covariance from
 _TAIL = 5.0  # degrees of freedom of the draws
 _NEGLIGIBLE = 1e-4  # of the weight
 _STEP = 0.05  # of differences, in logits
@@ -175,7 +179,7 @@ class FlankNoise:
         low, high = self.limits()
         return float(expit(logits[0])), np.exp(low + (high - low) * expit(logits[1:]))
 
-    def told(self, logits: FloatArray) -> tuple[float, FloatArray, FloatArray, float]:
+    def told(self, logits: FloatArray) -> _Told:
         """Logarithm of the density of noise parameters given the measurement, and what they say of the amounts.
 
         Returns
@@ -225,12 +229,7 @@ def unknown_noise(flank: FlankNoise, seed: int = 0) -> Evidence:
     best = minimize(
         against, min(starts, key=against), method="Nelder-Mead", options={"maxfev": 200, "xatol": 0.02, "fatol": 0.02}
     ).x
-    spread = _spread(against, best)
-    proposal = multivariate_t(best, spread, df=_TAIL, seed=np.random.default_rng(seed))
-    drawn = np.atleast_2d(proposal.rvs(_DRAWS))
-    told = [flank.told(np.clip(one, -15.0, 15.0)) for one in drawn]
-    weights = np.array([one[0] for one in told]) - proposal.logpdf(drawn)
-    weights -= logsumexp(weights)
+    told, weights = _draws_about(flank, best, _spread(against, best), np.random.default_rng(seed))
     kept = np.flatnonzero(weights > weights.max() + np.log(_NEGLIGIBLE))
     deviations = np.array([told[k][3] for k in kept])
     freedom = flank.values.size - flank.shapes.shape[-1] - flank.movements.shape[-1]
@@ -242,6 +241,43 @@ def unknown_noise(flank: FlankNoise, seed: int = 0) -> Evidence:
         float(freedom),
         float(np.exp(weights[kept] - logsumexp(weights[kept])) @ deviations),
     )
+
+
+def _draws_about(
+    flank: FlankNoise, best: FloatArray, spread: FloatArray, random: np.random.Generator
+) -> tuple[list[_Told], FloatArray]:
+    """Draws of the noise parameters, as `FlankNoise.told` tells them, and logarithms of their weights.
+
+    A density far from normal, as where a length or the share that is alike can hardly be told, is wider than its
+    curvature at the maximum says, and draws about that are few effective ones. More are drawn about the mean and
+    covariance of the weighted ones, and each is weighted by the density of all proposals together (Cornuet et al.
+    2012, Scand. J. Stat. 39, 798-812).
+    """
+    middle, spread, proposals = best, _WIDER * spread, list[Value]()
+    drawn, told = np.zeros((0, best.size)), list[_Told]()
+    while True:
+        proposals.append(multivariate_t(middle, spread, df=_TAIL, seed=random))
+        more = np.atleast_2d(proposals[-1].rvs(_DRAWS))
+        told += [flank.told(np.clip(one, -15.0, 15.0)) for one in more]
+        drawn = np.concatenate([drawn, more])
+        proposed = logsumexp([one.logpdf(drawn) for one in proposals], axis=0)
+        weights = np.array([one[0] for one in told]) - proposed
+        weights -= logsumexp(weights)
+        if len(proposals) > 1 and (_effective(weights) >= _ENOUGH or len(proposals) == _ROUNDS):
+            return told, weights
+        # of a few heavy draws alone there is no covariance: weights are evened out until there is
+        even = weights
+        while _effective(even) < _LEAST_EFFECTIVE:
+            even = 0.5 * even
+            even -= logsumexp(even)
+        share = np.exp(even)
+        middle = share @ drawn
+        spread = _WIDER * (drawn - middle).T @ (share[:, None] * (drawn - middle)) + _STEP**2 * np.eye(best.size)
+
+
+def _effective(log_weights: FloatArray) -> float:
+    """Draws of equal weight that would tell as much; the weights sum up to one."""
+    return float(np.exp(-logsumexp(2.0 * log_weights)))
 
 
 def _spread(function, at: FloatArray) -> FloatArray:  # type: ignore[no-untyped-def]

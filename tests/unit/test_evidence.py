@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, multivariate_normal, multivariate_t
+from scipy.stats import binom, multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
 
 from semiwear.inference.evidence import LONGEST, SHORTEST, Evidence, FlankNoise, _spread, known_noise, unknown_noise
@@ -94,6 +94,32 @@ def test_draws_stand_for_the_density_that_they_are_not_drawn_from() -> None:
     squares = np.exp(2.0 * found.centres[:, 0])
     np.testing.assert_allclose(found.precisions, np.diag([1.0, 2.0, 3.0]) / squares[:, None, None])
     assert found.freedom == 20 - 3 - 2
+
+
+class BentNoise(FlankNoise):
+    """A density of logits far from normal: the second lies about a parabola of the first."""
+
+    def told(self, logits):
+        bent = norm.logpdf(logits[1], 0.3 * logits[0] ** 2, 0.5)
+        density = norm.logpdf(logits[0], 0.0, 1.5) + bent + norm.logpdf(logits[2], 0.0, 1.0)
+        return float(density), logits, np.eye(3), 1.0
+
+
+def test_draws_follow_a_density_that_is_far_from_normal() -> None:
+    """Means of eight sets of draws; drawn about the maximum, as its curvature says, they spread by a third less."""
+    flank = BentNoise(PROFILE[:5], FACE[:4], np.zeros((5, 4)), np.zeros((5, 4, 3)), np.zeros((5, 4, 2)))
+    means, variances = [], []
+    for seed in range(8):
+        found = unknown_noise(flank, seed)
+        weights = np.exp(found.log_weights - found.log_weights.max())
+        weights /= weights.sum()
+        assert 1.0 / np.sum(weights**2) > 50.0
+        means.append(weights @ found.centres)
+        variances.append(weights @ (found.centres - means[-1]) ** 2)
+    np.testing.assert_allclose(np.mean(means, axis=0), [0.0, 0.3 * 1.5**2, 0.0], atol=0.25)
+    expected = [1.5**2, 0.5**2 + 2.0 * (0.3 * 1.5**2) ** 2, 1.0]
+    np.testing.assert_allclose(np.mean(variances, axis=0)[[0, 2]], [expected[0], expected[2]], rtol=0.15)
+    assert np.mean(variances, axis=0)[1] == pytest.approx(expected[1], rel=0.35)
 
 
 def test_draws_spread_as_the_curvature_says_and_no_wider_than_logits_matter() -> None:
