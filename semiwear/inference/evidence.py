@@ -13,9 +13,9 @@ exponential of `semiwear.measured.correlated` with a share c and two lengths. Wi
 t_v Student's t of v degrees of freedom about the generalised least squares b' (a eliminated), and p(c, A, B | y) the
 likelihood of what no shape and no movement can make (restricted maximum likelihood: Patterson and Thompson 1971,
 Biometrika 58, 545-554; Harville 1974, ibid. 61, 383-385) times a prior that is flat in c and in ln A, ln B. The
-integral is exact but for the draws that stand for it: importance samples from a Student's t about the maximum
-(Geweke 1989, Econometrica 57, 1317-1339). On a grid without holes R is a Kronecker product, so that each draw costs
-two small eigenvalue problems.
+integral is exact but for the draws that stand for it: importance samples from Student's t, first about the maximum
+(Geweke 1989, Econometrica 57, 1317-1339), then about the draws themselves. On a grid without holes R is a Kronecker
+product, so that each draw costs two small eigenvalue problems.
 """
 
 from __future__ import annotations
