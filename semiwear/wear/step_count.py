@@ -10,7 +10,6 @@ from math import ceil
 
 __all__ = [
     "DEEP",
-    "LEAST_LIFE_STEPS",
     "LEAST_STEPS",
     "MOST_STEPS",
     "PLAIN_STEPS",
@@ -25,7 +24,7 @@ __all__ = [
 _DEPTH_A_STEP = 4.5e-4  # of the base pitch: 6 um at a module of 4.5 mm
 LEAST_STEPS, MOST_STEPS = 3, 40
 # in two stages: lives of the shipped pair until 10 to 60 um err by 1.1 % at most then, in three steps by 4.6 %
-LEAST_LIFE_STEPS = 6
+_LEAST_LIFE_STEPS = 6
 SEARCH_STEPS = 3  # that a search for the end of a life takes, about, besides those to it
 # errors of the greatest depth at three times: 0.6 % until 60 um on the shipped scene, 1.1 and 5 % on other kinds
 DEEP = 3.0  # times the depth that a step is meant for
@@ -49,7 +48,7 @@ def steps_for_depth(depth: float, base_pitch: float) -> int:
 
 def life_steps_for_depth(depth: float, base_pitch: float) -> int:
     """Steps in two stages of a life until the greatest wear depth [mm] is `depth`, on teeth of a base pitch [mm]."""
-    return max(steps_for_depth(depth, base_pitch), LEAST_LIFE_STEPS)
+    return max(steps_for_depth(depth, base_pitch), _LEAST_LIFE_STEPS)
 
 
 def steps_of_life(depth_limit: float, base_pitch: float) -> int:
