@@ -20,8 +20,11 @@ import csv
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -33,16 +36,18 @@ from scipy.stats import chisquare
 
 import semiwear as sw
 from semiwear.inference.evidence import LONGEST, SHORTEST
-from semiwear.inference.model import model_of
+from semiwear.inference.model import Model, model_of
 from semiwear.inference.observations import channels_of
 from semiwear.inference.run import Plan, plan_inference, solved_runs, spread_over, target_of
 from semiwear.inference.sampling import draw_posterior
+from semiwear.inference.unknowns import Unknowns
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.predicted import FlankReading
 from semiwear.measured.quantities import labelled
 from semiwear.measured.rigid import DATUM, motions_of
 from semiwear.simulate import NoProgress
+from semiwear.threads import available_threads
 
 MESHES = 5e8
 SCENE = sw.load_scene("face_gear_25x160").replace(
@@ -163,6 +168,60 @@ def true_runs(
     return values, found
 
 
+@dataclass(frozen=True)
+class Flank:
+    """A true flank as it is measured.
+
+    Attributes
+    ----------
+    number : int
+        Seed of the draws of its posterior.
+    truth : (unknowns,) array
+    measured : Dataset
+    """
+
+    number: int
+    truth: np.ndarray
+    measured: xr.Dataset
+
+
+@dataclass(frozen=True)
+class Told:
+    """Where the posterior of a flank holds the truth.
+
+    Attributes
+    ----------
+    ranks : (unknowns,) array
+        Shares of draws below the truth.
+    settled : bool
+        Whether the chains are long enough.
+    seconds : float
+        Of the processor.
+    """
+
+    ranks: np.ndarray
+    settled: bool
+    seconds: float
+
+
+def ranks_of(unknowns: Unknowns, model: Model, flank: Flank) -> Told:
+    """Draw from the posterior of a flank."""
+    begin = time.process_time()
+    seen = channels_of(SCENE, [sw.WornFlank(flank.measured)])
+    target = target_of(Plan(SCENE, unknowns, tuple(seen), 0, 1.0, flank.number), model)
+    best = target.best(flank.number)
+    draws = draw_posterior(target.widened(best), best, flank.number)
+    ranks = np.mean(unknowns.values(draws.normal) < flank.truth, axis=0)
+    return Told(ranks, draws.settled, time.process_time() - begin)
+
+
+def ranked_flanks(unknowns: Unknowns, model: Model, flanks: Sequence[Flank], workers: int) -> Iterator[Told]:
+    """Ranks of all flanks in their order, found in so many processes."""
+    context = get_context("spawn")  # a fork of a process with threads may hang
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        yield from pool.map(partial(ranks_of, unknowns, model), flanks)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the calibration; 0 where the stated tests hold."""
     parser = argparse.ArgumentParser(prog="python -m validation.inference_calibration")
@@ -170,7 +229,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=128, help="runs of the emulator")
     parser.add_argument("--store", type=Path, default=Path("inference-calibration"), help="folder of solved runs")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, help="processes of the runs; default: one a core")
+    parser.add_argument("--workers", type=int, help="processes; default: one a core")
     parser.add_argument("-o", "--output", type=Path, default=Path("inference_calibration.csv"))
     parser.add_argument("--table", type=Path, help="file for the table of the documentation")
     options = parser.parse_args(arguments)
@@ -191,20 +250,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     model = model_of(runs, planned.channels)
     values, found = true_runs(planned, options.flanks, random, (options.workers, options.store))
 
+    flanks = [
+        Flank(k, values[k], measured(found, k, random)) for k in range(options.flanks) if not found["status"][k]
+    ]
     ranks, times, short = np.full(values.shape, np.nan), [], 0
-    for k in range(options.flanks):
-        if int(found["status"][k]):
-            continue
-        begin = time.process_time()
-        seen = channels_of(SCENE, [sw.WornFlank(measured(found, k, random))])
-        target = target_of(Plan(SCENE, planned.unknowns, tuple(seen), planned.runs, 1.0, k), model)
-        best = target.best(k)
-        draws = draw_posterior(target.widened(best), best, k)
-        drawn = planned.unknowns.values(draws.normal)
-        ranks[k] = np.mean(drawn < values[k], axis=0)
-        short += not draws.settled
-        times.append(time.process_time() - begin)
-        print(f"{k + 1}: ranks {np.round(ranks[k], 3)}, {times[-1]:.1f} s", flush=True)
+    for k, told in enumerate(ranked_flanks(planned.unknowns, model, flanks, options.workers or available_threads())):
+        ranks[flanks[k].number] = told.ranks
+        short += not told.settled
+        times.append(told.seconds)
+        print(f"{flanks[k].number + 1}: ranks {np.round(told.ranks, 3)}, {told.seconds:.1f} s", flush=True)
     whole = np.isfinite(ranks).all(axis=1)
     with options.output.open("w", newline="", encoding="utf-8") as opened:
         writer = csv.writer(opened)
@@ -213,9 +267,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = [ranked(key, ranks[whole, k]) for k, key in enumerate(UNKNOWN)]
     if options.table is not None:
         write_table(options.table, results)
-    told = ", ".join(f"{100 * one.relative_error:.2g} %" for one in model.emulators[:3])
+    errors = ", ".join(f"{100 * one.relative_error:.2g} %" for one in model.emulators[:3])
     print(
-        f"{int(whole.sum())} flanks, {runs.inputs.shape[0]} runs, first components emulated within {told} of their "
+        f"{int(whole.sum())} flanks, {runs.inputs.shape[0]} runs, first components emulated within {errors} of their "
         f"deviation; {short} chains short; median {np.median(times):.1f} processor seconds a flank"
     )
     for one in results:
