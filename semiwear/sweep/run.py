@@ -234,10 +234,11 @@ def _outcomes(job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:
     if not tasks:
         return
     if job.client is None:
-        if job.workers > 1:  # otherwise each of them would compile everything
-            for run in {kernels_of(task.scene) for task in tasks}:
-                compile_ahead(run, job.workers)
-        with Crew(job.workers) as crew:
+        with Crew(min(job.workers, len(tasks))) as crew:
+            if job.workers > 1:  # otherwise each of them would compile everything
+                crew.call()
+                for run in {kernels_of(task.scene) for task in tasks}:
+                    compile_ahead(run, job.workers)
             yield from crew.solve(tasks)
         return
     try:

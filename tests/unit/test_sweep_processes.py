@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
+import time
 from importlib import import_module
 from pathlib import Path
 
@@ -61,9 +62,17 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("workers", "asked"), [(2, [("both", 2), ("line", 2)]), (1, [])])
-def test_kernels_are_compiled_once_before_several_processes_begin(folder, monkeypatch, workers, asked):
+def test_kernels_are_compiled_once_while_several_processes_start(folder, monkeypatch, workers, asked):
     compiled = []
-    monkeypatch.setattr(import_module("semiwear.sweep.run"), "compile_ahead", lambda *call: compiled.append(call))
+
+    def compile_ahead(*call: object) -> None:
+        until = time.monotonic() + 60.0
+        while len(began(folder)) < workers:
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        compiled.append(call)
+
+    monkeypatch.setattr(import_module("semiwear.sweep.run"), "compile_ahead", compile_ahead)
     vary = {TORQUE: [800, 900], "wear.worn_bodies": [["gear"], ["pinion", "gear"]]}
     sw.sweep(SCENE, vary, workers=workers)
     assert sorted(compiled) == asked
