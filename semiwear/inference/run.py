@@ -99,7 +99,7 @@ def infer(
 
     Notes
     -----
-    Of 400 simulated flanks with four unknowns 90 % intervals held in 85 to 90 % (docs/inference.md).
+    Of 600 simulated flanks with four unknowns 90 % intervals held in 87 to 90 % (docs/inference.md).
     """
     planned = plan_inference(scene, unknown, observed, runs=runs, emulator_share=emulator_share, seed=seed)
     with hearing(progress) as hears:
