@@ -158,15 +158,15 @@ def wear_of_runs(values: np.ndarray, workers: int | None, store: Path) -> list[n
     found = sw.sweep(
         scene, table, combine="zip", measure="wear_depth", wear_states="last", store=store / "true", workers=workers
     )
+    depths = found["wear_depth"].sel(body="gear").values
+    grid = grid_of(SCENE, found["face"].values, depths.shape[1], "gear")
     face, profile = places(nominal_flank(SCENE))
-    wear: list[np.ndarray | None] = []
-    for k in range(len(values)):
-        one = found.isel(sample=k)
-        depth = one["wear_depth"].sel(body="gear").values
-        grid = grid_of(SCENE, found["face"].values, depth.shape[0], "gear")
-        reading = FlankReading.of(grid, face.ravel(), profile.ravel())
-        wear.append(None if int(one["status"]) else reading.read(depth.T).reshape(face.shape))
-    return wear
+    reading = FlankReading.of(grid, face.ravel(), profile.ravel())
+    done = found["status"].values == 0
+    return [
+        reading.read(depth.T).reshape(face.shape) if solved else None
+        for depth, solved in zip(depths, done, strict=True)
+    ]
 
 
 def wear_of_emulator(values: np.ndarray, planned: Plan, model: Model) -> list[np.ndarray | None]:
@@ -227,7 +227,9 @@ def ranked_flanks(unknowns: Unknowns, model: Model, flanks: Sequence[Flank], wor
     """Ranks of all flanks in their order, found in so many processes."""
     context = get_context("spawn")  # a fork of a process with threads may hang
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        yield from pool.map(partial(ranks_of, unknowns, model), flanks)
+        yield from pool.map(
+            partial(ranks_of, unknowns, model), flanks, chunksize=4
+        )  # each chunk takes the model along
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -263,24 +265,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     else:
         wear = wear_of_runs(values, options.workers, options.store)
     flanks = [Flank(k, values[k], measured(one, random)) for k, one in enumerate(wear) if one is not None]
-    ranks, times, short = np.full(values.shape, np.nan), [], 0
-    for k, told in enumerate(ranked_flanks(planned.unknowns, model, flanks, options.workers or available_threads())):
-        ranks[flanks[k].number] = told.ranks
-        short += not told.settled
-        times.append(told.seconds)
-        print(f"{flanks[k].number + 1}: ranks {np.round(told.ranks, 3)}, {told.seconds:.1f} s", flush=True)
-    whole = np.isfinite(ranks).all(axis=1)
+    found = ranked_flanks(planned.unknowns, model, flanks, options.workers or available_threads())
+    every = []
+    for true, told in zip(flanks, found, strict=True):
+        every.append(told)
+        print(f"{true.number + 1}: ranks {np.round(told.ranks, 3)}, {told.seconds:.1f} s", flush=True)
+    ranks = np.stack([told.ranks for told in every])
     with options.output.open("w", newline="", encoding="utf-8") as opened:
         writer = csv.writer(opened)
         writer.writerow(UNKNOWN)
-        writer.writerows(np.round(ranks[whole], 5).tolist())
-    results = [ranked(key, ranks[whole, k]) for k, key in enumerate(UNKNOWN)]
+        writer.writerows(np.round(ranks, 5).tolist())
+    results = [ranked(key, ranks[:, k]) for k, key in enumerate(UNKNOWN)]
     if options.table is not None:
         write_table(options.table, results)
+    short, seconds = sum(not told.settled for told in every), np.median([told.seconds for told in every])
     errors = ", ".join(f"{100 * one.relative_error:.2g} %" for one in model.emulators[:3])
     print(
-        f"{int(whole.sum())} flanks, {runs.inputs.shape[0]} runs, first components emulated within {errors} of their "
-        f"deviation; {short} chains short; median {np.median(times):.1f} processor seconds a flank"
+        f"{len(every)} flanks, {runs.inputs.shape[0]} runs, first components emulated within {errors} of their "
+        f"deviation; {short} chains short; median {seconds:.1f} processor seconds a flank"
     )
     for one in results:
         verdict = "holds" if one.holds(len(results)) else "FAILS"
