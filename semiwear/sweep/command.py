@@ -85,6 +85,9 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
     SceneError
         With all that is wrong with the fields.
     """
+    if not study.vary:
+        fix = "write, e.g., operation.pinion_torque_Nm = [800, 1600] under the header [vary]"
+        raise SceneError.of("vary", "nothing", "a table [vary] of fields with their values, or [scatter]", fix)
     job = read_job(study.scene, study.vary, **study.options, crew=(workers, None))
 
     def ended(solve: Callable[[Job], xr.Dataset]) -> Ended:

@@ -17,7 +17,7 @@ effects.friction = ["none", {}]         # without the table, and with it
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,6 +37,7 @@ __all__ = ["Study", "flat_fields", "read_study"]
 
 _OPTIONS = ("measure", "wear_states", "combine")
 _NAMES = ("scene", *_OPTIONS, "set", "vary")
+_OF_FIELDS = ("design", "unknown", "vary")  # tables for one command each, and for all
 _RANGE = frozenset({"from", "to", "count"})
 _MOST_BYTES = 10_000_000
 _MOST_VALUES = 100_000
@@ -95,7 +96,7 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems:
     names = (*_NAMES, *further)
     for name in data:
         if name not in names:
-            meant = closest(name, names)
+            meant = _meant(name, data[name], names)
             fix = f"did you mean {meant}?" if meant else "remove it"
             problems.append(Problem(name, shown(data[name]), f"a name of a study: {', '.join(names)}", fix))
     vary = _lists(_table(data, "vary", problems), problems)
@@ -106,6 +107,14 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems:
     options = {name: data[name] for name in _OPTIONS if name in data}
     tables = {name: data[name] for name in further if name in data}
     return Study(source, scene, str(data["scene"]), vary, options, tables)
+
+
+def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:
+    """Which name of a study was meant; a table that is like no other one holds fields."""
+    if not isinstance(value, Mapping):
+        return closest(name, names)
+    tables = [one for one in _OF_FIELDS if one in names]
+    return f"[{closest(name, (*tables, 'set', 'scatter')) or tables[0]}]"
 
 
 def _text(source: Path) -> str:

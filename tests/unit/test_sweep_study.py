@@ -103,6 +103,7 @@ def test_a_scene_lies_beside_its_study(study):
             ("did you mean scene?", "spur_fzg_c", "vary.a"),
         ),
         ("[vary]\n", ('write scene = "face_gear',)),
+        ('scene = "spur_fzg_c"\n[sweep]\na = [1]\n[ste]\nb = 2', ("did you mean [vary]?", "did you mean [set]?")),
         ('scene = "spur_fzg_c"\nvary = 3\n[set]\nnumerics.threads = 0', ("[vary]", "numerics.threads")),
         ("scene = ", ("line 1",)),
     ],
@@ -113,6 +114,12 @@ def test_what_is_wrong_with_a_file_is_told_at_once(study, text, parts):
     read_study("bad.toml", (), problems)
     for part in parts:
         assert part in "; ".join(map(str, problems))
+
+
+def test_a_study_without_fields_says_what_to_write_in_it(study, solved, capsys):
+    (study / "bare.toml").write_text('scene = "spur_fzg_c"\n')
+    assert main(["sweep", "bare.toml", "-o", "x.nc"]) == 2
+    assert "= [800, 1600] under the header [vary]" in capsys.readouterr().err and not solved
 
 
 def test_problems_of_file_fields_and_options_come_together(study, solved, capsys):
