@@ -8,7 +8,8 @@
     python validation/bench_main.py --doubling           # what twice the resolution changes
 
 Every case runs in a process of its own that lives on, so that kernels are compiled and kept compliance is there; its
-first run is not counted. Where two are compared, their runs take turns, and ratios are of each turn.
+first run is not counted. Where two are compared, their runs take turns, and ratios are of each turn. Beside the
+speed-up of several threads stands that of as many processes which share nothing: what the cores of the machine give.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -150,8 +152,23 @@ def warm(case: BenchCase, threads: Sequence[int], rounds: int) -> list[dict[str,
         row = {"case": case.name, "threads": count} | summary(found)
         if "error" not in row:
             row["speed-up"] = ratio_of(answers[0], found)
+            row["copies"] = copies(case, count, rounds) if count > 1 else None
         rows.append(row)
     return rows
+
+
+def copies(case: BenchCase, count: int, rounds: int) -> float | None:
+    """How many times as much is done by so many processes side by side as by one, on one thread each."""
+    request, gains = case.request(), []
+    with workers([ROOT] * count) as running, ThreadPoolExecutor(count) as pool:
+        for turn in range(-1, rounds):
+            alone = running[0].run(request)
+            together = list(pool.map(lambda worker: worker.run(request), running))
+            if any("error" in answered for answered in (alone, *together)):
+                return None
+            if turn >= 0:
+                gains.append(count * alone["wall"] / max(answered["wall"] for answered in together))
+    return statistics.median(gains)
 
 
 def ratio_of(before: Sequence[dict[str, Any]], after: Sequence[dict[str, Any]]) -> float | None:
@@ -287,9 +304,10 @@ def _print_warm(row: dict[str, Any]) -> None:
         return
     peak = "" if row["peak"] is None else f"{row['peak']:7.0f} MB"
     stages = ", ".join(f"{name} {value:.2f}" for name, value in row["stages"].items() if value >= 0.01)
+    side_by_side = " " * 7 if row["copies"] is None else f"{row['copies']:6.2f}x"
     print(
         f"{row['case']:12s} {row['threads']:2d} {row['wall']:8.2f} s {row['processor']:8.2f} s {peak}"
-        f" {row['speed-up']:6.2f}x  {stages}",
+        f" {row['speed-up']:6.2f}x {side_by_side}  {stages}",
         flush=True,
     )
 
@@ -331,7 +349,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"{'case':12s} {options.against:>10s} {'now':>10s}")
         figures["against"] = {options.against: against(options.against, cases, options.repeat)}
     else:
-        print(f"{'case':12s} threads  wall  processor    peak  speed-up  stages [s]")
+        print(f"{'case':12s} threads  wall  processor    peak  speed-up  copies  stages [s]")
         figures["warm"] = []
         for case in cases:
             for row in warm(case, options.threads, options.repeat):

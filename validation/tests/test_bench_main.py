@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,22 @@ def test_an_error_ends_the_turns_and_is_told() -> None:
     assert bench_main.ratio_of(before, after) is None
 
 
+def test_copies_side_by_side_are_held_against_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    # one runs alone before both of every turn; the slower of both counts, and the first turn does not
+    heard: list[str] = []
+    first = Scripted("first", [9.0, 9.0, 3.0, 4.0, 2.0, 2.0], heard)
+    second = Scripted("second", [9.0, 5.0, 2.0], heard)
+    monkeypatch.setattr(bench_main, "workers", lambda trees: contextlib.nullcontext([first, second][: len(trees)]))
+    assert bench_main.copies(BenchCase("tiny", ""), 2, 2) == pytest.approx((2 * 3.0 / 5.0 + 2 * 2.0 / 2.0) / 2.0)
+    assert sorted(heard[1:3]) == sorted(heard[4:6]) == ["first", "second"]
+
+
+def test_copies_that_fail_have_no_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
+    failing = [Scripted("first", [1.0, 1.0], []), Scripted("second", [-1.0], [])]
+    monkeypatch.setattr(bench_main, "workers", lambda trees: contextlib.nullcontext(failing))
+    assert bench_main.copies(BenchCase("tiny", ""), 2, 1) is None
+
+
 def test_exponents_of_growth_are_those_of_the_times(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def known(running: Any, requests: Any, rounds: int) -> Any:
         size = requests[0]["changes"]["size"]
@@ -95,3 +112,4 @@ def test_the_command_writes_its_figures(tmp_path: Path, monkeypatch: pytest.Monk
     rows = json.loads((tmp_path / "figures.json").read_text())["warm"]
     assert [(row["case"], row["threads"]) for row in rows] == [("tiny", 1), ("tiny", 2)]
     assert rows[0]["speed-up"] == 1.0 and rows[1]["wall"] > 0.0
+    assert rows[0]["copies"] is None and rows[1]["copies"] > 0.0
