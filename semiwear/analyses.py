@@ -13,7 +13,7 @@ from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.errors import SceneError
 from semiwear.life import hours_per_mesh
 from semiwear.meshing.face_gear_pair import FaceGearMesh
-from semiwear.meshing.flank_pair import BODIES, DRIVING
+from semiwear.meshing.flank_pair import BODIES, DRIVEN
 from semiwear.meshing.tooth_contact import unloaded_contact
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
@@ -89,7 +89,8 @@ def loaded_contact(
         ones over a mesh cycle.
     wear_depth : array_like (body, profile, face) or (profile, face), optional
         Wear depth [um] on the grid of `/flank`, as `simulate` gives it for the same numerics; without bodies, that of
-        the gear. The slices are those of a DataArray's coordinate `face`, where it has one. Default: unworn.
+        the gear. A DataArray is taken by its labels: dimensions in any order, bodies by the coordinate `body`, slices
+        by the coordinate `face`, where it has them. Default: unworn.
     placement : Placement, optional
         Rigid displacement of the pinion.
     meshes : float
@@ -166,23 +167,38 @@ def _worn(teeth: LoadedTeeth, wear_depth: ArrayLike | xr.DataArray | None) -> Wo
     shape = teeth.grid.profile.shape
     if wear_depth is None:
         return Worn(np.zeros(shape))
-    depth = np.asarray(wear_depth, float)
-    bodies = depth if depth.ndim == 3 else depth[None]
-    if bodies.shape[-2:] != shape[::-1] or bodies.shape[0] > len(BODIES) or not bodies.size:
+    depth, bodies = _by_body(wear_depth)
+    if depth.ndim != 3 or depth.shape[1:] != shape[::-1] or not 0 < depth.shape[0] <= len(BODIES):
         raise SceneError.of(
             "wear_depth",
             f"an array of shape {np.shape(wear_depth)}",
             f"(profile, face) = {shape[::-1]}, or with both bodies in front",
-            "use the wear_depth of a result with the same numerics",
+            "use the wear_depth of a result with the same numerics, at one wear step: .isel(wear_step=-1)",
         )
     if not np.all(np.isfinite(depth)) or np.any(depth < 0.0):
         raise SceneError.of("wear_depth", "negative or not finite", "finite numbers >= 0 [um]")
-    driven = np.ascontiguousarray(1e-3 * bodies[-1].T)
-    if bodies.shape[0] == 1:
-        return Worn(driven)
+    known = {body: np.ascontiguousarray(1e-3 * one.T) for body, one in zip(bodies, depth, strict=True)}
+    driving, driven = (known.get(body, np.zeros(shape)) for body in BODIES)
     if teeth.driving is not None:
-        return Worn(driven, np.ascontiguousarray(1e-3 * bodies[DRIVING].T))
-    if np.any(bodies[DRIVING] != 0.0):
+        return Worn(driven, driving)
+    if np.any(driving != 0.0):
         fix = 'name "pinion" in wear.worn_bodies'
         raise SceneError.of("wear_depth", "a worn pinion", "zero on a pinion that does not wear", fix)
     return Worn(driven)
+
+
+def _by_body(wear_depth: ArrayLike | xr.DataArray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Depths (body, profile, face) and the names of the bodies; labels count, where there are any."""
+    labelled = isinstance(wear_depth, xr.DataArray) and {"profile", "face"} <= set(wear_depth.dims)
+    if not labelled:
+        depth = np.asarray(wear_depth, float)
+        depth = depth[None] if depth.ndim == 2 else depth
+        return depth, BODIES[-depth.shape[0] :] if depth.ndim == 3 else ()
+    assert isinstance(wear_depth, xr.DataArray)
+    names = tuple(str(one) for one in np.atleast_1d(wear_depth.coords.get("body", BODIES[DRIVEN])))
+    if "body" in wear_depth.dims and "body" not in wear_depth.coords:
+        names = BODIES[-wear_depth.sizes["body"] :]
+    if not set(names) <= set(BODIES) or len(set(names)) < len(names):
+        raise SceneError.of("wear_depth.body", ", ".join(names), f"each of {', '.join(BODIES)} at most once")
+    depth = np.asarray(wear_depth.transpose(..., "profile", "face"), float)
+    return depth if "body" in wear_depth.dims else depth[None], names

@@ -20,7 +20,7 @@ from semiwear import collect
 from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.html_text import html_table
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, table
@@ -293,7 +293,10 @@ def _screened(scene: Scene, name: str, base: _Cycle, speed_rpm: float) -> Screen
         return ScreenedEffect(name, present, {}, None, f"not run: {error}")
     change = {key: _relative(value, base.values[key]) for key, value in cycle.values.items() if key in base.values}
     if name == _HARDNESS:
-        factor, note = _hardness_at_the_end(*((scene, base) if present else (other, cycle)))
+        try:
+            factor, note = _hardness_at_the_end(*((scene, base) if present else (other, cycle)))
+        except ConvergenceError as error:
+            factor, note = 1.0, f"not judged at the end of the run: {error}"
         later = (1.0 / factor if present else factor) - 1.0
         change["wear rate"] = max(change["wear rate"], later, key=abs)
         notes.append(note)

@@ -144,7 +144,7 @@ class _Search:
             if chosen_resolution(self.parts, factors, allowed) == values:
                 break
         _tell(tree, errors, self.asked)
-        if worst(errors) > self.asked and self.open:
+        if worst(errors) > self.asked:
             name = max(errors, key=lambda key: errors[key])
             raise ConvergenceError(
                 f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.3g} of the greatest value of "

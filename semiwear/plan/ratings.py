@@ -67,7 +67,10 @@ def _pitting(rated: RatedScene) -> FailureMode:
     assert table is not None
     middle = middle_contact(pair)
     speed = effects.angular_velocity(rated.scene) * float(np.linalg.norm(pair.driven_velocity(middle.position)[0]))
-    return Pitting.of(table, PitchPoint(1.0 / float(middle.curvature[0, 1]), 1e-3 * speed))
+    radius = 1.0 / float(middle.curvature[0, 1])
+    if isinstance(rated.scene.gear_pair, CylindricalPair):
+        radius *= abs(float(middle.along[0, 2]))  # cos beta_b: from the normal section to the transverse one
+    return Pitting.of(table, PitchPoint(radius, 1e-3 * speed))
 
 
 def _bending(rated: RatedScene) -> FailureMode:

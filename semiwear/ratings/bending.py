@@ -26,8 +26,10 @@ __all__ = [
 
 # Load cycles and life factors Y_NT of the groups of materials in ISO 6336-3, table 3; the last is that of the scene.
 _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
+    "normalized": ((1e4, 2.5), (3e6, 1.0)),
     "through_hardened": ((1e4, 2.5), (3e6, 1.0)),
     "case_hardened": ((1e3, 2.5), (3e6, 1.0)),
+    "cast_iron": ((1e3, 1.6), (3e6, 1.0)),
     "nitrided": ((1e3, 1.6), (3e6, 1.0)),
     "nitrocarburized": ((1e3, 1.1), (3e6, 1.0)),
 }
@@ -48,8 +50,9 @@ def life_points(group: str, factor_at_end: float) -> tuple[tuple[float, float], 
     Parameters
     ----------
     group : str
-        ``"through_hardened"`` (St, V, GGG perlitic or bainitic, GTS), ``"case_hardened"`` (Eh, IF with a hardened
-        root), ``"nitrided"`` (GG, GGG ferritic, NT, NV nitrided) or ``"nitrocarburized"``.
+        ``"normalized"`` (St: normalized steel of low carbon, cast steel), ``"through_hardened"`` (V, GGG perlitic or
+        bainitic, GTS), ``"case_hardened"`` (Eh, IF with a hardened root), ``"cast_iron"`` (GG, GGG ferritic),
+        ``"nitrided"`` (NT, NV nitrided) or ``"nitrocarburized"``.
     factor_at_end : float
         At 1e10 cycles: 0.85, up to 1.
     """
@@ -67,7 +70,9 @@ def relative_surface_factor(group: str, roughness: float) -> float:
         Rz of the fillet; below 1 um it counts as 1.
     """
     rz = max(roughness, 1.0)
-    if group in ("nitrided", "nitrocarburized"):
+    if group == "normalized":
+        return float(5.306 - 4.203 * (rz + 1.0) ** (1.0 / 100.0))
+    if group in ("cast_iron", "nitrided", "nitrocarburized"):
         return float(4.299 - 3.259 * (rz + 1.0) ** (1.0 / 200.0))
     return float(1.674 - 0.529 * (rz + 1.0) ** (1.0 / 10.0))
 
@@ -96,7 +101,9 @@ def size_factor(group: str, module: float) -> float:
     module : float [mm]
         Normal module.
     """
-    if group == "through_hardened":
+    if group == "cast_iron":
+        return min(1.0, max(0.70, 1.075 - 0.015 * module))
+    if group in ("normalized", "through_hardened"):
         return min(1.0, max(0.85, 1.03 - 0.006 * module))
     return min(1.0, max(0.80, 1.05 - 0.01 * module))
 
@@ -127,7 +134,7 @@ def bending_curve(
     reference = cycles[-2]
     share = np.clip(np.log(cycles / cycles[0]) / np.log(reference / cycles[0]), 0.0, 1.0)
     stress = limit * _STRESS_CORRECTION * mean_stress * factors * (notch * surface_and_size) ** share
-    return LifeCurve(tuple(cycles), tuple(stress))
+    return LifeCurve.below_static(cycles, stress)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
 from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
-from semiwear.ratings.mode import Rated
+from semiwear.ratings.mode import Rated, life_exponent
 
 __all__ = ["rated_by_cycles"]
 
@@ -37,6 +37,10 @@ def rated_by_cycles(
         StressHistory(flanks.cycles[body] * meshes, shares, stress[:, :, body].reshape(*stress.shape[:2], -1), curve)
         for body, curve in enumerate(curves)
     ]
+
+    def lives(required: float) -> FloatArray:
+        return np.array([history.life(required) for history in histories]) / flanks.cycles
+
     worst = [history.least_safeties() for history in histories]
     faces = np.broadcast_to(flanks.face[:, None], flanks.profile.shape[1:]).ravel()
     at = np.stack([point for _, point in worst], axis=1)
@@ -48,5 +52,6 @@ def rated_by_cycles(
         face=np.where(missing, np.nan, faces[at]),
         flank=np.stack([history.safeties() for history in histories]).reshape(flanks.profile.shape),
         damage=np.stack([history.damages(required_safety) for history in histories], axis=1),
-        meshes=np.array([history.life(required_safety) for history in histories]) / flanks.cycles,
+        meshes=lives(required_safety),
+        exponent=life_exponent(lives, required_safety),
     )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import WornStep
-from semiwear.ratings.mode import FailureMode, Rated
+from semiwear.ratings.mode import FailureMode, Rated, life_exponent
 
 __all__ = ["first_failure", "meshes_to_failure", "rating_arrays"]
 
@@ -76,6 +77,14 @@ def rating_arrays(
             for own, need in zip(told, required, strict=True)
         ]
     )
+    exponents = np.stack(
+        [
+            life_exponent(partial(meshes_to_failure, meshes, own.safety), need)
+            if own.exponent is None
+            else own.exponent
+            for own, need in zip(told, required, strict=True)
+        ]
+    )
     first = first_failure(ends)
     arrays = {
         "required_safety": required,
@@ -85,6 +94,7 @@ def rating_arrays(
         "damage_sum": np.stack([none if r.damage is None else _finite(r.damage) for r in told]),
         "safety_on_flank": np.stack([_finite(r.flank).swapaxes(-1, -2) for r in told]),
         "meshes_to_failure": ends,
+        "meshes_to_failure_exponent": exponents,
         "wear_step_of_failure": _steps_of(meshes, ends),
         "fails_first": np.array([int(first is not None and k == first[0]) for k in range(len(told))]),
     }

@@ -33,6 +33,25 @@ class LifeCurve:
     cycles: tuple[float, ...]
     stress: tuple[float, ...]
 
+    @classmethod
+    def below_static(cls, cycles: ArrayLike, stress: ArrayLike) -> LifeCurve:
+        """The curve through points, held down to static strength, the first of them, where it would rise above.
+
+        Influences that count on endured stresses alone, such as that of a film, may raise these so far.
+
+        Parameters
+        ----------
+        cycles, stress : (point,) arrays [1], [MPa]
+        """
+        x, y = np.asarray(cycles, float), np.asarray(stress, float)
+        above = np.flatnonzero(y > y[0])
+        if above.size > 0:
+            last = above[-1]
+            after = slice(last, last + 2)  # the point behind it, if there is one
+            falls = np.interp(-np.log(y[0]), -np.log(y[after]), np.log(x[after]))
+            x, y = np.append([x[0], np.exp(falls)], x[last + 1 :]), np.append([y[0], y[0]], y[last + 1 :])
+        return cls(tuple(x.tolist()), tuple(y.tolist()))
+
     @property
     def static(self) -> float:
         """Stress above which one cycle breaks [MPa]."""

@@ -11,7 +11,9 @@ import numpy as np
 from semiwear.arrays import FloatArray
 from semiwear.ratings.contact import RatedContact, RatedFlanks, WornStep
 
-__all__ = ["FailureMode", "Rated", "rated_by_flank", "rated_locally"]
+__all__ = ["FailureMode", "Rated", "life_exponent", "rated_by_flank", "rated_locally"]
+
+_BESIDE = 0.01  # of a required safety
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,8 @@ class Rated:
         Miner's sum at the required safety, greatest of the flank; None of a mode that remembers no load cycles.
     meshes : (body,) array or None
         Engagements of one gear tooth until that sum is 1, NaN where the run ends before; None likewise.
+    exponent : (body,) array or None
+        Relative change of these engagements over that of the required safety; None likewise.
     """
 
     safety: FloatArray
@@ -38,6 +42,25 @@ class Rated:
     flank: FloatArray
     damage: FloatArray | None = None
     meshes: FloatArray | None = None
+    exponent: FloatArray | None = None
+
+
+def life_exponent(life: Callable[[float], FloatArray], required: float) -> FloatArray:
+    """Relative change of lives over that of the required safety; NaN where there is no life.
+
+    Parameters
+    ----------
+    life : callable
+        From a required safety to lives, (body,).
+    required : float
+    """
+    # with less required a run may end before
+    longer, own, shorter = life(required * (1.0 - _BESIDE)), life(required), life(required * (1.0 + _BESIDE))
+    known = np.isfinite(longer)
+    change = shorter - np.where(known, longer, own)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = change / (own * _BESIDE * (1.0 + known))
+    return np.where(own > 0.0, found, np.nan)
 
 
 class FailureMode(Protocol):

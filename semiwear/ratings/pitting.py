@@ -16,6 +16,7 @@ from semiwear.ratings.mode import Rated
 from semiwear.scene import rating_tables as tables
 
 __all__ = [
+    "MOST_VISCOSITY",
     "PitchPoint",
     "Pitting",
     "life_points",
@@ -34,6 +35,8 @@ _POINTS: Mapping[str, tuple[tuple[float, float], ...]] = {
     "nitrocarburized": ((1e5, 1.1), (2e6, 1.0)),
 }
 _END = 1e10
+MOST_VISCOSITY = 500.0
+"""Kinematic viscosity up to which Z_L is known [mm^2/s]: to the end of the standard's figure."""
 
 _NEEDLESS: dict[str, str] = {
     "Z_H": "1: the local curvature is that of the flanks",
@@ -51,7 +54,7 @@ class PitchPoint:
     Attributes
     ----------
     radius : float [mm]
-        Of relative curvature across the contact line.
+        Of relative curvature in the transverse section.
     speed : float [m/s]
         At the pitch line; 0 where the scene gives none.
     """
@@ -90,7 +93,7 @@ def lubricant_factor(limit: float, viscosity_40: float) -> float:
         Kinematic viscosity at 40 degrees Celsius; 500 at most counts.
     """
     c = _base(limit)
-    return c + 4.0 * (1.0 - c) / (1.2 + 134.0 / viscosity_40) ** 2
+    return c + 4.0 * (1.0 - c) / (1.2 + 134.0 / min(viscosity_40, MOST_VISCOSITY)) ** 2
 
 
 def velocity_factor(limit: float, speed: float) -> float:
@@ -115,7 +118,7 @@ def roughness_factor(limit: float, roughness: float, radius: float) -> float:
     roughness : float [um]
         Mean Rz of both flanks.
     radius : float [mm]
-        Of relative curvature at the pitch point.
+        Of relative curvature at the pitch point, in the transverse section.
     """
     exponent = 0.15 - 0.07 * (min(max(limit, 850.0), 1200.0) - 850.0) / 350.0
     return float((3.0 / (roughness * (10.0 / radius) ** (1.0 / 3.0))) ** exponent)
@@ -143,7 +146,7 @@ def pitting_curve(limit: float, group: str, factor_at_end: float, influence: flo
     reference = cycles[-2]
     share = np.clip(np.log(cycles / cycles[0]) / np.log(reference / cycles[0]), 0.0, 1.0)
     stress = limit * hardening * factors * influence**share
-    return LifeCurve(tuple(cycles), tuple(stress))
+    return LifeCurve.below_static(cycles, stress)
 
 
 @dataclass(frozen=True)
@@ -209,8 +212,9 @@ def _film(table: tables.Pitting, limit: float, pitch: PitchPoint) -> tuple[float
     assert viscosity is not None and roughness is not None
     z_l, z_v = lubricant_factor(limit, viscosity), velocity_factor(limit, pitch.speed)
     z_r = roughness_factor(limit, roughness, pitch.radius)
+    counted = f", of which {MOST_VISCOSITY:g} count" if viscosity > MOST_VISCOSITY else ""
     told = {
-        "Z_L": f"{z_l:.4g}: {viscosity:g} mm2/s at 40 degrees Celsius",
+        "Z_L": f"{z_l:.4g}: {viscosity:g} mm2/s at 40 degrees Celsius{counted}",
         "Z_v": f"{z_v:.4g}: {pitch.speed:.4g} m/s at the pitch line",
         "Z_R": f"{z_r:.4g}: Rz {roughness:g} um, radius of relative curvature {pitch.radius:.4g} mm",
     }

@@ -132,7 +132,8 @@ def flash_temperature_safety(contact: ArrayLike, limit: float, oil_temperature: 
 def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: float) -> FloatArray:
     """Safety S_intS = theta_intS/(theta_M + 1.5 theta_flaint) against scuffing (ISO/TR 13989-2:2000, eqs. 14, 17).
 
-    A quotient of temperatures in degrees Celsius: below 1 scuffing is likely, above 2 it is not.
+    A quotient of temperatures in degrees Celsius: below 1 scuffing is likely, above 2 it is not; infinite where the
+    integral temperature is 0 degC or less, of which the quotient says nothing.
 
     Parameters
     ----------
@@ -141,7 +142,8 @@ def integral_temperature_safety(bulk: ArrayLike, mean_flash: ArrayLike, limit: f
     limit : float [degC]
         `scuffing_integral_temperature`.
     """
-    return np.asarray(limit / (np.asarray(bulk, float) + _WEIGHT * np.asarray(mean_flash, float)))
+    integral = np.asarray(bulk, float) + _WEIGHT * np.asarray(mean_flash, float)
+    return np.where(integral > 0.0, limit / np.where(integral > 0.0, integral, 1.0), np.inf)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ def safeties_of(modes: NDArray[np.str_], safety: FloatArray) -> dict[str, FloatA
 def told_with_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, FloatArray]:
     """Errors of the safeties and of the meshes until failure, as variables of `/ratings`.
 
-    The error of a life is that of the safety over how fast the safety falls where it fails.
+    The relative error of a life is that of the safety, times what a change of the safety changes the life by.
 
     Parameters
     ----------
@@ -43,13 +43,8 @@ def told_with_errors(ratings: xr.Dataset, diagnostics: xr.Dataset) -> dict[str, 
     if "error_estimate" not in diagnostics:
         return {}
     share = dict(zip(diagnostics["quantity"].values, diagnostics["error_estimate"].values, strict=True))
-    safety, meshes = ratings["safety"].values, ratings["meshes"].values
     told = np.array([share.get(f"{_PREFIX}{mode}", np.nan) for mode in ratings["mode"].values])
-    error = told * np.nanmax(safety, axis=(1, 2), initial=0.0)
-    steps = ratings["wear_step_of_failure"].values
-    lives = np.full(steps.shape, np.nan)
-    for mode, body in np.argwhere(steps > 0):
-        k = steps[mode, body]
-        fall = (safety[mode, k - 1, body] - safety[mode, k, body]) / (meshes[k] - meshes[k - 1])
-        lives[mode, body] = error[mode] / fall if fall > 0.0 else np.nan
-    return {"safety_error": error, "meshes_to_failure_error": lives}
+    error = told * np.nanmax(ratings["safety"].values, axis=(1, 2), initial=0.0)
+    lives, exponent = ratings["meshes_to_failure"].values, ratings["meshes_to_failure_exponent"].values
+    relative = error / ratings["required_safety"].values
+    return {"safety_error": error, "meshes_to_failure_error": np.abs(exponent) * lives * relative[:, None]}

@@ -31,7 +31,7 @@ _CONTACT_LIMITS = (
 _ROOT_LIMITS = "usual for sigma_Flim: 310 to 525 case-hardened, 250 to 470 nitrided, 180 to 370 through-hardened"
 _CURVES = "the group of the material, ISO 6336"
 _CONTACT_CURVES = ("hardened", "hardened_some_pits", "nitrided", "nitrocarburized")
-_ROOT_CURVES = ("case_hardened", "through_hardened", "nitrided", "nitrocarburized")
+_ROOT_CURVES = ("case_hardened", "through_hardened", "normalized", "cast_iron", "nitrided", "nitrocarburized")
 
 
 def _limit(what: str, usual: str, high: float) -> Value:

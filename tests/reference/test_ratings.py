@@ -173,6 +173,22 @@ def test_life_factors_follow_their_published_powers(points, group, reference, ex
     np.testing.assert_allclose(found, (reference / np.exp(at)) ** exponent, rtol=0.01)
 
 
+def test_normalized_steel_and_cast_iron_have_factors_of_their_own():
+    # ISO 6336-3, 14.3 (St; GG and GGG ferritic) and table of Y_X, whose lines meet 1 at a module of 5 mm
+    assert [relative_surface_factor("normalized", rz) for rz in (1.0, 20.0, 40.0)] == pytest.approx(
+        [1.074, 0.973, 0.944], abs=1e-3
+    )
+    assert relative_surface_factor("cast_iron", 20.0) == relative_surface_factor("nitrided", 20.0)
+    assert [size_factor("cast_iron", m) for m in (3.0, 5.0, 20.0, 25.0, 30.0)] == pytest.approx(
+        [1.0, 1.0, 0.775, 0.70, 0.70]
+    )
+    assert size_factor("normalized", 20.0) == size_factor("through_hardened", 20.0)
+
+
+def test_oils_beyond_the_standards_figure_count_as_its_last_one():
+    assert lubricant_factor(700.0, 1000.0) == lubricant_factor(700.0, 500.0) > lubricant_factor(700.0, 460.0)
+
+
 def test_size_factors():
     assert [size_factor("case_hardened", m) for m in (3.0, 5.0, 10.0, 25.0, 40.0)] == pytest.approx(
         [1.0, 1.0, 0.95, 0.8, 0.8]

@@ -202,6 +202,10 @@ def test_safeties_by_hand():
     assert bulk == pytest.approx(91.0)
     assert flash_temperature_safety([70.0, 170.0], 370.0, 70.0) == pytest.approx([np.inf, 3.0])
     assert integral_temperature_safety(bulk, mean, 272.0) == pytest.approx([2.0])
+    # a quotient of degrees Celsius says nothing of teeth at 0 degrees or colder
+    assert integral_temperature_safety(-20.0, [0.0, 10.0, 40.0 / 3.0, 20.0], 400.0) == pytest.approx(
+        [np.inf, np.inf, np.inf, 40.0]
+    )
 
 
 def test_mean_of_a_band():

@@ -45,7 +45,7 @@ def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
             "pinion_life_curve": curves,
             "gear_life_curve": curves,
             "film_factors": st.just("from_oil"),
-            "viscosity_40_mm2_per_s": _between(20.0, 500.0),
+            "viscosity_40_mm2_per_s": _between(20.0, 1000.0),
             "roughness_Rz_um": _between(0.5, 10.0),
         },
         optional={
@@ -60,7 +60,9 @@ def pitting_tables() -> st.SearchStrategy[dict[str, Any]]:
 
 def bending_tables() -> st.SearchStrategy[dict[str, Any]]:
     """Tables ``[effects.bending]``."""
-    curves = st.sampled_from(["case_hardened", "through_hardened", "nitrided", "nitrocarburized"])
+    curves = st.sampled_from(
+        ["case_hardened", "through_hardened", "normalized", "cast_iron", "nitrided", "nitrocarburized"]
+    )
     return st.fixed_dictionaries(
         {
             "pinion_limit_MPa": _between(100.0, 525.0),

@@ -114,6 +114,7 @@ def synthetic_ratings(height: np.ndarray, meshes: np.ndarray) -> dict[str, np.nd
         "damage_sum": 0.5 / fall,
         "safety_on_flank": on_flank,
         "meshes_to_failure": fails,
+        "meshes_to_failure_exponent": np.where(np.isfinite(fails), -2.5, np.nan),
         "meshes_to_failure_error": 0.05 * fails,
         "hours_to_failure": 1e-7 * fails,
         "wear_step_of_failure": step,

@@ -109,6 +109,32 @@ def test_a_pinion_that_does_not_wear_is_not_worn(run):
         sw.loaded_contact(SMALL.replace({"wear.worn_bodies": ["gear"]}), wear_depth=worn)
 
 
+def test_a_wear_depth_is_taken_by_its_labels(run):
+    worn = run["flank"].wear_depth.isel(wear_step=-1)
+    worn = worn * (1.0 + 0.02 * (worn.face - worn.face.mean()))
+
+    def error(wear):
+        return float(sw.loaded_contact(SMALL, wear_depth=wear)["mesh_cycle"].transmission_error_loaded.mean())
+
+    as_it_is = error(worn)
+    assert error(worn.transpose("face", "body", "profile")) == error(worn.isel(body=[1, 0])) == as_it_is
+    pinion = np.stack([worn.sel(body="pinion").values, 0.0 * worn.sel(body="gear").values])
+    assert error(worn.sel(body="pinion")) == error(worn.isel(body=[0])) == error(pinion) != as_it_is
+    assert error(worn.sel(body="gear")) == error(worn.sel(body="gear").values) not in (as_it_is, error(pinion))
+
+
+def test_bodies_of_a_wear_depth_are_those_of_the_pair(run):
+    worn = run["flank"].wear_depth.isel(wear_step=-1)
+    with pytest.raises(SceneError, match=r"wear_depth.body: found 'pinion, wheel'; allowed: each of pinion, gear"):
+        sw.loaded_contact(SMALL, wear_depth=worn.assign_coords(body=["pinion", "wheel"]))
+
+
+@pytest.mark.parametrize("step", [slice(None), [-1]])
+def test_a_wear_depth_is_of_one_wear_step(run, step):
+    with pytest.raises(SceneError, match=r"isel\(wear_step=-1\)"):
+        sw.loaded_contact(SMALL, wear_depth=run["flank"].wear_depth.isel(wear_step=step))
+
+
 @pytest.mark.parametrize("shape", [(61,), (3, 61, 11), (61, 10), (0, 61, 11)])
 def test_a_wear_depth_has_the_shape_of_the_flanks(shape):
     with pytest.raises(SceneError, match=r"\(profile, face\) = \(61, 11\)"):

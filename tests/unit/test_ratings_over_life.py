@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ from semiwear.ratings.contact import RatedContact, RatedFlanks
 from semiwear.ratings.failure import first_failure, meshes_to_failure
 from semiwear.ratings.life_curve import LifeCurve
 from semiwear.ratings.miner import StressHistory
+from semiwear.ratings.mode import life_exponent
 from semiwear.ratings.pitting import PitchPoint, Pitting, pitting_curve
 from semiwear.results.rating_errors import told_with_errors
 from semiwear.scene.rating_tables import RatingTable
@@ -94,6 +96,18 @@ def test_each_flank_has_the_curve_of_its_own_group_of_materials():
     # straight to 5e7 and 2e6 cycles: 1.6 and 1.3 at 1e5, and then to 0.85 at 1e10
     assert pinion.cycles == (1e5, 5e7, 1e10) and gear.cycles == (1e5, 2e6, 1e10)
     assert (pinion.static, gear.static) == pytest.approx((1.6 * 1500.0, 1.3 * 1450.0))
+
+
+def test_nothing_is_permissible_above_static_strength_whatever_the_film():
+    low, high = (pitting_curve(1000.0, "nitrocarburized", 0.85, film, 1.0) for film in (1.0, 1.164))
+    assert high.stress[:2] == pytest.approx((1100.0, 1100.0)) and high.cycles[0] == 1e5
+    # from there on the falling branch is that of the film: 1.164 of what it is without
+    beyond = np.geomspace(high.cycles[1], 1e10, 5)
+    assert high.permissible(beyond) == pytest.approx(1.164 * low.permissible(beyond))
+    safety, _ = history([900.0, 900.0], [0.0, 3e8], curve=high).least_safeties()
+    assert safety[1] == pytest.approx(high.permissible(3e8) / 900.0, rel=1e-6)
+    whole = pitting_curve(1000.0, "nitrided", 1.0, 1.4, 1.0)
+    assert set(whole.stress) == {1300.0} and whole.permissible(1e12) == 1300.0
 
 
 # ---------------------------------------------------------------- Miner's sum
@@ -396,13 +410,31 @@ def test_errors_of_safeties_and_lives_follow_from_those_of_the_run():
     diagnostics = tree["diagnostics"].to_dataset()
     estimates = diagnostics.assign_coords(quantity=["safety_pitting", "safety_bending"])
     found = told_with_errors(ratings, estimates)
-    safety = ratings.safety.values
+    safety, life = ratings.safety.values, ratings.meshes_to_failure.values[0]
     assert found["safety_error"] == pytest.approx([0.004 * safety[0].max(), 0.02 * safety[1].max()])
-    step = int(ratings.wear_step_of_failure.values[0, 0])
-    slope = (safety[0, step - 1, 0] - safety[0, step, 0]) / np.diff(ratings.meshes.values)[step - 1]
-    assert found["meshes_to_failure_error"][0, 0] == pytest.approx(found["safety_error"][0] / slope)
+    changed = 2.5 * found["safety_error"][0] / ratings.required_safety.values[0]
+    assert found["meshes_to_failure_error"][0] == pytest.approx(changed * life)
     assert np.isnan(found["meshes_to_failure_error"][1]).all()
     assert told_with_errors(ratings, diagnostics.drop_vars("error_estimate")) == {}
+
+
+@pytest.mark.parametrize("stress", [1600.0, 1475.0])
+def test_lives_of_one_stress_follow_the_slope_of_the_curve(stress):
+    # 1600 MPa fail on the steep branch, in the first wear step already, 1475 MPa on the flat one
+    curve = pitting_curve(1500.0, "hardened", 0.85, 1.0, 1.0)
+    history = StressHistory(np.linspace(0.0, 2.4e8, 5), np.ones(1), np.full((5, 1, 1), stress), curve)
+    (found,) = life_exponent(lambda required: np.array([history.life(required)]), 1.0)
+    (first, second), (low, high) = ((1e5, 5e7), (1.6, 1.0)) if stress > 1500.0 else ((5e7, 1e10), (1.0, 0.85))
+    assert found == pytest.approx(np.log(second / first) / np.log(high / low), rel=0.02)
+
+
+@pytest.mark.parametrize("required", [1.05, 1.005])  # with less than the latter the run ends before
+def test_lives_of_a_straight_safety_have_its_slope(required):
+    meshes, safety = np.array([0.0, 1.0, 2.0]), np.array([[1.2, 3.0, 0.9], [1.1, 3.0, 0.8], [1.0, 3.0, 0.7]])
+    found = life_exponent(partial(meshes_to_failure, meshes, safety), required)
+    life = (1.2 - required) / 0.1
+    assert found[0] == pytest.approx(-required / 0.1 / life)
+    assert np.isnan(found[1:]).all()  # never, and unworn already
 
 
 @pytest.mark.slow

@@ -70,7 +70,8 @@ def test_names_of_the_design_are_there():
         "life": "depth_limit meshes_to_limit hours_to_limit meshes_to_end hours_to_end ended_by "
         "sensitivity_to_wear_coefficient sensitivity_to_torque",
         "ratings": "required_safety safety safety_error safety_height safety_face damage_sum safety_on_flank "
-        "meshes_to_failure meshes_to_failure_error hours_to_failure wear_step_of_failure fails_first hours",
+        "meshes_to_failure meshes_to_failure_exponent meshes_to_failure_error hours_to_failure "
+        "wear_step_of_failure fails_first hours",
         "diagnostics": "iterations load_balance_residual complementarity_residual edge_residual wear_law_residual "
         "wear_volume_residual elements_across reaches_border edge_contact smallest_gap usual_step_depth seconds "
         "effect_seconds error_estimate",

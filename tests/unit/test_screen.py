@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
+from semiwear.errors import ConvergenceError
 from semiwear.plan import plan
 from semiwear.scene import EFFECTS
 from semiwear.screen import QUANTITIES, ScreenedEffect, Screening
@@ -81,6 +82,18 @@ def test_hardness_is_judged_where_the_run_ends(rows):
     """At 60 um all wear is in the core of 400 HV: 700/400 times as fast."""
     assert rows["wear_law.hardness"].changes["wear rate"] == pytest.approx(700.0 / 400.0 - 1.0)
     assert "60 um" in rows["wear_law.hardness"].note
+
+
+def test_hardness_is_not_judged_where_no_step_leads_to_the_end_of_the_run(tiny, only, monkeypatch):
+    only("wear_law.hardness")
+
+    def too_deep(scene, teeth):
+        raise ConvergenceError("the tooth is gone long before")
+
+    monkeypatch.setattr(importlib.import_module("semiwear.screen"), "_depths_at_the_end", too_deep)
+    (row,) = sw.screen(tiny).rows
+    assert row.note == "not judged at the end of the run: the tooth is gone long before"
+    assert row.changes["wear rate"] == 0.0 and row.time is not None
 
 
 def test_called_for_is_by_the_threshold(screening):
