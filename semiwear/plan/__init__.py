@@ -151,8 +151,11 @@ class Plan:
         middle = middle_contact(flank_pair(scene.gear_pair, Placement()))
         lever = float(pair.lever_arm(middle.position)[0])
         across = float(middle.curvature[0, 1])
-        usual = torque / lever / (0.5 * (high - low))
-        reach = _REACH * usual_approach(usual, modulus) + _WEAR_TO_COME * pair.base_pitch
+        usual, greatest = (
+            1e3 * one / lever / (0.5 * (high - low))
+            for one in (self._mean_wearing_torque, max(scene.operation.pinion_torque_Nm, *self._torques))
+        )
+        reach = _REACH * usual_approach(greatest, modulus) + _WEAR_TO_COME * pair.base_pitch
         reach += effects.most_set_back(scene)
         rolls = _roll_grid(scene, pair, reach, roll_positions)
         if face is None:
@@ -161,7 +164,7 @@ class Plan:
         lines = shape.lines
         elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], self.compared)
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
-        whole = _half_width_at_pitch_point(torque / lever, middle.curvature[0], high - low, modulus)
+        whole = self._half_width(scene.operation.pinion_torque_Nm, pair)
         patches = numerics.fidelity == "patch"
         problem = ContactProblem(
             lines=lines,
@@ -211,6 +214,7 @@ class Plan:
             cases=self._load_cases(teeth),
             factor=self._coefficient_factor(teeth),
             depth_factor=hardness[DRIVEN].factor if hardness is not None else None,
+            spreading=self._spreading(teeth),
         )
 
     def wear_steps(self, stepper: WearStepper) -> WearStepper | TwoStageStepper | AdaptiveStepper:
@@ -333,9 +337,7 @@ class Plan:
         sequences = effects.pitch_sequences(self.scene, teeth.pair, teeth.rolls.pairs)
         if spectrum is None and not sequences:
             return ()
-        torques = (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
-        shares = (1.0,) if spectrum is None else spectrum.shares
-        mean = float(np.dot(torques, shares))
+        mean = float(np.dot(self._torques, self._shares))
         following = [(teeth, sequences[0].share if sequences else 1.0)]
         following += [
             (_with_pitch(teeth, sequence.gap - sequences[0].gap), sequence.share) for sequence in sequences[1:]
@@ -343,12 +345,50 @@ class Plan:
         return tuple(
             LoadCase(
                 share * often,
-                replace(case, problem=case.problem.under(np.full(teeth.rolls.phase.size, 1e3 * torque))),
+                replace(
+                    case,
+                    problem=case.problem.under(np.full(teeth.rolls.phase.size, 1e3 * torque)),
+                    half_width=self._half_width(torque, teeth.pair),
+                ),
                 mean / torque,
             )
             for case, often in following
-            for torque, share in zip(torques, shares, strict=True)
+            for torque, share in zip(self._torques, self._shares, strict=True)
         )
+
+    @property
+    def _torques(self) -> tuple[float, ...]:
+        """Torques under which the flanks wear [N m]."""
+        spectrum = self.scene.effects.load_spectrum
+        return (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
+
+    @property
+    def _shares(self) -> tuple[float, ...]:
+        spectrum = self.scene.effects.load_spectrum
+        return (1.0,) if spectrum is None else spectrum.shares
+
+    @property
+    def _mean_wearing_torque(self) -> float:
+        """Mean of the torques over the wear that they cause, which grows with each of them [N m]."""
+        return float(np.average(self._torques, weights=np.multiply(self._torques, self._shares)))
+
+    def _half_width(self, torque: float, pair: FlankPair) -> float:
+        """Half-width of the contact of whole flanks at the pitch point under a torque [N m]."""
+        middle, (low, high) = middle_contact(flank_pair(self.scene.gear_pair, Placement())), pair.face_limits
+        load = 1e3 * torque / float(pair.lever_arm(middle.position)[0])
+        return _half_width_at_pitch_point(load, middle.curvature[0], high - low, self.modulus)
+
+    def _spreading(self, teeth: LoadedTeeth) -> LoadedTeeth | None:
+        """The teeth with a footprint that spreads the wear of a spectrum; None without one.
+
+        The square of its width is the mean of the squares under all torques, over the wear that each causes: that of
+        their sum.
+        """
+        if self.scene.effects.load_spectrum is None:
+            return None
+        widths = [self._half_width(torque, teeth.pair) for torque in self._torques]
+        wear = np.multiply(self._torques, self._shares)
+        return replace(teeth, half_width=float(np.sqrt(np.average(np.square(widths), weights=wear))))
 
     def _coefficient_factor(self, teeth: LoadedTeeth) -> ContactFactor | None:
         laws = effects.contact_laws(self.scene, teeth.problem.modulus)

@@ -23,7 +23,7 @@ import numpy as np
 
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.footprint import depth_of
-from semiwear.contact.loaded_teeth import LoadedTeeth
+from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
@@ -84,6 +84,8 @@ class WearStepper:
         Wear within an implicit step after which the contact's shape follows it, of a footprint's depth.
     hold : float, optional
         Share of an implicit step after which the loads are those that hold over it; by its depth unless given.
+    spreading : LoadedTeeth, optional
+        The teeth with the footprints that spread the wear of all load cases; `teeth` unless given.
     """
 
     teeth: LoadedTeeth
@@ -95,6 +97,7 @@ class WearStepper:
     depth_factor: DepthFactor | None = None
     most_worn: float = _MOST_WORN
     hold: float | None = None
+    spreading: LoadedTeeth | None = None
 
     @property
     def load_cases(self) -> tuple[LoadCase, ...]:
@@ -189,7 +192,7 @@ class WearStepper:
         depth = sum(
             float((after - before).max()) for after, before in pairs if after is not None and before is not None
         )
-        return float(depth / depth_of(bend, self.teeth.half_width))
+        return float(depth / depth_of(bend, (self.spreading or self.teeth).half_width))
 
     def depth_at(self, point: ControlPoint, wear: FloatArray) -> float:
         """Wear depth at a control point [mm], from the wear of its flank."""
@@ -265,13 +268,14 @@ class _Step:
     def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth
         self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
-        self.motion: Sweep = worn_sweep(teeth, state.contact)
-        coarse_motion = sweep(teeth.lines, state.contact.coarse.profile, teeth.pair.roll_per_time)
+        self.spreading = stepper.spreading or teeth
+        self.motion: Sweep = worn_sweep(teeth, self._spread_contact)
         known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         self.cases = [
             CaseStep(
-                stepper.coefficients, case, loaded, coarse_motion, stepper.factor, stepper.depth_factor, correction
-            )
+                stepper.coefficients, case, loaded, sweep(teeth.lines, loaded.coarse.profile, teeth.pair.roll_per_time),
+                stepper.factor, stepper.depth_factor, correction,
+            )  # fmt: skip
             for case, loaded, correction in zip(stepper.load_cases, state.loaded, known, strict=True)
         ]
         self.influence: StepInfluence | None = None
@@ -280,6 +284,14 @@ class _Step:
         self.hold = stepper.hold or _HOLDS[1]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
+
+    @property
+    def _spread_contact(self) -> LoadedState:
+        """The reported contact, touched as widely as wear is spread."""
+        contact = self.state.contact
+        if self.spreading is self.teeth:
+            return contact
+        return replace(contact, touched=self.spreading.touch_solved(contact.wear, contact.driving_wear))
 
     def loads(
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
@@ -329,7 +341,7 @@ class _Step:
     def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: CyclesTo | None = None) -> None:
         """Let loads wear the flanks in cycles, after each of which the contact's shape follows the wear."""
         self.influence = self.stepper.mapping.followed(
-            self.teeth, self.motion, self.state.worn, self.weighted_loads(loads), self.stepper.multipliers(meshes),
+            self.spreading, self.motion, self.state.worn, self.weighted_loads(loads), self.stepper.multipliers(meshes),
             cycles or self.cycles,
         )  # fmt: skip
         self.followed = meshes
@@ -411,7 +423,7 @@ class _Step:
             )
         positions = self._positions_at(point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
-        start = (teeth, self.motion, self.state.worn, self.weighted_loads(loads), slices)
+        start = (self.spreading, self.motion, self.state.worn, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
             rate = stepper.coefficients.driven * stepper.depth_at(point, stepper.mapping.of_mesh(*start))
         else:
@@ -470,7 +482,7 @@ class _Step:
         else:
             near, place = near[:, slices], (touched - point.profile)[:, slices]
             spacing = lines.spacing[:, slices]
-        reach = 3.0 * teeth.half_width / float(spacing.min())
+        reach = 3.0 * max(teeth.half_width, self.spreading.half_width) / float(spacing.min())
         near &= np.abs(place) <= reach
         rolls = np.flatnonzero(near.any(axis=1))
         # loads are interpolated between positions, so the next ones count as well
