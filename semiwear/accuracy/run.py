@@ -158,10 +158,9 @@ class _Search:
         parts = []
         for parameter in self.parameters:
             value, open_ = self.coarse[parameter.name], parameter.name in self.open
-            # of a number that is given, a coarser one is cheaper to compare with
-            other = 2 * value if parameter.refined and open_ else max(value // 2, _least(parameter.name))
-            if other == value:
-                other = 2 * value
+            # of a number that is given, one half as great is cheaper to compare with
+            halves = not (parameter.refined and open_) and value // 2 >= _least(parameter.name)
+            other = value // 2 if halves else 2 * value
             change = difference(self._pilot_history(self.coarse | {parameter.name: other}), self.pilot)
             parts.append(Contribution.between(parameter, value, other, change, open_))
         return parts

@@ -19,6 +19,8 @@ __all__ = [
     "line_contact_pressure",
 ]
 
+_LEAST_COMPLEMENT = 1e-14  # of 1 - e^2, the square of the half-axes' ratio
+
 
 def effective_modulus(
     youngs_modulus_1: float, poissons_ratio_1: float, youngs_modulus_2: float, poissons_ratio_2: float
@@ -94,6 +96,12 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
     modulus : float [MPa]
         Effective modulus E*.
 
+    Raises
+    ------
+    ValueError
+        A number is not positive and finite, or one curvature is so much less than the other that this is a line
+        contact.
+
     Examples
     --------
     >>> from semiwear.closed_forms import elliptic_contact
@@ -102,8 +110,11 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
     0.5071 0.5071 1856
     """
     low, high = sorted((curvature_1, curvature_2))
-    if low <= 0.0 or load <= 0.0:
-        raise ValueError("an elliptic contact needs a positive load and two positive relative curvatures")
+    if not all(0.0 < value < np.inf for value in (load, low, high, modulus)):
+        raise ValueError(
+            "an elliptic contact needs a load, two relative curvatures and a modulus that are positive and finite; "
+            f"found {load:g} N, {low:g} and {high:g} 1/mm, {modulus:g} MPa"
+        )
 
     # complement = (b/a)^2 = 1 - e^2; K and D = (K - E)/e^2 in Carlson's forms, which keep their digits as e -> 0
     def integrals(complement: float) -> tuple[float, float]:
@@ -113,7 +124,12 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
         k, d = integrals(complement)
         return (k - d) / (complement * d) - high / low
 
-    complement = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, 1e-14, 1.0, xtol=1e-16))
+    if excess(_LEAST_COMPLEMENT) < 0.0:
+        raise ValueError(
+            f"relative curvatures of {low:g} and {high:g} 1/mm make an ellipse without end: take "
+            "`line_contact_pressure`"
+        )
+    complement = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, _LEAST_COMPLEMENT, 1.0, xtol=1e-16))
     k, shape = integrals(complement)
     ratio = sqrt(complement)
     # 2 A = low = (2 p0 b / (E* a^2)) (K - E)/e^2 with p0 = 3 P/(2 pi a b)  ->  a^3

@@ -202,9 +202,20 @@ def solve_half_space(
 
 
 def extrapolate(previous: HalfSpaceContact, before: HalfSpaceContact | None = None) -> FloatArray:
-    """Pressure to start the next position of a sweep from [MPa]: its square is linear through the last two."""
+    """Pressure to start the next position of a sweep from [MPa]: its square is linear through the last two.
+
+    Raises
+    ------
+    ValueError
+        Both are on grids of different shapes.
+    """
     if before is None:
         return previous.pressure
+    if before.pressure.shape != previous.pressure.shape:
+        raise ValueError(
+            f"before: found pressure of shape {before.pressure.shape}; allowed: that of previous, "
+            f"{previous.pressure.shape}; leave it out where the grid changes"
+        )
     return np.asarray(extrapolate_pressure(previous.pressure, before.pressure))
 
 

@@ -271,11 +271,9 @@ class _Step:
         self.spreading = stepper.spreading or teeth
         self.motion: Sweep = worn_sweep(teeth, self._spread_contact)
         known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
+        factors = stepper.factor, stepper.depth_factor
         self.cases = [
-            CaseStep(
-                stepper.coefficients, case, loaded, sweep(teeth.lines, loaded.coarse.profile, teeth.pair.roll_per_time),
-                stepper.factor, stepper.depth_factor, correction,
-            )  # fmt: skip
+            CaseStep(stepper.coefficients, case, loaded, self._moved(loaded), *factors, correction)
             for case, loaded, correction in zip(stepper.load_cases, state.loaded, known, strict=True)
         ]
         self.influence: StepInfluence | None = None
@@ -284,6 +282,10 @@ class _Step:
         self.hold = stepper.hold or _HOLDS[1]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
+
+    def _moved(self, loaded: LoadedState) -> Sweep:
+        """Motion of the contact lines at the solved positions."""
+        return sweep(self.teeth.lines, loaded.coarse.profile, self.teeth.pair.roll_per_time)
 
     @property
     def _spread_contact(self) -> LoadedState:
@@ -341,9 +343,13 @@ class _Step:
     def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: CyclesTo | None = None) -> None:
         """Let loads wear the flanks in cycles, after each of which the contact's shape follows the wear."""
         self.influence = self.stepper.mapping.followed(
-            self.spreading, self.motion, self.state.worn, self.weighted_loads(loads), self.stepper.multipliers(meshes),
+            self.spreading,
+            self.motion,
+            self.state.worn,
+            self.weighted_loads(loads),
+            self.stepper.multipliers(meshes),
             cycles or self.cycles,
-        )  # fmt: skip
+        )
         self.followed = meshes
 
     def follows(self, meshes: float) -> bool:

@@ -191,3 +191,17 @@ def test_levers_and_coupled_grids():
     assert turned.load == pytest.approx(4e4, rel=1e-8)
     none = solve_complementarity(operator, gap, precondition, lever=lever, direction=direction, load=0.0)
     assert none.status is ComplementarityStatus.NO_CONTACT and not none.pressure.any()
+
+
+@pytest.mark.parametrize(
+    "arguments, told",
+    [
+        ((np.nan, 0.05, 0.02, MODULUS), "found nan N"),
+        ((1e3, 0.05, 0.02, -1.0), "-1 MPa"),
+        ((1e3, np.inf, 0.02, MODULUS), "inf 1/mm"),
+        ((1e3, 1e-15, 0.02, MODULUS), "line_contact_pressure"),
+    ],
+)
+def test_an_ellipse_has_numbers_that_make_one(arguments, told):
+    with pytest.raises(ValueError, match=told):
+        elliptic_contact(*arguments)

@@ -537,6 +537,34 @@ def test_a_stopped_run_to_an_accuracy_goes_on(asked, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("positions", [8, 9, 10, 16])
+def test_a_number_just_above_the_coarsest_is_judged_by_a_finer_one(positions):
+    """Nine roll positions beside eight tell of scatter, and Richardson's factor multiplies it tenfold."""
+    scene = sw.load_scene("spur_fzg_c").replace(
+        {
+            "numerics.accuracy": 0.2,
+            "numerics.face_slices": 16,
+            "numerics.profile_points": 81,
+            "numerics.roll_positions": positions,
+            "numerics.wear_steps": 3,
+        }
+    )
+    tree = sw.simulate(scene)
+    assert 0.05 < float(tree["diagnostics"].error_estimate.max()) < 0.2
+
+
+@pytest.mark.slow
+def test_numbers_that_are_all_given_and_too_coarse_are_refused_with_what_was_found():
+    given = {"face_slices": 11, "roll_positions": 8, "profile_points": 31, "harmonics": 5, "wear_steps": 1}
+    scene = sw.load_scene("spur_fzg_c").replace(
+        {"numerics.accuracy": 0.001} | {f"numerics.{name}": value for name, value in given.items()}
+    )
+    with pytest.raises(sw.ConvergenceError, match=r"accuracy 0.001 not reached.*leave out numbers") as caught:
+        sw.simulate(scene)
+    assert "0.001 asked for" in caught.value.result.attrs["accuracy"]
+
+
+@pytest.mark.slow
 def test_the_command_line_runs_to_an_accuracy(shipped, tmp_path, capsys):
     file, output = tmp_path / "scene.toml", tmp_path / "worn.nc"
     file.write_text(shipped.replace(TWO_DEPTHS | {"numerics.accuracy": 0.4}).to_toml(), encoding="utf-8")

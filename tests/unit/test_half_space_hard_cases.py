@@ -178,6 +178,14 @@ def test_tolerance_bounds_the_field_error(tolerance):
         assert error < tolerance * np.linalg.norm(exact)
 
 
+def test_a_start_is_extrapolated_from_one_grid_alone():
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, 21), np.linspace(-0.5, 0.5, 15), indexing="ij")
+    gap, given = 0.02 * (x**2 + y**2), {"cell": (0.05, 0.07), "effective_modulus": 115e3, "load": 10.0}
+    whole, part = solve_half_space(gap, **given), solve_half_space(gap[4:17, 2:13], **given)
+    with pytest.raises(ValueError, match=r"before: found pressure of shape \(13, 11\).*\(21, 15\)"):
+        extrapolate(whole, part)
+
+
 def test_sweep_from_extrapolated_starts():
     x, y = coordinates((30, 100), (0.1, 0.1))
     previous = before = None
