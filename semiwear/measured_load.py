@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["MeasuredLoad", "measured_load"]
 
 _COLUMNS = ("time_s", "torque_Nm", "speed_rpm")
+_COLUMN_OF = {"time": "time_s", "speed": "speed_rpm"}
 _MOST_LEVELS = 200
 _FLANKS = ("drive", "coast")
 _ASTM = "ASTM E1049-85(2017), Standard practices for cycle counting in fatigue analysis (rainflow)"
@@ -73,8 +74,7 @@ class MeasuredLoad:
         SceneError
             Levels out of range, or no torque on that flank.
         """
-        if not is_whole(levels) or not 1 <= levels <= _MOST_LEVELS:
-            raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", "20 is usual")
+        _require_levels(levels, 20)
         torque = self._on(flank)
         bears = (torque > 0.0) & (self.weight > 0.0)
         if not bears.any():
@@ -106,16 +106,23 @@ class MeasuredLoad:
 
         Raises
         ------
+        SceneError
+            Levels out of range.
         MissingExtraError
             rainflow is missing; install the extra ``loads``.
         """
+        _require_levels(levels, 64)
         try:
             import rainflow
         except ImportError as error:
             raise MissingExtraError("rainflow", "loads", "counting of cycles") from error
         turns = self.torque[_turning(self.torque)]
-        found = np.array([(rng, mean, count) for rng, mean, count, *_ in rainflow.extract_cycles(turns)])
-        found = found.reshape(-1, 3)
+        counted = [(rng, mean, count) for rng, mean, count, *_ in rainflow.extract_cycles(turns)]
+        if (
+            turns.size == 2
+        ):  # a torque that only rises or falls makes half a cycle, for which the package needs a turn
+            counted = [(abs(turns[1] - turns[0]), 0.5 * (turns[0] + turns[1]), 0.5)]
+        found = np.array(counted).reshape(-1, 3)
         greatest = found[:, 0].max(initial=0.0)
         level = np.clip(np.ceil(found[:, 0] / (greatest or 1.0) * levels).astype(int) - 1, 0, levels - 1)
         count = np.bincount(level, found[:, 2], levels)
@@ -192,9 +199,16 @@ def measured_load(
 
 
 def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> dict[str, Value]:
+    table = isinstance(torque, Mapping | str | os.PathLike) or hasattr(torque, "columns")
+    beside = [name for name, values in (("time", time), ("speed", speed)) if values is not None] if table else []
+    if beside:
+        fix = f"give it as a column {' or '.join(_COLUMN_OF[name] for name in beside)}"
+        raise SceneError.of(", ".join(beside), "beside a table of torques", "beside an array of torques", fix)
+    if torque is None:
+        raise SceneError.of("torque", None, "a file, a table or an array of torques [N m]", "give the series")
     if isinstance(torque, str | os.PathLike):
         torque = _from_file(Path(torque))
-    if not isinstance(torque, Mapping) and not hasattr(torque, "columns"):
+    if not table:
         given = {"torque_Nm": torque, "time_s": time, "speed_rpm": speed}
         return {name: values for name, values in given.items() if values is not None}
     names = list(torque.keys())
@@ -218,6 +232,10 @@ def _from_file(path: Path) -> dict[str, FloatArray]:
     except (OSError, ValueError, UnicodeDecodeError) as error:
         allowed = f"a CSV file: a line with names ({', '.join(_COLUMNS)}), then numbers between commas"
         raise SceneError.of("torque", str(path), allowed, str(error)) from None
+    if len(set(names)) < len(names):
+        raise SceneError.of(
+            "torque", f"{path}: {', '.join(names)}", "columns with names of their own", "leave one out"
+        )
     if rows.shape[1] != len(names):
         raise SceneError.of("torque", f"{path}: {len(names)} names, {rows.shape[1]} columns", "a name a column")
     return {name: rows[:, k] for k, name in enumerate(names)}
@@ -230,7 +248,7 @@ def _meant(name: str) -> str:
 
 def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
     try:
-        found = np.asarray(values, dtype=float)
+        found = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)  # what is masked is missing
     except (TypeError, ValueError) as error:
         problems.append(Problem(name, shown(values), "numbers", str(error)))
         return np.zeros(0)
@@ -241,6 +259,11 @@ def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArra
         told = f"{missing.size} of {found.size} values are not finite, the first in sample {missing[0] + 1}"
         problems.append(Problem(name, told, "finite numbers", "fill the gaps, or drop those samples"))
     return found.ravel()
+
+
+def _require_levels(levels: object, usual: int) -> None:
+    if not is_whole(levels) or not 1 <= levels <= _MOST_LEVELS:
+        raise SceneError.of("levels", shown(levels), f"a whole number, 1 to {_MOST_LEVELS}", f"{usual} is usual")
 
 
 def _turning(values: FloatArray) -> BoolArray:

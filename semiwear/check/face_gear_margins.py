@@ -50,8 +50,8 @@ def face_gear_margins(scene: Scene) -> Iterator[Margin]:
         if radius() > 0.0:
             yield margin(f"tip edge radius of the {body}", radius, edge, high=partial(_edge, mesh, k))
     yield margin(
-        "contact ratio", lambda: unloaded_contact(mesh).contact_ratio, "gear_addendum_mm", low=1.0, unit="1",
-        usual="1.4 or more",
+        "contact ratio", lambda: unloaded_contact(mesh).contact_ratio, "gear_addendum_mm", low=0.0, unit="1",
+        usual="1.4 or more; below 1 teeth hand over on their edges",
     )  # fmt: skip
 
 

@@ -41,7 +41,12 @@ def require_options(options: argparse.Namespace) -> None:
 
 
 def require_outputs(options: argparse.Namespace, scene: sw.Scene) -> None:
-    """Refuse outputs that cannot be written, or would take the place of what is read or of one another."""
+    """Refuse outputs that cannot be written, or would take the place of what is read or of one another.
+
+    A report over hours needs them, too.
+    """
+    if options.report and options.over == "hours" and scene.operation.pinion_speed_rpm is None:
+        raise SceneError.of("--over", "hours", "a scene with a speed", "give operation.pinion_speed_rpm")
     outputs: dict[str, str | Path] = {}
     for name, path, endings in (("-o", options.output, RESULTS), ("--report", options.report, PAGES)):
         if path is None:

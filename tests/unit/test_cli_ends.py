@@ -129,3 +129,18 @@ def test_the_package_logs_its_wear_steps(caplog):
         sw.simulate(scene)
     steps = [record.getMessage() for record in caplog.records if record.name == "semiwear.simulate"]
     assert len(steps) == 2 and steps[-1].startswith("wear step 2 of 2")
+
+
+def test_a_page_over_hours_needs_a_speed_before_anything_runs(tmp_path, capsys):
+    scene = tmp_path / "slow.toml"
+    scene.write_text(
+        sw.load_scene("face_gear_25x160").replace({"operation.pinion_speed_rpm": None}).to_toml(), encoding="utf-8"
+    )
+    assert (
+        main(
+            ["run", str(scene), "-o", str(tmp_path / "a.nc"), "--report", str(tmp_path / "a.html"), "--over", "hours"]
+        )
+        == 2
+    )
+    assert "--over: found 'hours'; allowed: a scene with a speed" in capsys.readouterr().err
+    assert [entry.name for entry in tmp_path.iterdir()] == ["slow.toml"]

@@ -39,6 +39,14 @@ def test_a_face_gear_has_the_published_limits(face_gear):
     assert limit == pytest.approx(1.25 * 6.35 - (1.0 - sin(radians(25))) * 0.31 * 6.35)
 
 
+def test_a_face_gear_that_runs_is_not_said_to_be_refused(face_gear):
+    """Below a contact ratio of 1 the teeth hand over on their edges: told, and no limit."""
+    low = face_gear.replace({"gear_pair.gear_addendum_mm": 0.635})
+    row = told(low)["contact ratio"]
+    assert row.value < 1.0 and row.holds and "on their edges" in row.usual
+    assert sw.check_geometry(low).holds
+
+
 def test_a_spur_pair_has_the_limits_of_the_closed_forms(spur):
     rows = told(spur)
     pair = spur.gear_pair

@@ -89,6 +89,34 @@ def test_a_torque_that_never_changes_has_no_cycles():
     assert sw.measured_load([5.0, 5.0, 5.0]).cycles()["count"].sum() <= 0.5
 
 
+def test_a_torque_that_only_rises_makes_half_a_cycle():
+    pytest.importorskip("rainflow")
+    found = sw.measured_load([0.0, 50.0, 100.0]).cycles()
+    assert (found["count"].values, found["range"].values, found["mean"].values) == ([0.5], [100.0], [50.0])
+
+
+@pytest.mark.parametrize("levels", [0, -3, 2.5, True, 1000])
+def test_levels_of_cycles_are_checked(levels):
+    with pytest.raises(SceneError, match=r"levels: found .*a whole number, 1 to 200 -> 64 is usual"):
+        sw.measured_load([1.0, 2.0, 1.0]).cycles(levels)
+
+
+def test_masked_samples_are_missing():
+    with pytest.raises(SceneError, match="1 of 4 values are not finite, the first in sample 3"):
+        sw.measured_load(np.ma.masked_values([100.0, 200.0, 1e36, 150.0], 1e36))
+
+
+def test_times_beside_a_table_are_not_passed_over():
+    with pytest.raises(SceneError, match=r"time, speed: found 'beside a table of torques'.*time_s or speed_rpm"):
+        sw.measured_load({"torque_Nm": [1.0, 2.0]}, time=[0.0, 1.0], speed=[1.0, 1.0])
+
+
+def test_a_file_names_each_column_once(tmp_path):
+    (tmp_path / "twice.csv").write_text("torque_Nm,torque_Nm\n1,2\n3,4\n")
+    with pytest.raises(SceneError, match="columns with names of their own"):
+        sw.measured_load(tmp_path / "twice.csv")
+
+
 def test_files_and_tables_are_read_alike(tmp_path):
     table = pd.DataFrame({"time_s": [0, 1, 3], "torque_Nm": [1.0, 2.0, 3.0], "speed_rpm": [10, 20, 30]})
     table.to_csv(tmp_path / "load.csv", index=False)
@@ -107,6 +135,7 @@ def test_files_and_tables_are_read_alike(tmp_path):
         ([[1, 2], [3, 4]], "one value a sample"),
         ([1], "two or more"),
         ("nowhere.csv", "a CSV file"),
+        (None, "a file, a table or an array of torques"),
         (["a", "b"], "numbers"),
     ],
 )
