@@ -248,7 +248,7 @@ def _meant(name: str) -> str:
 
 def _numbers(name: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
     try:
-        found = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)  # what is masked is missing
+        found: FloatArray = np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)  # what is masked is missing
     except (TypeError, ValueError) as error:
         problems.append(Problem(name, shown(values), "numbers", str(error)))
         return np.zeros(0)
