@@ -94,9 +94,8 @@ def loaded_contact(
     placement : Placement, optional
         Rigid displacement of the pinion.
     meshes : float
-        Engagements of one gear tooth that the flanks have behind them under this contact: failure modes that add up
-        damage tell the safety for that many. Default: none, which is that of static strength, as at the begin of a
-        run.
+        Number of load cycles of a gear tooth, all under this contact, for which pitting and bending are rated.
+        Default 0: the static safety, as at the beginning of a run.
 
     Returns
     -------

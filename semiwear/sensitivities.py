@@ -127,7 +127,8 @@ def sensitivities(
     Notes
     -----
     `value` is that of the smooth run, of which derivatives are told; `simulate` differs from it by some 0.1 %, mostly
-    in wear depths. Nothing is smoothed at fidelity ``patch`` but what is iterated.
+    in wear depths. At fidelity ``patch`` edges and contacts are treated as in an ordinary run: only wear steps are
+    smoothed, and the tolerances of iterations are tighter.
 
     It takes one run, and two for each field: three where the first two tell a bend, four where it is a kink or
     scatter, none for the wear coefficient where runs end at depths.

@@ -27,6 +27,6 @@ for relief in reliefs:
 # Where the upper curve reaches zero no edge bears any more: that relief, and little more, is what the edges ask for.
 figure, axes = plt.subplots(2, 1, sharex=True, layout="constrained")
 axes[0].plot(reliefs, share, "o-")
-axes[0].set(ylabel="greatest load share of an edge")
+axes[0].set(ylabel="greatest load share of slices\nwhose tip edge presses")
 axes[1].plot(reliefs, amplitude, "s-", color="C1")
 axes[1].set(xlabel="tip relief of both bodies [um]", ylabel="transmission error,\npeak to peak [arcsec]")

@@ -48,7 +48,7 @@ tree = sw.simulate(scene)
 sw.plot.wear_map(tree)
 
 # %%
-# Along the pitch cone nothing slides, and a ridge remains. The root wears most.
+# Along the pitch cone nothing slides, and a ridge remains. Root and addendum wear about equally deep.
 sw.plot.wear_profiles(tree)
 
 # %%
@@ -56,6 +56,7 @@ sw.plot.wear_profiles(tree)
 sw.plot.contact_stress_history(tree)
 
 # %%
+# The same in numbers; the amplitude of the transmission error is its peak-to-peak value.
 history = tree["history"].to_dataset()
 names = ["wear_depth_max_root", "contact_pressure_pitch", "load_share_max", "transmission_error_amplitude"]
 print(history[names].to_pandas().round(3).to_string())

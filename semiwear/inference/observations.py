@@ -47,7 +47,9 @@ class WornFlank:
     before : measurement, optional
         The same flank before it was worn; nominal unless given.
     datum : sequence of str
-        Motions of the measured tooth that are left open, as of `calibrate`; () for none.
+        Motions of the measured tooth that its measurement leaves open: they are taken for unknown, and integrated
+        over. Of ``"rotation"`` and ``"axial"`` (about the body's axis and along it; the default), ``"radial"``,
+        ``"tangential"``, ``"tilt_radial"`` and ``"tilt_tangential"``, as of `calibrate`; () for none.
     """
 
     measured: MeasuredFlank

@@ -72,8 +72,8 @@ def infer(
         is small enough. Default: 10 for each field but the wear coefficient, 32 or more. With the wear coefficient
         alone one run tells everything, without an emulator.
     emulator_share : float
-        Standard deviation that the emulator's error may make of an unknown, over the posterior's. It is in the
-        posterior as well.
+        Greatest standard deviation that the emulator's error alone may give an unknown, as a share of the posterior
+        standard deviation of that unknown. The posterior allows for that error in any case. Default 0.3.
     seed : int
         Of runs and draws.
     crew : int, str or distributed.Client, optional

@@ -10,11 +10,11 @@ from semiwear.results.wearing import scene_tables
 
 __all__ = ["pressing_tips"]
 
-_TELLS = 0.01  # of the load: a tip that bears less is not told of
+_TELLS = 0.01  # of the load: a tip whose slices bear less is not told of
 
 
 def pressing_tips(tree: xr.DataTree) -> list[str]:
-    """A sentence for each tip that bears more than a hundredth of the load, unworn and at the last wear step.
+    """A sentence for each tip whose slices bear more than a hundredth of the load, unworn and at the last wear step.
 
     Parameters
     ----------
@@ -36,9 +36,9 @@ def pressing_tips(tree: xr.DataTree) -> list[str]:
             roll = float(now["roll_position"].values[int(share.argmax())])
             pressure = float(np.max(now["contact_pressure_max_edge"].values, where=share > 0.0, initial=0.0))
             told.append(
-                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: its edge bears up to {share.max():.0%} of "
-                f"the load at up to {pressure:,.0f} MPa, a pressure that depends on how the edge is rounded"
-                f"{_relief(tree, step, str(body))}."
+                f"{when}, the {body}'s tip presses at roll {roll:+.2f}: slices whose edge presses bear up to "
+                f"{share.max():.0%} of the load, edge and flank together, at up to {pressure:,.0f} MPa on the edge, "
+                f"a pressure that depends on how the edge is rounded{_relief(tree, step, str(body))}."
             )
     return [text.replace("-", "−") for text in told]
 

@@ -14,8 +14,9 @@ __all__ = ["Placement"]
 class Placement:
     """A rigid displacement of the pinion from its nominal place; the default is perfect alignment.
 
-    Translations are along the axes of the fixed frame (origin where the axes meet, z along the pinion axis,
-    y along the gear axis, gear teeth pointing to +y); rotations are about axes through the pitch point. Of a
+    Translations are along the axes of the fixed frame, rotations about axes through the pitch point. Of a face gear
+    pair the origin lies where the gear's axis, y, meets the axis of the shaper, z; the gear's teeth point to +y, and
+    the pinion's axis is parallel to z, half the module times the difference of both numbers of teeth towards -y. Of a
     cylindrical pair both axes run along z, and the gear lies below the pinion, towards -y: the motion along +y opens
     an external pair, the shaft angle error inclines the axes in their common plane, the slope sets them askew.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -305,3 +306,19 @@ def test_a_study_is_searched_written_and_reported(
         "did you mean wear_depth_max?",
     ):  # fmt: skip
         assert part in str(caught.value), part
+
+
+def test_the_study_file_of_the_guide_can_run(formulas: dict[str, Formula], tmp_path: Path) -> None:
+    guide = (Path(sw.__file__).parents[1] / "docs" / "best_designs.md").read_text(encoding="utf-8")
+    (study,) = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    formulas["/history/wear_depth_max"] = bowl
+    formulas["/history/transmission_error_amplitude"] = lambda x, y: 25.0
+    (tmp_path / "study.toml").write_text("most = 12\n" + study)
+    best = tmp_path / "best.toml"
+    text = command.run_optimise(
+        str(tmp_path / "study.toml"), str(best), workers=0, designs=None, report=None, progress=NoProgress()
+    )
+    assert "transmission_error_amplitude[worst]" in text and "<= 30" in text
+    scene = sw.load_scene(best)
+    assert scene.wear is not None and scene.wear.until.meshes == 2e7
+    assert scene.gear_pair.pinion_tip_edge_radius_mm in (0.2, 0.4)

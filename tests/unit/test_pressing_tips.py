@@ -65,7 +65,7 @@ def test_what_presses_is_told_in_words(pressed):
     texts = pressing_tips(pressed)
     assert len(texts) == 4
     relief = pressed["history"].tip_relief_to_free.values[0]
-    assert texts[1].startswith("Unworn, the gear's tip presses at roll −0.71: its edge bears up to ")
+    assert texts[1].startswith("Unworn, the gear's tip presses at roll −0.71: slices whose edge presses bear up to ")
     told = " um of tip relief (effects.modification.gear.tip_relief_um) would take most of that off it"
     assert f"; about {relief[1]:.2g}{told}" in texts[1]
     free = pressed.copy(deep=True)
