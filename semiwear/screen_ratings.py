@@ -38,7 +38,8 @@ def nearness(scene: Scene, mode: str) -> str:
     ratio = safety[step, body] / required
     verdict = FAILS if ratio < 1.0 else NEAR if ratio < _NEAR else "far from its limit"
     meshes = float(rated.arrays["meshes_to_failure"][k, body])
-    return f"{verdict}: {told}" + (f", below it after about {meshes:.3g} meshes" if np.isfinite(meshes) else "")
+    since = "unworn already" if meshes == 0.0 else f"after about {meshes:.3g} meshes"
+    return f"{verdict}: {told}" + (f", below it {since}" if np.isfinite(meshes) else "")
 
 
 @lru_cache(maxsize=1)

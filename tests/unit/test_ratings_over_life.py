@@ -494,4 +494,7 @@ def test_a_screening_says_how_near_the_limits_are():
     assert nearness(SMALL, "bending").startswith("far from its limit: safety of the pinion ")
     words = nearness(SMALL, "pitting")
     assert words.startswith("fails: safety of the ") and "below it after about" in words
+    # more than static strength asks for
+    high = SMALL.replace({"effects.pitting.required_safety": 5.0})
+    assert nearness(high, "pitting").endswith(", 5 required, below it unworn already")
     assert not RatingTable.screening_table(SMALL)
