@@ -255,7 +255,7 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
         return unknown_noise(told)
 
     reader = _FlankReader(one.body, worn.face[place].ravel(), worn.profile[place].ravel())
-    movements = modes.reshape(-1, modes.shape[-1])
+    movements = modes.reshape(shape[0] * shape[1], modes.shape[-1])
     name = f"worn flank of the {one.body}, {shape[0]} x {shape[1]} points"
     return Channel(name, meshes, _WEAR, _UM * worn.depth[place].ravel(), "um", movements, reader, evidence)
 

@@ -15,7 +15,7 @@ from semiwear.errors import SceneError, SemiwearError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
 from semiwear.inference.apart import not_told_apart
 from semiwear.inference.observations import _without_holes
-from semiwear.inference.run import plan_inference
+from semiwear.inference.run import _same_levels, plan_inference
 from semiwear.inference.unknowns import CUT, Unknown
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.nominal import nominal_flank
@@ -31,6 +31,7 @@ outcome = import_module("semiwear.sweep.outcome")
 K, TORQUE, OFFSET = "wear.coefficient_mm2_per_N", "operation.pinion_torque_Nm", "effects.misalignment.offset_mm"
 MESHES = 1e8
 SCENE = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": MESHES, K: 1e-13})
+SPUR = sw.load_scene("spur_fzg_c")
 COEFFICIENT = sw.LogNormal(1e-13, 0.5)
 FACE = np.linspace(485.0, 555.0, 11)
 
@@ -211,6 +212,8 @@ def test_fields_that_go_together_by_differences():
         ({K: COEFFICIENT}, sw.WearAtPoints([500, 510], [0, 0], [1, 2, 3], 1), {}, ["2 finite numbers"]),
         ({K: COEFFICIENT}, sw.TransmissionErrorCurve([0, 0.5], [1, 2], 1), {}, ["three or more"]),
         ({K: COEFFICIENT}, amplitude(8, 1, meshes=-1), {}, ["0 or more"]),
+        ({"wear.until.meshes": sw.Uniform(1e7, 1e9)}, amplitude(8, 1), {}, ["infer the wear coefficient"]),
+        ({"numerics.wear_steps": sw.Uniform(8, 40)}, amplitude(8, 1), {}, ["a field that no run sets"]),
     ],
 )
 def test_everything_wrong_is_told_before_anything_runs(solved, unknown, observed, options, parts):
@@ -230,6 +233,28 @@ def test_a_flank_without_any_noise_is_refused(solved):
     with pytest.raises(SceneError, match="the same depth at every point"):
         infer({K: COEFFICIENT}, sw.WornFlank(even))
     assert not solved
+
+
+def test_runs_with_wear_states_of_their_own_are_refused():
+    """Amounts are interpolated over the meshes of all runs: those of one would be wrong for the others."""
+    levels = np.linspace(0.0, 1e8, 5)
+    np.testing.assert_array_equal(_same_levels([levels, levels * (1.0 + 1e-14)]), levels)
+    for other in (1.1 * levels, levels[:4]):
+        with pytest.raises(SemiwearError, match="different meshes"):
+            _same_levels([levels, other])
+
+
+@pytest.mark.parametrize(("scene", "datum"), [(SCENE, ()), (SPUR, ("axial",)), (SPUR, ("rotation",))])
+def test_a_flank_of_no_or_of_any_datum_is_read(scene, datum):
+    """No motion is left open; or one that a spur flank cannot tell; or one that it can."""
+    flank = nominal_flank(scene)
+    face, profile, *_ = grid_on(flank, 13, 9)
+    depth = np.random.default_rng(0).standard_normal(face.shape)
+    values = {"wear_depth": depth, "flank_profile": profile, "flank_face": face, "inside": np.ones(face.shape, bool)}
+    worn = sw.WornFlank(labelled(values, {"body": "gear"}, "worn"), meshes=MESHES, datum=datum)
+    (channel,) = plan_inference(scene, {K: COEFFICIENT}, worn).channels
+    assert channel.movements.shape == (face.size, 1 if datum == ("rotation",) else 0)
+    assert np.isfinite(channel.evidence(profile.reshape(-1, 1)).centres).all()
 
 
 def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
