@@ -21,7 +21,7 @@ from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.optimise.quantity import quantity_of
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import Unreadable, number, numbers, shown
 from semiwear.sweep.measure import Measured
 
 __all__ = ["Channel", "Observation", "Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "channels_of"]
@@ -201,10 +201,13 @@ def _meshes(scene: Scene, given: object, field: str, *, least: float = 0.0) -> f
     if meshes is None:
         fix = "say how many engagements of a gear tooth it has run"
         raise SceneError.of(f"{field}.meshes", None, "a number", fix)
-    number = not isinstance(meshes, bool) and isinstance(meshes, int | float | np.number)
-    if not number or not least <= float(meshes) < np.inf:  # type: ignore[arg-type]
+    try:
+        told = number(meshes)
+    except Unreadable:
+        told = -np.inf
+    if told < least:
         raise SceneError.of(f"{field}.meshes", shown(meshes), f"{least:g} or more", "engagements of a gear tooth")
-    return float(meshes)  # type: ignore[arg-type]
+    return told
 
 
 def _worn_body(scene: Scene, body: str, field: str) -> None:
@@ -276,18 +279,34 @@ def _without_holes(inside: BoolArray) -> tuple[BoolArray, BoolArray]:
 
 def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
     """Numbers side by side, of one length."""
-    found = {name: np.atleast_1d(np.asarray(values, float)) for name, values in given.items()}
-    size = next(iter(found.values())).size
-    problems = []
+    problems: list[Problem] = []
+    found = {name: _finite(f"{field}.{name}", values, problems) for name, values in given.items()}
+    if problems:
+        raise SceneError(problems, "infer")
+    first, size = next((name, values.size) for name, values in found.items())
+    if not size:
+        raise SceneError.of(f"{field}.{first}", "no number", "one or more", "one for each measured value")
     for name, values in found.items():
-        if values.ndim != 1 or values.size not in (1, size) or not np.all(np.isfinite(values)):
-            problems.append(Problem(f"{field}.{name}", f"shape {values.shape}", f"{size} finite numbers", "one each"))
+        if values.size not in (1, size):
+            allowed = f"{size} finite numbers"
+            problems.append(Problem(f"{field}.{name}", f"{values.size} numbers", allowed, "one each"))
         elif name.startswith(("error_um", "uncertainty")) and np.any(values <= 0.0):
             fix = "the standard uncertainty of a value"
             problems.append(Problem(f"{field}.{name}", float(values.min()), "greater than 0", fix))
     if problems:
         raise SceneError(problems, "infer")
     return {name: np.broadcast_to(values, (size,)).copy() for name, values in found.items()}
+
+
+def _finite(field: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
+    """A number or a list of finite numbers, (values,); a problem where they are something else."""
+    raw: object = np.asarray(values).tolist() if hasattr(values, "__array__") else values
+    several = isinstance(raw, Sequence) and not isinstance(raw, str)
+    try:
+        return np.array(numbers(list(raw) if several else [raw]))  # type: ignore[call-overload]
+    except Unreadable as error:
+        problems.append(Problem(field, shown(values), "finite numbers", str(error)))
+        return np.zeros(0)
 
 
 def _points_channel(scene: Scene, one: WearAtPoints, field: str) -> Channel:
@@ -384,5 +403,7 @@ def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
         return values[:, None]
 
     given = _columns(field, value=one.value, uncertainty=one.error)
+    if given["value"].size > 1:
+        raise SceneError.of(f"{field}.value", shown(one.value), "one number", "one Reading for each")
     told = given["value"], given["uncertainty"], quantity.units
     return _known_channel(one.quantity, meshes, path, read, told)

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
 from semiwear.inference.apart import not_told_apart
 from semiwear.inference.observations import _without_holes
@@ -339,6 +339,136 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     ):
         assert part in told
     assert not solved
+
+
+ALONE = f"""
+scene = "scene.toml"
+TOP
+[unknown]
+{K} = {{distribution = "lognormal"}}
+[[reading]]
+quantity = "transmission_error_amplitude"
+value = 8.8
+error = 0.05
+"""
+POINTS = """
+[[wear_at_points]]
+face_mm = [500, 510]
+height_mm = [0, 0]
+depth_um = [1, 2]
+error_um = 0.1
+"""
+FROM_FILE = """
+[[wear_at_points]]
+file = "points.csv"
+"""
+HEAD = "face_mm,height_mm,depth_um,error_um\n"
+
+
+@pytest.fixture
+def told_of(tmp_path, monkeypatch, capsys):
+    """What is said of a study file that is refused."""
+    monkeypatch.chdir(tmp_path)
+
+    def told(study: str, csv: bytes = b"", scene: sw.Scene = SCENE) -> str:
+        (tmp_path / "scene.toml").write_text(scene.to_toml())
+        (tmp_path / "points.csv").write_bytes(csv)
+        (tmp_path / "study.toml").write_text(study)
+        assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0"]) == 2
+        return capsys.readouterr().err
+
+    return told
+
+
+@pytest.mark.parametrize(
+    ("entry", "word"),
+    [
+        (POINTS.replace("[500, 510]", '[500, "a"]'), "wear_at_points[0].face_mm: found [500, 'a']"),
+        (POINTS.replace("[500, 510]", "[]"), "wear_at_points[0].face_mm: found 'no number'"),
+        (POINTS.replace("[1, 2]", "[1, true]"), "wear_at_points[0].depth_um: found [1, True]"),
+        (POINTS.replace("[1, 2]", f"[1, 1{400 * '0'}]"), "wear_at_points[0].depth_um"),
+        (POINTS.replace("[1, 2]", "{a = 1}"), "give one number, not a table"),
+        (POINTS + "file = 5", "wear_at_points[0].file: found 5"),
+        ("[[worn_flank]]\nmeasured = 5", "worn_flank[0].measured: found 5; allowed: a path in quotes"),
+        ("[[worn_flank]]\nmeasured = ['a.nc']", "worn_flank[0].measured: found ['a.nc']"),
+        ("[[worn_flank]]\nmeasured = 'a.nc'\nbefore = true", "worn_flank[0].before: found True"),
+        ("[[reading]]\nquantity = 'transmission_error_mean'\nvalue = 'a'\nerror = 1", "reading[1].value: found 'a'"),
+        (
+            "[[reading]]\nquantity = 'transmission_error_mean'\nvalue = true\nerror = 1",
+            "reading[1].value: found True",
+        ),
+        ("[[reading]]\nquantity = 'transmission_error_mean'\nvalue = [1, 2]\nerror = 1", "allowed: one number"),
+    ],
+)
+def test_measurements_that_are_none_are_named_by_their_entry(solved, told_of, entry, word):
+    assert word in told_of(ALONE.replace("TOP", "") + entry)
+    assert not solved
+
+
+@pytest.mark.parametrize(
+    ("csv", "word"),
+    [
+        (b"", "no line of numbers"),
+        (HEAD.encode(), "no line of numbers"),
+        (HEAD.encode() + b"500,0,1,0.1\n510,0,a,0.1\n", "row 2 has 'a' for depth_um"),
+        (HEAD.encode() + b"500,0,,0.1\n", "row 1 has '' for depth_um"),
+        (HEAD.encode() + b"500,0,1\n", "row 1 has 3 cells"),
+        (b"face_mm,face_mm\n1,2\n", "two columns of one name"),
+        (b"\xff\xfe\x00", "can't decode"),
+    ],
+)
+def test_tables_that_cannot_be_read_are_told(solved, told_of, csv, word):
+    told = told_of(ALONE.replace("TOP", "") + FROM_FILE, csv)
+    assert "wear_at_points[0].file" in told and word in told
+    assert not solved
+
+
+def test_a_table_of_a_spreadsheet_is_read_and_no_list_beside_it(solved, told_of):
+    """With a byte order mark; a column and a list of one name would leave one of them out."""
+    csv = b"\xef\xbb\xbf" + HEAD.encode() + b"500,0,1,0.1\n"
+    told = told_of(ALONE.replace("TOP", "") + FROM_FILE + "face_mm = [510]\nfar = 1", csv)
+    assert "wear_at_points[0].face_mm: found [510]" in told and "byte" not in told
+    assert "wear_at_points[0].far" in told_of(ALONE.replace("TOP", "") + FROM_FILE + "far = 1", csv)
+
+
+@pytest.mark.parametrize(
+    ("top", "word"),
+    [
+        ("life_um = [60, 20000]", "life_um: found 20000; allowed: above 0, up to 10000 um"),
+        ("life_um = [true]", "life_um: found True"),
+        ("life_um = 60\nlife_body = 'pinion'", "life_body: found 'pinion'"),
+        ("k_scatter = inf", "k_scatter: found inf"),
+    ],
+)
+def test_lives_that_cannot_be_are_told_before_anything_runs(solved, told_of, top, word):
+    assert word in told_of(ALONE.replace("TOP", top))
+    assert not solved
+
+
+def test_no_body_is_asked_for_without_a_life(solved, told_of, capsys):
+    pinion = SCENE.replace({"wear.worn_bodies": ["pinion"]})
+    assert "life_body: found 'gear'" in told_of(ALONE.replace("TOP", "life_um = 60"), scene=pinion)
+    told = told_of(ALONE.replace("TOP", "seed = -1"), scene=pinion)
+    assert "seed" in told and "life_body" not in told
+    told = told_of(ALONE.replace("TOP", "life_um = 60"), scene=SCENE.replace({"wear": None}))
+    assert "allowed: a table [wear]" in told and "life_body" not in told
+
+
+def test_draws_are_written_before_a_life_fails(solved, tmp_path, monkeypatch, capsys):
+    """A depth within its range that the flank cannot be worn to."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    (tmp_path / "study.toml").write_text(ALONE.replace("TOP", "life_um = [9000]"))
+
+    def life(task):
+        raise ConvergenceError("too deep")
+
+    monkeypatch.setattr(outcome, "_life", life)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0"]) != 0
+    told = capsys.readouterr().err
+    assert "too deep" in told and "the draws are in draws.nc" in told
+    with xr.open_dataset("draws.nc") as draws:
+        assert draws.sizes["draw"] > 1000
 
 
 # ---------------------------------------------------------------------- real flanks
