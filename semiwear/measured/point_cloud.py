@@ -15,7 +15,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import MissingExtraError, SceneError
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.measured.files import check_points
-from semiwear.measured.nearest import feet, turned_by
+from semiwear.measured.nearest import feet, turned_by_most
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.rigid import Displacement
 from semiwear.scene import Scene
@@ -66,7 +66,7 @@ def flank_from_points(
     cloud = _cloud(points)
     flank = nominal_flank(scene, body)
     check_points(flank, PointGrid(cloud[: len(cloud) // 8 * 8].reshape(8, -1, 3)), "points")
-    moved = Displacement.about_axis(turned_by(flank, cloud))
+    moved = Displacement.about_axis(turned_by_most(flank, cloud))
     at = feet(flank, moved.undo(cloud))
     on = at.inside & (np.abs(at.deviation) < within_mm)
     low, high = flank.face_ends

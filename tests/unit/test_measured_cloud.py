@@ -50,6 +50,39 @@ def test_wear_is_found_in_a_cloud(form, tmp_path):
     assert np.median(apart) < 0.2 and np.quantile(apart, 0.95) < 0.6
 
 
+def whole_tooth(body, teeth, count=6000, turn=0.3):
+    """Points of a nominal tooth: its flank, the flank that mirrors it, and its tip land, turned about the axis."""
+    flank = nominal_flank(SPUR, body)
+    rng = np.random.default_rng(0)
+
+    def on_flank(v, u):
+        return flank.points(*flank.places(v, u))[0]
+
+    def angles(points):
+        return np.hypot(*points.T[:2]), np.arctan2(points[:, 1], points[:, 0])
+
+    middle, normal = flank.points(*flank.places(0.5, 0.5))
+    # the material lies where the normal does not point, a quarter pitch at the middle
+    side = -np.sign(normal[:2] @ [-middle[1], middle[0]])
+    centre = np.arctan2(middle[1], middle[0]) + side * np.pi / teeth / 2.0
+    parts = [on_flank(*rng.random((2, count)))]
+    for points, share in ((on_flank(*rng.random((2, count))), 1.0), (on_flank(rng.random(count // 5), 1.0), None)):
+        radius, angle = angles(points)
+        across = rng.random(len(points)) if share is None else share
+        angle = angle + 2.0 * across * (centre - angle)
+        parts.append(np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]]))
+    c, s = np.cos(turn), np.sin(turn)
+    return np.vstack(parts) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize(("body", "teeth"), [("pinion", 16), ("gear", 24)])
+def test_the_flank_is_found_in_a_whole_tooth(body, teeth):
+    """Other flank and tip land draw the median angle between the flanks, and leave where most points lie."""
+    found = sw.register(SPUR, sw.flank_from_points(SPUR, whole_tooth(body, teeth), body, shape=(21, 21)), body)
+    assert float(found.rotation) / 3600.0 == pytest.approx(np.degrees(0.3), abs=1e-4)
+    assert np.abs(found.deviation).max() < 2.0  # um: where the tip land meets the flank
+
+
 @pytest.mark.parametrize(
     ("points", "words"),
     [
