@@ -301,9 +301,9 @@ def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
 def _finite(field: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
     """A number or a list of finite numbers, (values,); a problem where they are something else."""
     raw: object = np.asarray(values).tolist() if hasattr(values, "__array__") else values
-    several = isinstance(raw, Sequence) and not isinstance(raw, str)
+    listed = list(raw) if isinstance(raw, Sequence) and not isinstance(raw, str) else [raw]
     try:
-        return np.array(numbers(list(raw) if several else [raw]))  # type: ignore[call-overload]
+        return np.asarray(numbers(listed), float)
     except Unreadable as error:
         problems.append(Problem(field, shown(values), "finite numbers", str(error)))
         return np.zeros(0)

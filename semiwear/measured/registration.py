@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -261,7 +261,7 @@ def _of_points(
     telling = np.zeros(len(motions.names), dtype=bool)
     weights = mask.astype(float)
     for k in range(_PASSES):
-        at = feet(flank, moved.undo(points), at)
+        at = _measured_feet(flank, grid, moved, at)
         if k == 0:
             _enough(at.inside, field)
             check_side(at.normals, moved.undo(points), at.inside, field)
@@ -280,7 +280,7 @@ def _of_points(
         moved = moved.after(motions.displacement(amounts))
         if np.abs(modes[counts] @ amounts).max() < _SETTLED:
             break
-    at = feet(flank, moved.undo(points), at)
+    at = _measured_feet(flank, grid, moved, at)
     _enough(at.inside, field)
     names = [name for name, tells in zip(motions.names, telling, strict=True) if tells]
     every = motions.amounts(moved)
@@ -296,6 +296,12 @@ def _of_points(
     deviation = np.where(at.inside, at.deviation, 0.0)
     amounts_found = {name: every[name] for name in names}
     return Registration(flank, face, profile, at.inside, deviation, weights, amounts_found, errors, held, estimated)
+
+
+def _measured_feet(flank: NominalFlank, grid: PointGrid, moved: Displacement, start: Feet | None) -> Feet:
+    """Feet of a grid; those of points that were not measured lie nowhere."""
+    at = feet(flank, moved.undo(grid.points), start)
+    return at if grid.counts is None else replace(at, inside=at.inside & grid.counts)
 
 
 def _fitted(
