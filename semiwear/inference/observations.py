@@ -15,7 +15,7 @@ from semiwear.measured.comparison import grid_of
 from semiwear.measured.fit import datum_modes
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading
-from semiwear.measured.rigid import DATUM
+from semiwear.measured.rigid import DATUM, require_motions
 from semiwear.measured.worn import Measured as MeasuredFlank
 from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
@@ -235,7 +235,8 @@ class _FlankReader:
 def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
     _worn_body(scene, one.body, field)
     meshes = _meshes(scene, one.meshes, field, least=1.0)
-    datum = "best_fit" if one.datum else "as_measured"
+    motions = require_motions(one.datum, f"{field}.datum")
+    datum = "best_fit" if motions else "as_measured"
     worn = as_wear(scene, one.measured, one.before, one.body, datum=datum, field=field)
     rows, columns = _without_holes(worn.inside)
     if min(rows.sum(), columns.sum()) < _LEAST_GRID:
@@ -250,7 +251,7 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
             "give them as they were measured: how far to rely on them is told from their noise",
         )  # fmt: skip
     shape = (int(rows.sum()), int(columns.sum()))
-    modes = _UM * datum_modes(worn, tuple(one.datum))[1][place]
+    modes = _UM * datum_modes(worn, motions)[1][place]
     along, across = (axis[kept] for axis, kept in zip(worn.places, (rows, columns), strict=True))
 
     def evidence(shapes: FloatArray) -> Evidence:

@@ -17,7 +17,7 @@ from semiwear.measured.comparison import comparison_of_fit
 from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part, half_interval
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
-from semiwear.measured.rigid import DATUM, TURNS
+from semiwear.measured.rigid import DATUM, TURNS, require_motions
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, one_of, table
@@ -303,6 +303,7 @@ def calibrate(
     """
     if not 0.0 < confidence < 1.0:
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
+    motions = require_motions(datum, "datum")
     parts = _listed(measured)
     firsts = [None] * len(parts) if before is None else _listed(before)
     if not parts or len(firsts) != len(parts):
@@ -311,10 +312,9 @@ def calibrate(
     run = _meshes_run(scene, meshes, len(parts))
     names = [f"measured[{k}]" if len(parts) > 1 else "measured" for k in range(len(parts))]
     worn = [
-        as_wear(scene, part, first, body, datum="best_fit" if datum else "as_measured", field=name)
+        as_wear(scene, part, first, body, datum="best_fit" if motions else "as_measured", field=name)
         for part, first, name in zip(parts, firsts, names, strict=True)
     ]
-    motions = tuple(datum)
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
     _wear_past(family, worn, motions, progress or NoProgress())

@@ -9,7 +9,7 @@ correlation of neighbouring residuals (`semiwear.measured.correlated`): what the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.correlated import Estimate, estimate
 from semiwear.measured.predicted import WearCurve
-from semiwear.measured.rigid import determined, motions_of
+from semiwear.measured.rigid import determined, motions_of, require_motions
 from semiwear.measured.robust import huber_weights, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
@@ -89,16 +89,21 @@ def half_interval(error: float, freedom: float, confidence: float) -> float:
     return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
-def datum_modes(measured: MeasuredWear, motions: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
+def datum_modes(measured: MeasuredWear, motions: Sequence[str]) -> tuple[tuple[str, ...], FloatArray]:
     """Motions that a measurement can tell, and how they move its points along the normals into the flank.
 
     Returns
     -------
     names : tuple of str
     modes : (P, F, motions) array [mm/rad or 1]
+
+    Raises
+    ------
+    SceneError
+        For names of no motion.
     """
     points, normals = measured.flank.points(measured.face, measured.profile)
-    which = motions_of(measured.flank, motions)
+    which = motions_of(measured.flank, require_motions(motions, "datum"))
     modes = -which.modes(points, normals)
     tells = determined(modes[measured.inside])
     return tuple(name for name, one in zip(which.names, tells, strict=True) if one), modes[..., tells]

@@ -29,7 +29,7 @@ from semiwear.measured.files import Measurement, check_points, check_side, read_
 from semiwear.measured.nearest import Feet, feet, turned_by
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled, units_of
-from semiwear.measured.rigid import DATUM, MOTIONS, Displacement, Motions, determined, motions_of
+from semiwear.measured.rigid import DATUM, Displacement, Motions, determined, motions_of, require_motions
 from semiwear.measured.robust import local_noise, one_sided_fit, weighted_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
 from semiwear.plain_text import one_of
@@ -215,14 +215,12 @@ def registered(
     for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
         if value not in allowed:
             raise SceneError.of(name, value, one_of(allowed))
-    unknown = [name for name in motions if name not in MOTIONS]
-    if unknown:
-        raise SceneError.of("motions", unknown[0], one_of(MOTIONS))
+    names = require_motions(motions, "motions")
     if isinstance(measured, DeviationGrid):
         return _of_deviations(flank, measured, field)
     check_points(flank, measured, field)
     mask = _mask(unworn, fit, measured.points.shape[:2])
-    return _of_points(flank, measured, motions_of(flank, motions if datum == "best_fit" else ()), fit, mask, field)
+    return _of_points(flank, measured, motions_of(flank, names if datum == "best_fit" else ()), fit, mask, field)
 
 
 def _mask(unworn: ArrayLike | None, fit: str, shape: tuple[int, ...]) -> BoolArray:
