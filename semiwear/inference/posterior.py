@@ -66,17 +66,22 @@ class Posterior:
         return self.target.unknowns.values(self.draws.normal)
 
     def of(self, key: str) -> FloatArray:
-        """Draws of one field, by its dotted key or the last part of it.
+        """Draws of one field, by its dotted key, the last part of it or its name in `to_dataset`.
 
         Raises
         ------
         SemiwearError
-            It is none of the unknown ones.
+            It is none of the unknown ones, or the last part of several keys.
         """
         names = [one.name for one in self.target.unknowns.every]
         for known in (self.keys, names):
             if key in known:
                 return np.asarray(self.values[:, list(known).index(key)])
+        ends = [k for k, one in enumerate(self.keys) if one.rpartition(".")[2] == key]
+        if len(ends) == 1:
+            return np.asarray(self.values[:, ends[0]])
+        if ends:
+            raise SemiwearError(f"{key} is the last part of {' and of '.join(self.keys[k] for k in ends)}: give one")
         meant = closest(key, [*self.keys, *names])
         told = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
         raise SemiwearError(f"{key} was not inferred: {told}")

@@ -284,6 +284,22 @@ def test_a_field_that_was_not_inferred_is_told(solved):
         found.quantile(K, 0.0)
 
 
+def test_fields_of_one_name_are_told_apart(solved):
+    """Crowning of both bodies: each has its draws, and a name of its own."""
+    crowning = [f"effects.modification.{body}.crowning_um" for body in ("pinion", "gear")]
+    found = infer({key: sw.Uniform(1.0 + k, 1.5 + k) for k, key in enumerate(crowning)}, amplitude(10.0, 0.5))
+    data = found.to_dataset()
+    assert set(data.data_vars) == {"pinion_crowning_um", "gear_crowning_um"}
+    for name, key in zip(("pinion_crowning_um", "gear_crowning_um"), crowning, strict=True):
+        np.testing.assert_array_equal(found.of(name), found.of(key))
+        np.testing.assert_array_equal(data[name], found.of(key))
+    assert found.of(crowning[0]).max() < 1.5 < 2.0 < found.of(crowning[1]).min()
+    with pytest.raises(
+        SemiwearError, match=r"last part of .*pinion\.crowning_um and of .*gear\.crowning_um: give one"
+    ):
+        found.of("crowning_um")
+
+
 # ---------------------------------------------------------------------- command line, page
 
 
