@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -115,17 +114,15 @@ class Posterior:
     def fitted(self) -> list[tuple[str, float, float]]:
         """Of every observation: its name, the standard deviation of its noise, and the misfit at the best place.
 
-        The misfit is how far the observed amounts of shapes lie from predicted ones, in standard deviations, over
-        what noise alone would make: about 1 where the model explains what was seen.
+        The misfit is how far observed values lie from predicted ones, in standard deviations, over what noise alone
+        would make: about 1 where the model explains what was seen. Of a measured flank, whose noise is not known, it
+        compares amounts of predicted shapes; what is left beside them is taken for noise.
         """
         amounts = self.target.amounts(self.best[None])
-        found = []
-        for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True):
-            likeliest = int(np.argmax(one.log_weights))
-            apart = some[0] - one.centres[likeliest]
-            squares = float(apart @ one.precisions[likeliest] @ apart)
-            found.append((channel.name, one.deviation, sqrt(squares / apart.size)))
-        return found
+        return [
+            (channel.name, one.deviation, one.misfit(some[0]))
+            for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True)
+        ]
 
     def life(
         self,
