@@ -14,7 +14,7 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
-from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part, half_interval
+from semiwear.measured.fit import PartFit, datum_modes, fit_part, half_interval, weighted_meshes
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
 from semiwear.measured.rigid import DATUM, TURNS, require_motions
@@ -317,7 +317,7 @@ def calibrate(
     ]
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
-    _wear_past(family, worn, motions, progress or NoProgress())
+    _wear_past(family, worn, motions, robust, progress or NoProgress())
     fits = tuple(
         fit_part(
             family.curve(reading_of(family, part)), part, motions, robust=robust, confidence=confidence, field=name
@@ -366,9 +366,9 @@ def _spread(part: MeasuredWear, motions: tuple[str, ...]) -> float:
 
 
 def _wear_past(
-    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], progress: Progress
+    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], robust: bool, progress: Progress
 ) -> None:
-    """Wear on until every part is fitted best well before the end.
+    """Wear on until every part is fitted best well before the end, with the weights that fit it.
 
     Raises
     ------
@@ -384,8 +384,7 @@ def _wear_past(
             continue
         passed = []
         for part, reading, mode in zip(worn, readings, modes, strict=True):
-            weights = np.ones(reading.nodes.shape[0])
-            meshes, _ = best_meshes(family.curve(reading), part.depth[part.inside], mode, weights)
+            meshes, *_ = weighted_meshes(family.curve(reading), part, mode, robust)
             passed.append(meshes < 0.8 * family.meshes[-1])
         if all(passed):
             progress.step(k, k, "worn farther than what was measured")
