@@ -29,6 +29,7 @@ from tests.strategies.measured import displaced, grid_on
 
 outcome = import_module("semiwear.sweep.outcome")
 K, TORQUE, OFFSET = "wear.coefficient_mm2_per_N", "operation.pinion_torque_Nm", "effects.misalignment.offset_mm"
+SPEED = "operation.pinion_speed_rpm"
 MESHES = 1e8
 SCENE = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": MESHES, K: 1e-13})
 SPUR = sw.load_scene("spur_fzg_c")
@@ -161,6 +162,30 @@ def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
     for call in (lambda: found.life(20.0, k_scatter=-1), lambda: found.life(20.0, runs=3), lambda: lives.quantile(1)):
         with pytest.raises(SceneError):
             call()
+
+
+@pytest.mark.parametrize("unknown", [{SPEED: sw.Uniform(500, 3000)}, {}])
+def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, monkeypatch, unknown):
+    """A speed that wear does not know: meshes are those of the coefficient, hours those over each draw's speed."""
+
+    def life(task):
+        meshes, speed = MESHES * 2.0, task.scene.operation.pinion_speed_rpm
+        hours = meshes * 6.4 / (60.0 * speed)
+        return Measured({f"/life/{name}": np.array(value) for name, value in (
+            ("meshes_to_limit", meshes), ("hours_to_limit", hours), ("depth_limit", 20.0)
+        )})  # fmt: skip
+
+    monkeypatch.setattr(outcome, "_life", life)
+    scene = SCENE.replace({SPEED: 1000.0})
+    found = sw.infer(scene, {K: COEFFICIENT, **unknown}, amplitude(8.0, 0.05), crew=0)
+    lives = found.life(20.0, crew=0)
+    speed = found.of(SPEED) if unknown else 1000.0
+    hours = lives.meshes * 6.4 / (60.0 * speed)
+    np.testing.assert_allclose(lives.meshes * lives.hours_per_mesh, hours)
+    assert lives.hours(0.1) == pytest.approx(np.quantile(hours, 0.1))
+    assert f"meshes ({np.quantile(hours, 0.5):.4g} h)" in str(lives)
+    with pytest.raises(SceneError, match="share"):
+        lives.hours(1.0)
 
 
 # ---------------------------------------------------------------------- parts
