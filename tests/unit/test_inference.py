@@ -512,6 +512,27 @@ def test_draws_are_written_before_a_life_fails(solved, tmp_path, monkeypatch, ca
         assert draws.sizes["draw"] > 1000
 
 
+def test_a_stopped_inference_says_which_runs_are_kept(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    simulate = outcome.simulate
+
+    def stopping(scene):
+        if len(solved) == 5:
+            raise KeyboardInterrupt
+        return simulate(scene)
+
+    monkeypatch.setattr(outcome, "simulate", stopping)
+    torque = f'{TORQUE} = {{distribution = "uniform", low = 1500, high = 1700}}'
+    study = ALONE.replace("TOP", "").replace("[[reading]]", f"{torque}\n[[reading]]")
+    (tmp_path / "study.toml").write_text(study)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 130
+    assert "; 5 solved scenes are kept in runs, the same command goes on from them" in capsys.readouterr().err
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 0
+    assert len(solved) == 32
+
+
 # ---------------------------------------------------------------------- real flanks
 
 
