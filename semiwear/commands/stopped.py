@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 
 from semiwear.commands.run_files import kept_steps
 from semiwear.sweep.command import store_of
@@ -16,8 +17,13 @@ def kept(options: argparse.Namespace) -> str:
     output = getattr(options, "output", None)
     if output is None:
         return ""
-    if options.command != "sweep":
-        return kept_steps(output)
-    count = kept_scenes(store_of(output))
-    told = f"; {count} solved scenes are kept in {store_of(output)}, --resume goes on from them"
-    return told if count else ""
+    if options.command == "infer":
+        return _kept_scenes(options.store, "the same command goes on from them")
+    if options.command == "sweep":
+        return _kept_scenes(store_of(output), "--resume goes on from them")
+    return kept_steps(output)
+
+
+def _kept_scenes(store: str | os.PathLike[str] | None, further: str) -> str:
+    count = kept_scenes(store) if store else 0
+    return f"; {count} solved scenes are kept in {store}, {further}" if count else ""

@@ -7,8 +7,8 @@ the nominal (sharp) borders of the flank. Neighbours need not be equally far apa
 netCDF (.nc): a variable `points` over (profile, face, xyz) with `units` "mm". Optional: `normals` (profile, face,
 xyz), unit normals out of the material; `face` (face), a growing coordinate along the tooth [mm] that both bodies
 share (where they meet, they have about the same), by which stations are named; `profile_length` (face) [mm], how
-much a coordinate across the tooth, if not its arc length, grows from root to tip, evenly from row to row; attribute
-`teeth`. Optional tooth
+much a coordinate across the tooth, if not its arc length, grows from root to tip, evenly from row to row; `counts`
+(profile, face), 0 for points that fill the grid and were not measured; attribute `teeth`. Optional tooth
 sections for the compliance, each normal to the tooth (`semiwear.geometry.section`): `section_face` (section) [mm],
 `section_flank` (section, flank_point, xy) and `section_fillet` (section, fillet_point, xy) [mm], `section_row`
 (section, flank_point), the row of the grid, counted from 0 and broken, in which a section's flank point lies; and
@@ -30,8 +30,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from semiwear.arrays import FloatArray
-from semiwear.errors import Problem
+from semiwear.arrays import BoolArray, FloatArray
+from semiwear.errors import Problem, SceneError
 from semiwear.geometry.section import RackRim, RingRim, ToothSection
 from semiwear.plain_text import rows_of
 from semiwear.sources import MOST_VALUES, oversized, read_dataset
@@ -81,6 +81,8 @@ class PointGrid:
     profile_length : (F,) array [mm] or None
         By which the coordinate across the tooth grows from the first row to the last, evenly. None: the arc length.
     sections : tuple of PlacedSection
+    counts : (P, F) bool array or None
+        Points that were measured; others fill the grid and say nothing. None: all.
     attributes : mapping
         What else a file says of itself: `teeth`, and what `export_flank` tells for information.
     """
@@ -90,6 +92,7 @@ class PointGrid:
     face: FloatArray | None = None
     profile_length: FloatArray | None = None
     sections: tuple[PlacedSection, ...] = ()
+    counts: BoolArray | None = None
     attributes: Mapping[str, Value] = field(default_factory=dict)
 
 
@@ -99,15 +102,19 @@ class PointGrid:
 def write_point_grid(path: str | os.PathLike[str], grid: PointGrid) -> None:
     """Write points to a .nc or .csv file, whichever it is called; CSV holds points and normals alone.
 
+    A grid of which not all points count is no CSV file: there all would.
+
     An existing file is replaced, whole.
 
     Raises
     ------
     SceneError
-        For another kind of file.
+        For another kind of file, or one that cannot hold the grid.
     """
     file = file_target("path", path, (".nc", ".csv"))
     suffix = Path(path).suffix.casefold()
+    if suffix == ".csv" and grid.counts is not None and not grid.counts.all():
+        raise SceneError.of("path", str(path), "a .nc file for points of which not all were measured", "call it .nc")
     part = file.with_name(f".{file.stem}.{uuid.uuid4().hex}{file.suffix}")
     try:
         with naming(file):
@@ -141,6 +148,9 @@ def _as_dataset(grid: PointGrid) -> Dataset:
     if grid.profile_length is not None:
         text = {"units": "mm", "long_name": "coordinate across the tooth, from root to tip"}
         variables["profile_length"] = ("face", grid.profile_length, text)
+    if grid.counts is not None:
+        text = {"units": "1", "long_name": "1: measured; 0: fills the grid"}
+        variables["counts"] = (on_flank[:2], grid.counts.astype(np.int8), text)
     if grid.sections:
         variables |= _section_variables(grid.sections)
     data = xr.Dataset(variables, attrs={"title": "flank as points", **grid.attributes})
@@ -226,8 +236,16 @@ def _read_netcdf(file: Path) -> PointGrid:
             raise _Unfit(
                 "a profile_length that is none", "one positive length a column", "correct it, or leave it out"
             )
-    grid = PointGrid(points, normals, face, length, attributes=dict(data.attrs))
+    grid = PointGrid(points, normals, face, length, counts=_counts(data), attributes=dict(data.attrs))
     return replace(grid, sections=_sections(data)) if "section_flank" in data else grid
+
+
+def _counts(data: Dataset) -> BoolArray | None:
+    if "counts" not in data:
+        return None
+    if set(data["counts"].dims) != {"profile", "face"}:
+        raise _Unfit(f"counts over {data['counts'].dims}", "one a point", "lay it out over (profile, face)")
+    return np.asarray(data["counts"].transpose("profile", "face").values != 0, dtype=bool)
 
 
 def _on_flank(data: Dataset, name: str) -> FloatArray:

@@ -33,15 +33,18 @@ error = 0.1
 
 from __future__ import annotations
 
+import csv
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from functools import partial
+from math import inf, isfinite
 from pathlib import Path
 
 import numpy as np
 
 from semiwear.accuracy import simulate
-from semiwear.errors import Problem, SceneError
+from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.lives import PosteriorLife
 from semiwear.inference.observations import (
     Observation,
@@ -53,6 +56,7 @@ from semiwear.inference.observations import (
 from semiwear.inference.page import write_posterior_report
 from semiwear.inference.posterior import Posterior
 from semiwear.inference.run import infer, plan_inference
+from semiwear.plain_text import rows_of
 from semiwear.plot.style import styled
 from semiwear.scene import scene_files, shipped_scenes
 from semiwear.scene.closest import closest
@@ -94,21 +98,28 @@ def run_inference(
     read = read_study(study, _NAMES, problems)
     if read is None:
         raise SceneError(problems, study)
-    observed, lives, unknown = _observations(read, problems), _lives(read, problems), _unknown(read, problems)
+    given, lives, unknown = _observations(read, problems), _lives(read, problems), _unknown(read, problems)
+    observed = list(given.values())
     if read.vary:
         fix = "name priors under [unknown]; [vary] is for semiwear sweep"
         problems.append(Problem("vary", ", ".join(read.vary), "no [vary] beside [unknown]", fix))
     options = {name: read.tables[name] for name in _OPTIONS if name in read.tables}
     if problems:
-        problems += _further_problems(read, unknown, observed, options)
+        problems += _further_problems(read, unknown, given, options)
         raise SceneError(problems, study)
     _require_apart(read, {"-o": output} | ({"--report": report} if report else {}), observed)
     if report is not None:
         with styled():  # asks for the extra before anything runs
             pass
-    found = infer(read.scene, unknown, observed, crew=workers, store=store, progress=progress, **options)
-    told = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
-    write_sweep(found.to_dataset(), output)
+    try:
+        found = infer(read.scene, unknown, observed, crew=workers, store=store, progress=progress, **options)
+    except SceneError as error:
+        raise SceneError(_named(error.problems, list(given)), study) from None
+    write_sweep(found.to_dataset(), output)  # before the lives, of which one may be out of reach
+    try:
+        told = [found.life(depth, crew=workers, store=store, progress=progress, **lives) for depth in _depths(read)]
+    except SemiwearError as error:
+        raise SemiwearError(f"{error}; the draws are in {output}") from error
     return "\n".join(_lines(found, observed, told, output, report))
 
 
@@ -131,16 +142,29 @@ def _unknown(read: Study, problems: list[Problem]) -> Table:
 
 
 def _further_problems(
-    read: Study, unknown: Table, observed: Sequence[Observation], options: Table
+    read: Study, unknown: Table, given: dict[str, Observation], options: Table
 ) -> Sequence[Problem]:
     """Problems that an inference finds in as much of the file as can be read."""
     if not unknown:
         return []
     try:
-        plan_inference(read.scene, unknown, observed, **options)
+        plan_inference(read.scene, unknown, list(given.values()), **options)
     except SceneError as error:
-        return [problem for problem in error.problems if observed or problem.field != "observed"]
+        found = [problem for problem in error.problems if given or problem.field != "observed"]
+        return _named(found, list(given))
     return []
+
+
+def _named(problems: Sequence[Problem], entries: Sequence[str]) -> list[Problem]:
+    """Problems with observations, by the names that the study file has for these."""
+    found = []
+    for problem in problems:
+        head, _, rest = problem.field.partition(".")
+        number = re.fullmatch(r"observed(?:\[(\d+)\])?", head)
+        if number is not None and entries:
+            head = entries[int(number[1] or 0)]
+        found.append(replace(problem, field=f"{head}.{rest}" if rest else head))
+    return found
 
 
 def _depths(read: Study) -> list[float]:
@@ -153,30 +177,43 @@ def _listed(given: Value) -> list[Value]:
 
 def _lives(read: Study, problems: list[Problem]) -> Table:
     """Options of `Posterior.life`; problems with what the file says of lives."""
-    wrong = [one for one in _depths(read) if not is_number(one) or not one > 0.0]
-    problems += [Problem("life_um", shown(one), "above 0 um", "give e.g. [60]") for one in wrong]
     found = {
         name: read.tables[key]
         for name, key in (("body", "life_body"), ("k_scatter", "k_scatter"))
         if key in read.tables
     }
-    body, scatter = found.get("body", "gear"), found.get("k_scatter", 0.0)
-    worn = () if read.scene.wear is None else read.scene.wear.worn_bodies
-    if body not in worn:
-        problems.append(Problem("life_body", shown(body), " or ".join(worn), "a body that wears"))
-    if not is_number(scatter) or not scatter >= 0.0:
+    wrong = [one for depth in _depths(read) for one in _life_problems(read, depth, found.get("body", "gear"))]
+    problems += [one for k, one in enumerate(wrong) if one not in wrong[:k]]
+    scatter = found.get("k_scatter", 0.0)
+    if not is_number(scatter) or not 0.0 <= scatter < inf:
         problems.append(Problem("k_scatter", shown(scatter), "a share of 0 or more", "0.5 for 50 %"))
     return found
 
 
-def _observations(read: Study, problems: list[Problem]) -> list[Observation]:
+def _life_problems(read: Study, depth: Value, body: Value) -> list[Problem]:
+    """What keeps a life until a depth [um] of a body from being solved, by the rules of [effects.run_life]."""
+    table = "effects.run_life"
+    if read.scene.wear is None:
+        return []  # told of the scene
+    try:
+        read.scene.replace({table: {"depth_limit_um": depth, "body": body}, "numerics.accuracy": None}).to_dict()
+    except SceneError as error:
+        names = {f"{table}.depth_limit_um": "life_um", f"{table}.body": "life_body"}
+        return [replace(one, field=names.get(one.field, one.field)) for one in error.problems]
+    return []
+
+
+def _observations(read: Study, problems: list[Problem]) -> dict[str, Observation]:
+    """Observations by the names of their entries in the file."""
     tables = [
         (kind, table, (name, k))
         for name, kind in _KINDS.items()
         for k, table in enumerate(_listed(read.tables.get(name, [])))
     ]
-    found = [_observation(read, kind, table, place, problems) for kind, table, place in tables]
-    return [one for one in found if one is not None]
+    found = {
+        f"{place[0]}[{place[1]}]": _observation(read, kind, table, place, problems) for kind, table, place in tables
+    }
+    return {name: one for name, one in found.items() if one is not None}
 
 
 def _observation(
@@ -186,9 +223,9 @@ def _observation(
     if not isinstance(table, Mapping):
         problems.append(Problem(field, shown(table), "a table", f"write the header [[{name}]] above its fields"))
         return None
-    given: Table = {key: str(read.path.parent / value) if key in _FILES else value for key, value in table.items()}
-    if name in _TABLED and "file" in given:
-        given |= _columns(read.path.parent / str(given.pop("file")), field, problems)
+    given = _with_files(read.path.parent, dict(table), name in _TABLED, field, problems)
+    if given is None:
+        return None
     names = [one.name for one in fields(kind)]
     wrong = []
     for key in given:
@@ -202,15 +239,62 @@ def _observation(
     return None if wrong else kind(**given)
 
 
-def _columns(path: Path, field: str, problems: list[Problem]) -> dict[str, np.ndarray]:
-    """Columns of a CSV file by the names in its first line."""
+def _with_files(folder: Path, table: Table, tabled: bool, field: str, problems: list[Problem]) -> Table | None:
+    """An observation's table with paths beside the study, and the columns of its file; None if they cannot be had."""
+    named = [*_FILES, *(("file",) if tabled else ())]
+    fix = "name one file, beside the study"
+    wrong = [
+        Problem(f"{field}.{key}", shown(table[key]), "a path in quotes", fix)
+        for key in named
+        if key in table and not isinstance(table[key], str)
+    ]
+    if wrong:
+        problems += wrong
+        return None
+    given = {key: str(folder / value) if key in _FILES else value for key, value in table.items()}
+    if not tabled or "file" not in given:
+        return given
+    path = folder / given.pop("file")
     try:
-        read = np.genfromtxt(path, delimiter=",", names=True, dtype=float)
-    except (OSError, ValueError) as error:
+        columns = _columns(path)
+    except (OSError, ValueError, csv.Error) as error:
         fix = "commas between columns, their names in the first line"
         problems.append(Problem(f"{field}.file", str(path), "a CSV file that can be read", f"{error}; {fix}"))
-        return {}
-    return {name: np.atleast_1d(read[name]) for name in read.dtype.names or ()}
+        return None
+    twice = [key for key in given if key in columns]
+    fix = "leave out the list, or the column"
+    problems += [Problem(f"{field}.{key}", shown(given[key]), f"none beside that in {path}", fix) for key in twice]
+    return None if twice else given | columns
+
+
+def _columns(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a CSV file by the names in its first line.
+
+    Raises
+    ------
+    OSError, ValueError, csv.Error
+        Saying what is wrong.
+    """
+    rows = rows_of(path.read_text(encoding="utf-8-sig"))
+    if len(rows) < 2:
+        raise ValueError("no line of numbers below the names")
+    head, cells = rows[0], rows[1:]
+    if len(set(head)) < len(head):
+        raise ValueError("two columns of one name")
+    for k, row in enumerate(cells, start=1):
+        if len(row) != len(head):
+            raise ValueError(f"row {k} has {len(row)} cells, the first line {len(head)}")
+        for name, cell in zip(head, row, strict=True):
+            if not _is_finite(cell):
+                raise ValueError(f"row {k} has {cell!r} for {name}, not a number")
+    return {name: np.array([float(row[j]) for row in cells]) for j, name in enumerate(head)}
+
+
+def _is_finite(cell: str) -> bool:
+    try:
+        return isfinite(float(cell))
+    except ValueError:
+        return False
 
 
 def _require_apart(read: Study, outputs: dict[str, str], observed: Sequence[Observation]) -> None:

@@ -20,8 +20,9 @@ product, so that each draw costs two small eigenvalue problems.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import sqrt
 
 import numpy as np
 from scipy.optimize import minimize
@@ -59,6 +60,10 @@ class Evidence:
         Degrees of freedom; infinite for normal distributions.
     deviation : float
         Standard deviation of the noise, most likely.
+    rest : float
+        Of noise that is known: weighted squares of what no shape and no movement can make.
+    told : int
+        Of noise that is known: values less movements; 0 where it is not known.
     """
 
     log_weights: FloatArray
@@ -66,12 +71,24 @@ class Evidence:
     precisions: FloatArray
     freedom: float
     deviation: float
+    rest: float = 0.0
+    told: int = 0
 
     def widened(self, covariance: FloatArray) -> Evidence:
         """The same where predicted amounts have errors of their own, with a covariance (shapes, shapes)."""
         one = np.eye(covariance.shape[0])
         precisions = np.asarray(np.linalg.solve(one + self.precisions @ covariance, self.precisions), float)
-        return Evidence(self.log_weights, self.centres, precisions, self.freedom, self.deviation)
+        return replace(self, precisions=precisions)
+
+    def misfit(self, amounts: FloatArray) -> float:
+        """How far amounts (shapes,) are from what was observed, over what noise makes on the average.
+
+        Where the noise is known, with all that no shape can make; else that is noise.
+        """
+        likeliest = int(np.argmax(self.log_weights))
+        apart = amounts - self.centres[likeliest]
+        squares = float(apart @ self.precisions[likeliest] @ apart) + self.rest
+        return sqrt(squares / (self.told or apart.size))
 
     def log_likelihood(self, amounts: FloatArray) -> FloatArray:
         """Logarithm of the likelihood, but for a constant, of amounts (points, shapes): (points,)."""
@@ -120,8 +137,9 @@ def known_noise(values: FloatArray, shapes: FloatArray, movements: FloatArray, e
     movements : (places, movements) array
     """
     weight = 1.0 / error**2
-    centre, precision, _ = _eliminated(weight, values, shapes, movements)
-    return Evidence(np.zeros(1), centre[None], precision[None], float("inf"), float(np.median(error)))
+    centre, precision, rest = _eliminated(weight, values, shapes, movements)
+    deviation, told = float(np.median(error)), values.size - movements.shape[1]
+    return Evidence(np.zeros(1), centre[None], precision[None], float("inf"), deviation, rest, told)
 
 
 def _eliminated(

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["PosteriorLife", "life_of"]
 
 _MOST_RUNS = 4096
+_SPEED = "operation.pinion_speed_rpm"
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class PosteriorLife:
         Of emulated lives, relative; 95 % of solved ones are within it. 0 where none was emulated.
     k_scatter : float
         Coefficient of variation of the wear coefficient from part to part that is in it.
-    hours_per_mesh : float or None
-        Running time; None where the scene gives no speed.
+    hours_per_mesh : array (draw,) or None
+        Running time, at the speed of each draw; None where the scene gives no speed.
     """
 
     body: str
@@ -54,7 +55,7 @@ class PosteriorLife:
     meshes: FloatArray
     error: float
     k_scatter: float
-    hours_per_mesh: float | None
+    hours_per_mesh: FloatArray | None
 
     def quantile(self, share: float) -> float:
         """Meshes before which the depth is reached with a probability; 0.1 for the life B10.
@@ -67,8 +68,19 @@ class PosteriorLife:
         require_share(share)
         return float(np.quantile(self.meshes, share))
 
+    def hours(self, share: float) -> float | None:
+        """Running time [h] before which the depth is reached with a probability; None where no speed is given.
+
+        Raises
+        ------
+        SceneError
+            For a share not between 0 and 1.
+        """
+        require_share(share)
+        return None if self.hours_per_mesh is None else float(np.quantile(self.meshes * self.hours_per_mesh, share))
+
     def __str__(self) -> str:
-        told = quantiles_told(self.quantile, self.hours_per_mesh)
+        told = quantiles_told(self.quantile, self.hours)
         error = f"; emulated lives are within {100.0 * self.error:.2g} %" if self.error else ""
         scatter = (
             f"; k scatters by {100.0 * self.k_scatter:.0f} % from part to part"
@@ -128,12 +140,23 @@ def life_of(
         scaled = (inputs - middle) / (2.0 * spread)
         emulator = emulator_of(scaled[chosen][good], np.log(lives))
         logs, error = emulator.at(scaled), exp(emulator.error) - 1.0
-    per_mesh = float(found["hours_to_limit"].values[good][0] / lives[0]) if "hours_to_limit" in found else None
+    per_mesh = None
+    if "hours_to_limit" in found:
+        first = int(chosen[good][0])
+        per_mesh = found["hours_to_limit"].values[good][0] / lives[0] * _slower(unknowns, values, first)
     parts = np.random.default_rng(0).standard_normal(values.shape[0])
     # the measured pair is one of those that scatter, and the next one another
     scatter = sqrt(2.0) * log_deviation(k_scatter) * parts
     meshes = np.exp(logs + scatter) / unknowns.stretch(values)
     return PosteriorLife(body, float(depth), meshes, error, float(k_scatter), per_mesh)
+
+
+def _slower(unknowns: Unknowns, values: FloatArray, one: int) -> FloatArray:
+    """Speed of one draw over those of all, (draw,): how much longer a mesh takes there."""
+    if _SPEED not in unknowns.keys:
+        return np.ones(values.shape[0])
+    speed = values[:, unknowns.keys.index(_SPEED)]
+    return np.asarray(speed[one] / speed)
 
 
 def _require(k_scatter: Value, runs: Value) -> None:

@@ -15,13 +15,13 @@ from semiwear.measured.comparison import grid_of
 from semiwear.measured.fit import datum_modes
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.predicted import FlankReading
-from semiwear.measured.rigid import DATUM
+from semiwear.measured.rigid import DATUM, require_motions
 from semiwear.measured.worn import Measured as MeasuredFlank
 from semiwear.measured.worn import as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.optimise.quantity import quantity_of
 from semiwear.scene import Scene
-from semiwear.scene.values import shown
+from semiwear.scene.values import Unreadable, number, numbers, shown
 from semiwear.sweep.measure import Measured
 
 __all__ = ["Channel", "Observation", "Reading", "TransmissionErrorCurve", "WearAtPoints", "WornFlank", "channels_of"]
@@ -203,10 +203,13 @@ def _meshes(scene: Scene, given: object, field: str, *, least: float = 0.0) -> f
     if meshes is None:
         fix = "say how many engagements of a gear tooth it has run"
         raise SceneError.of(f"{field}.meshes", None, "a number", fix)
-    number = not isinstance(meshes, bool) and isinstance(meshes, int | float | np.number)
-    if not number or not least <= float(meshes) < np.inf:  # type: ignore[arg-type]
+    try:
+        told = number(meshes)
+    except Unreadable:
+        told = -np.inf
+    if told < least:
         raise SceneError.of(f"{field}.meshes", shown(meshes), f"{least:g} or more", "engagements of a gear tooth")
-    return float(meshes)  # type: ignore[arg-type]
+    return told
 
 
 def _worn_body(scene: Scene, body: str, field: str) -> None:
@@ -234,7 +237,8 @@ class _FlankReader:
 def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
     _worn_body(scene, one.body, field)
     meshes = _meshes(scene, one.meshes, field, least=1.0)
-    datum = "best_fit" if one.datum else "as_measured"
+    motions = require_motions(one.datum, f"{field}.datum")
+    datum = "best_fit" if motions else "as_measured"
     worn = as_wear(scene, one.measured, one.before, one.body, datum=datum, field=field)
     rows, columns = _without_holes(worn.inside)
     if min(rows.sum(), columns.sum()) < _LEAST_GRID:
@@ -249,7 +253,7 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
             "give them as they were measured: how far to rely on them is told from their noise",
         )  # fmt: skip
     shape = (int(rows.sum()), int(columns.sum()))
-    modes = _UM * datum_modes(worn, tuple(one.datum))[1][place]
+    modes = _UM * datum_modes(worn, motions)[1][place]
     along, across = (axis[kept] for axis, kept in zip(worn.places, (rows, columns), strict=True))
 
     def evidence(shapes: FloatArray) -> Evidence:
@@ -257,7 +261,7 @@ def _flank_channel(scene: Scene, one: WornFlank, field: str) -> Channel:
         return unknown_noise(told)
 
     reader = _FlankReader(one.body, worn.face[place].ravel(), worn.profile[place].ravel())
-    movements = modes.reshape(-1, modes.shape[-1])
+    movements = modes.reshape(shape[0] * shape[1], modes.shape[-1])
     name = f"worn flank of the {one.body}, {shape[0]} x {shape[1]} points"
     return Channel(name, meshes, _WEAR, _UM * worn.depth[place].ravel(), "um", movements, reader, evidence)
 
@@ -278,18 +282,34 @@ def _without_holes(inside: BoolArray) -> tuple[BoolArray, BoolArray]:
 
 def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
     """Numbers side by side, of one length."""
-    found = {name: np.atleast_1d(np.asarray(values, float)) for name, values in given.items()}
-    size = next(iter(found.values())).size
-    problems = []
+    problems: list[Problem] = []
+    found = {name: _finite(f"{field}.{name}", values, problems) for name, values in given.items()}
+    if problems:
+        raise SceneError(problems, "infer")
+    first, size = next((name, values.size) for name, values in found.items())
+    if not size:
+        raise SceneError.of(f"{field}.{first}", "no number", "one or more", "one for each measured value")
     for name, values in found.items():
-        if values.ndim != 1 or values.size not in (1, size) or not np.all(np.isfinite(values)):
-            problems.append(Problem(f"{field}.{name}", f"shape {values.shape}", f"{size} finite numbers", "one each"))
+        if values.size not in (1, size):
+            allowed = f"{size} finite numbers"
+            problems.append(Problem(f"{field}.{name}", f"{values.size} numbers", allowed, "one each"))
         elif name.startswith(("error_um", "uncertainty")) and np.any(values <= 0.0):
             fix = "the standard uncertainty of a value"
             problems.append(Problem(f"{field}.{name}", float(values.min()), "greater than 0", fix))
     if problems:
         raise SceneError(problems, "infer")
     return {name: np.broadcast_to(values, (size,)).copy() for name, values in found.items()}
+
+
+def _finite(field: str, values: ArrayLike, problems: list[Problem]) -> FloatArray:
+    """A number or a list of finite numbers, (values,); a problem where they are something else."""
+    raw: object = np.asarray(values).tolist() if hasattr(values, "__array__") else values
+    listed = list(raw) if isinstance(raw, Sequence) and not isinstance(raw, str) else [raw]
+    try:
+        return np.asarray(numbers(listed), float)
+    except Unreadable as error:
+        problems.append(Problem(field, shown(values), "finite numbers", str(error)))
+        return np.zeros(0)
 
 
 def _points_channel(scene: Scene, one: WearAtPoints, field: str) -> Channel:
@@ -386,5 +406,7 @@ def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
         return values[:, None]
 
     given = _columns(field, value=one.value, uncertainty=one.error)
+    if given["value"].size > 1:
+        raise SceneError.of(f"{field}.value", shown(one.value), "one number", "one Reading for each")
     told = given["value"], given["uncertainty"], quantity.units
     return _known_channel(one.quantity, meshes, path, read, told)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,17 +65,22 @@ class Posterior:
         return self.target.unknowns.values(self.draws.normal)
 
     def of(self, key: str) -> FloatArray:
-        """Draws of one field, by its dotted key or the last part of it.
+        """Draws of one field, by its dotted key, the last part of it or its name in `to_dataset`.
 
         Raises
         ------
         SemiwearError
-            It is none of the unknown ones.
+            It is none of the unknown ones, or the last part of several keys.
         """
         names = [one.name for one in self.target.unknowns.every]
         for known in (self.keys, names):
             if key in known:
                 return np.asarray(self.values[:, list(known).index(key)])
+        ends = [k for k, one in enumerate(self.keys) if one.rpartition(".")[2] == key]
+        if len(ends) == 1:
+            return np.asarray(self.values[:, ends[0]])
+        if ends:
+            raise SemiwearError(f"{key} is the last part of {' and of '.join(self.keys[k] for k in ends)}: give one")
         meant = closest(key, [*self.keys, *names])
         told = f"did you mean {meant}?" if meant else f"there are {', '.join(self.keys)}"
         raise SemiwearError(f"{key} was not inferred: {told}")
@@ -110,17 +114,15 @@ class Posterior:
     def fitted(self) -> list[tuple[str, float, float]]:
         """Of every observation: its name, the standard deviation of its noise, and the misfit at the best place.
 
-        The misfit is how far the observed amounts of shapes lie from predicted ones, in standard deviations, over
-        what noise alone would make: about 1 where the model explains what was seen.
+        The misfit is how far observed values lie from predicted ones, in standard deviations, over what noise alone
+        would make: about 1 where the model explains what was seen. Of a measured flank, whose noise is not known, it
+        compares amounts of predicted shapes; what is left beside them is taken for noise.
         """
         amounts = self.target.amounts(self.best[None])
-        found = []
-        for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True):
-            likeliest = int(np.argmax(one.log_weights))
-            apart = some[0] - one.centres[likeliest]
-            squares = float(apart @ one.precisions[likeliest] @ apart)
-            found.append((channel.name, one.deviation, sqrt(squares / apart.size)))
-        return found
+        return [
+            (channel.name, one.deviation, one.misfit(some[0]))
+            for one, some, channel in zip(self.target.evidence, amounts, self.target.channels, strict=True)
+        ]
 
     def life(
         self,

@@ -41,6 +41,8 @@ _LEAST_RUNS = 32
 _GROWTH = 4  # times the first runs, at most
 _REACH = 3.5  # standard deviations of the posterior that further runs span
 _LEAST_SHARE = 0.9  # of runs that have to succeed
+_SAME_LEVEL = 1e-9  # of the meshes: wear states of all runs
+_OF_THE_RUN = ("wear.until.", "numerics.", "effects.run_life.")  # set by an inference itself
 
 
 def infer(
@@ -64,7 +66,8 @@ def infer(
     unknown : mapping
         From dotted key to the prior distribution of a field: `Normal`, `LogNormal`, `Uniform` or `Triangular`, such
         as of ``"wear.coefficient_mm2_per_N"``, ``"operation.pinion_torque_Nm"``, ``"effects.misalignment.offset_mm"``
-        or ``"effects.wear_law.load.exponent"``. The outermost 0.2 % at both ends are cut off.
+        or ``"effects.wear_law.load.exponent"``. The outermost 0.2 % at both ends are cut off. None of ``wear.until``,
+        ``numerics`` or ``effects.run_life``, which the runs set themselves.
     observed : WornFlank, WearAtPoints, TransmissionErrorCurve, Reading, or several
         What was measured, all on one pair.
     runs : int, optional
@@ -173,6 +176,7 @@ def plan_inference(
     if COEFFICIENT in (unknown or ()) and not isinstance(coefficient, float | int):
         allowed = "one number for both bodies, where it is unknown"
         problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
+    problems += [_of_the_run(key) for key in unknown or () if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
     channels: list[Channel] = []
     priors: dict[str, Distribution] = {}
     try:
@@ -194,6 +198,12 @@ def plan_inference(
     planned = Plan(scene, unknowns, tuple(channels), count if fields else 1, float(emulator_share), seed)
     planned.run_scene.to_dict()  # its fields are checked
     return planned
+
+
+def _of_the_run(key: str) -> Problem:
+    """A field that says how far or how finely a run is made."""
+    fix = "infer the wear coefficient: the meshes count only times it" if key.startswith("wear.") else "remove it"
+    return Problem(key, "an unknown field", "a field that no run sets: not of wear.until, numerics or run_life", fix)
 
 
 def _inferred(
@@ -280,7 +290,8 @@ def solved_runs(
     kept = open_store(store)
     solve_job(job, kept, hears)
     values: list[list[FloatArray]] = []
-    good, levels, reasons = [], np.zeros(0), []
+    levels: list[FloatArray] = []
+    good, reasons = [], []
     for member in job.members:
         outcome = kept.get(member.key) if member.key else None
         if outcome is None or outcome.status is not Status.DONE:
@@ -289,10 +300,25 @@ def solved_runs(
             continue
         one = job.tasks[member.key].scene
         values.append([channel.read(one, outcome.measured) for channel in planned.channels])
-        levels = outcome.measured.variables[MESHES]
+        levels.append(np.asarray(outcome.measured.variables[MESHES], float))
         good.append(True)
     if not values or np.mean(good) < _LEAST_SHARE:
         told = "; ".join(dict.fromkeys(reasons))
         raise SemiwearError(f"{good.count(False)} of {len(good)} runs fail: {told}; give narrower priors")
     stacked = tuple(np.stack([one[k] for one in values]) for k in range(len(planned.channels)))
-    return Runs(inputs[np.array(good)], levels, stacked)
+    return Runs(inputs[np.array(good)], _same_levels(levels), stacked)
+
+
+def _same_levels(levels: Sequence[FloatArray]) -> FloatArray:
+    """Meshes of the wear states, which all runs share.
+
+    Raises
+    ------
+    SemiwearError
+        They do not.
+    """
+    first = levels[0]
+    for one in levels:
+        if one.shape != first.shape or not np.allclose(one, first, rtol=_SAME_LEVEL, atol=0.0):
+            raise SemiwearError("runs have wear states at different meshes: an unknown field changes how far they go")
+    return first

@@ -11,6 +11,7 @@ from scipy.special import ndtr
 
 from semiwear.arrays import FloatArray
 from semiwear.scatter.distributions import Distribution, LogNormal
+from semiwear.sweep.names import short_names
 
 __all__ = ["COEFFICIENT", "CUT", "Unknown", "Unknowns", "unknowns_of"]
 
@@ -27,15 +28,18 @@ class Unknown:
     ----------
     key : str
     prior : Distribution
+    short : str
+        Its name among all of an inference, if that is more than the last part of its key.
     """
 
     key: str
     prior: Distribution
+    short: str = ""
 
     @property
     def name(self) -> str:
-        """The last part of its key."""
-        return self.key.rpartition(".")[2]
+        """As much of its key as tells it from others."""
+        return self.short or self.key.rpartition(".")[2]
 
     @cached_property
     def ends(self) -> tuple[float, float]:
@@ -115,4 +119,5 @@ class Unknowns:
 
 def unknowns_of(priors: Mapping[str, Distribution], coefficient: float) -> Unknowns:
     """Unknown fields with sound priors."""
-    return Unknowns(tuple(Unknown(key, prior) for key, prior in priors.items()), coefficient)
+    names = short_names(priors)
+    return Unknowns(tuple(Unknown(key, prior, names[key]) for key, prior in priors.items()), coefficient)

@@ -14,10 +14,10 @@ from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
-from semiwear.measured.fit import PartFit, best_meshes, datum_modes, fit_part, half_interval
+from semiwear.measured.fit import PartFit, datum_modes, fit_part, half_interval, weighted_meshes
 from semiwear.measured.life_spread import LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
-from semiwear.measured.rigid import DATUM, TURNS
+from semiwear.measured.rigid import DATUM, TURNS, require_motions
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, one_of, table
@@ -303,6 +303,7 @@ def calibrate(
     """
     if not 0.0 < confidence < 1.0:
         raise SceneError.of("confidence", confidence, "above 0 and below 1", "0.95 for 95 %")
+    motions = require_motions(datum, "datum")
     parts = _listed(measured)
     firsts = [None] * len(parts) if before is None else _listed(before)
     if not parts or len(firsts) != len(parts):
@@ -311,13 +312,12 @@ def calibrate(
     run = _meshes_run(scene, meshes, len(parts))
     names = [f"measured[{k}]" if len(parts) > 1 else "measured" for k in range(len(parts))]
     worn = [
-        as_wear(scene, part, first, body, datum="best_fit" if datum else "as_measured", field=name)
+        as_wear(scene, part, first, body, datum="best_fit" if motions else "as_measured", field=name)
         for part, first, name in zip(parts, firsts, names, strict=True)
     ]
-    motions = tuple(datum)
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
-    _wear_past(family, worn, motions, progress or NoProgress())
+    _wear_past(family, worn, motions, robust, progress or NoProgress())
     fits = tuple(
         fit_part(
             family.curve(reading_of(family, part)), part, motions, robust=robust, confidence=confidence, field=name
@@ -366,9 +366,9 @@ def _spread(part: MeasuredWear, motions: tuple[str, ...]) -> float:
 
 
 def _wear_past(
-    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], progress: Progress
+    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], robust: bool, progress: Progress
 ) -> None:
-    """Wear on until every part is fitted best well before the end.
+    """Wear on until every part is fitted best well before the end, with the weights that fit it.
 
     Raises
     ------
@@ -384,8 +384,7 @@ def _wear_past(
             continue
         passed = []
         for part, reading, mode in zip(worn, readings, modes, strict=True):
-            weights = np.ones(reading.nodes.shape[0])
-            meshes, _ = best_meshes(family.curve(reading), part.depth[part.inside], mode, weights)
+            meshes, *_ = weighted_meshes(family.curve(reading), part, mode, robust)
             passed.append(meshes < 0.8 * family.meshes[-1])
         if all(passed):
             progress.step(k, k, "worn farther than what was measured")

@@ -12,7 +12,7 @@ from semiwear.errors import SceneError, SemiwearError
 from semiwear.measured.fit import PartFit, datum_modes
 from semiwear.measured.predicted import FlankReading
 from semiwear.measured.quantities import labelled
-from semiwear.measured.rigid import DATUM
+from semiwear.measured.rigid import DATUM, require_motions
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import FlankGrid, flank_grid
@@ -76,11 +76,12 @@ def compare_wear(
     >>> print(f"{float(sw.compare_wear(tree, path).scale):.1f}")
     1.0
     """
+    motions = require_motions(datum, "datum")
     flank = group_of(tree, "flank")
     if "wear_depth" not in flank:
         raise SemiwearError("compare_wear needs /flank/wear_depth, which this result does not have")
     scene = parse_scene(str(tree.attrs.get("scene_toml", "")), name="scene of the result")
-    worn = as_wear(scene, measured, before, body, datum="best_fit" if datum else "as_measured")
+    worn = as_wear(scene, measured, before, body, datum="best_fit" if motions else "as_measured")
     grid = _grid_of(scene, flank, body)
     steps = flank.sizes["wear_step"]
     if not -steps <= wear_step < steps:
@@ -88,7 +89,7 @@ def compare_wear(
     depth = flank["wear_depth"].isel(wear_step=wear_step).sel(body=body).transpose("face", "profile").values / _UM
     inside = worn.inside
     predicted = FlankReading.of(grid, worn.face[inside], worn.profile[inside]).read(depth)
-    names, modes = datum_modes(worn, tuple(datum))
+    names, modes = datum_modes(worn, motions)
     attrs = {"body": body, "meshes": f"{float(flank['meshes'][wear_step]):.6g}", "datum": ", ".join(names)}
     return _compared(worn, predicted, modes[inside], attrs)
 

@@ -9,7 +9,7 @@ correlation of neighbouring residuals (`semiwear.measured.correlated`): what the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,16 +20,17 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.measured.correlated import Estimate, estimate
 from semiwear.measured.predicted import WearCurve
-from semiwear.measured.rigid import determined, motions_of
-from semiwear.measured.robust import huber_weights, weighted_fit
+from semiwear.measured.rigid import determined, motions_of, require_motions
+from semiwear.measured.robust import huber_loss, huber_weights, local_noise, weighted_fit
 from semiwear.measured.worn import MeasuredWear
 
-__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval"]
+__all__ = ["PartFit", "best_meshes", "datum_modes", "fit_part", "half_interval", "weighted_meshes"]
 
 
 _SHORTEST = 1e-4  # of the meshes of the curve, where the search begins
 _TRIALS = 80
 _PASSES = 12  # of robust weights
+_START_PASSES = 5  # of those of a trial
 _END = 0.01  # of ln N: a best fit nearer to the end of the curve is none
 _UM = 1e3
 
@@ -89,16 +90,21 @@ def half_interval(error: float, freedom: float, confidence: float) -> float:
     return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * error
 
 
-def datum_modes(measured: MeasuredWear, motions: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
+def datum_modes(measured: MeasuredWear, motions: Sequence[str]) -> tuple[tuple[str, ...], FloatArray]:
     """Motions that a measurement can tell, and how they move its points along the normals into the flank.
 
     Returns
     -------
     names : tuple of str
     modes : (P, F, motions) array [mm/rad or 1]
+
+    Raises
+    ------
+    SceneError
+        For names of no motion.
     """
     points, normals = measured.flank.points(measured.face, measured.profile)
-    which = motions_of(measured.flank, motions)
+    which = motions_of(measured.flank, require_motions(motions, "datum"))
     modes = -which.modes(points, normals)
     tells = determined(modes[measured.inside])
     return tuple(name for name, one in zip(which.names, tells, strict=True) if one), modes[..., tells]
@@ -133,6 +139,51 @@ def best_meshes(curve: WearCurve, wear: FloatArray, modes: FloatArray, weights: 
     return float(np.exp(found.x)), float(found.x) < last - _END
 
 
+def weighted_meshes(
+    curve: WearCurve, measured: MeasuredWear, modes: FloatArray, robust: bool
+) -> tuple[float, bool, FloatArray]:
+    """As `best_meshes`, of measured wear, and the weights of its points: Huber's where the fit is robust.
+
+    Parameters
+    ----------
+    curve : WearCurve
+    measured : MeasuredWear
+    modes : (points, motions) array
+        At the points that count.
+    robust : bool
+    """
+    wear = measured.depth[measured.inside]
+    if not robust:
+        weights = np.ones(wear.size)
+        return (*best_meshes(curve, wear, modes, weights), weights)
+    weights = _robust_start(curve, wear, modes, local_noise(measured.depth, measured.inside))
+    meshes, within = best_meshes(curve, wear, modes, weights)
+    for _ in range(_PASSES):
+        rest = wear - curve.at(meshes)
+        amounts = weighted_fit(modes, rest, weights)
+        weights = huber_weights(rest - modes @ amounts, np.ones(wear.size, dtype=bool))
+        before = meshes
+        meshes, within = best_meshes(curve, wear, modes, weights)
+        if abs(np.log(meshes / before)) < 1e-8:
+            break
+    return meshes, within, weights
+
+
+def _robust_start(curve: WearCurve, wear: FloatArray, modes: FloatArray, noise: float) -> FloatArray:
+    """Weights where Huber's loss is least: those of unit weights may lie wherever an outlier draws the fit."""
+    every = np.ones(wear.size, dtype=bool)
+    best, least = np.ones(wear.size), np.inf
+    for meshes in curve.meshes[-1] * np.geomspace(_SHORTEST, 1.0, _TRIALS):
+        rest, weights = wear - curve.at(meshes), np.ones(wear.size)
+        for _ in range(_START_PASSES):
+            left = rest - modes @ weighted_fit(modes, rest, weights)
+            weights = huber_weights(left, every, noise)
+        loss = huber_loss(left, noise)
+        if loss < least:
+            best, least = weights, loss
+    return best
+
+
 def _beside(modes: FloatArray, weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """From weighted values to what is left of them beside all that the modes can make."""
     basis = np.linalg.qr(np.sqrt(weights)[:, None] * modes)[0]
@@ -158,16 +209,7 @@ def fit_part(
     inside = measured.inside
     names, modes = datum_modes(measured, motions)
     flat, wear = modes[inside], measured.depth[inside]
-    weights = np.ones(wear.size)
-    meshes, within = best_meshes(curve, wear, flat, weights)
-    for _ in range(_PASSES if robust else 0):
-        rest = wear - curve.at(meshes)
-        amounts = weighted_fit(flat, rest, weights)
-        weights = huber_weights(rest - flat @ amounts, np.ones(wear.size, dtype=bool))
-        before = meshes
-        meshes, within = best_meshes(curve, wear, flat, weights)
-        if abs(np.log(meshes / before)) < 1e-8:
-            break
+    meshes, within, weights = weighted_meshes(curve, measured, flat, robust)
     predicted = curve.at(meshes)
     amounts = weighted_fit(flat, wear - predicted, weights)
     rest = wear - predicted - flat @ amounts

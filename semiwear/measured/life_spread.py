@@ -51,13 +51,13 @@ def require_share(share: float) -> None:
         raise SceneError.of("share", share, "above 0 and below 1", "0.1 for the life B10")
 
 
-def quantiles_told(quantile: Callable[[float], float], hours_per_mesh: float | None) -> str:
-    """B10, median and B90 in words, with hours where a mesh takes a known time."""
+def quantiles_told(quantile: Callable[[float], float], hours: Callable[[float], float | None]) -> str:
+    """B10, median and B90 in words: quantiles of meshes, and of running time [h] where that is known."""
     parts = []
     for share in QUANTILES:
-        meshes = quantile(share)
-        hours = "" if hours_per_mesh is None else f" ({meshes * hours_per_mesh:.4g} h)"
-        parts.append(f"B{100 * share:.0f} {meshes:.4g} meshes{hours}")
+        time = hours(share)
+        told = "" if time is None else f" ({time:.4g} h)"
+        parts.append(f"B{100 * share:.0f} {quantile(share):.4g} meshes{told}")
     return ", ".join(parts)
 
 
@@ -101,12 +101,16 @@ class LifeSpread:
         place = norm.ppf(share) if np.isinf(self.freedom) else student.ppf(share, self.freedom)
         return self.median * exp(float(place) * self.log_deviation)
 
+    def hours(self, share: float) -> float | None:
+        """The same as running time [h]; None where the scene gives no speed."""
+        return None if self.hours_per_mesh is None else self.quantile(share) * self.hours_per_mesh
+
     def quantiles(self, shares: Sequence[float] = QUANTILES) -> tuple[float, ...]:
         """`quantile` of several shares."""
         return tuple(self.quantile(share) for share in shares)
 
     def __str__(self) -> str:
-        told = quantiles_told(self.quantile, self.hours_per_mesh)
+        told = quantiles_told(self.quantile, self.hours)
         spread = 100.0 * sqrt(exp(self.log_deviation**2) - 1.0)
         return folded(
             f"life of the {self.body} until {self.depth_limit:g} um: {told}; k scatters by "

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.measured.nominal import NominalFlank
 
-__all__ = ["Feet", "around_axis", "feet", "turned_by"]
+__all__ = ["Feet", "around_axis", "feet", "turned_by", "turned_by_most"]
 
 _START = (81, 81)  # nominal points among which the search starts, along the face and the profile
 _BEYOND = 0.15  # of the flank's extent, by which feet may lie beyond its ends
@@ -18,6 +18,8 @@ _DIFFERENCE = 1e-3  # mm, of the flank coordinates
 _STEP = 0.1  # of the flank's extent: the longest step
 _PASSES = 60
 _TOLERANCE = 1e-11  # mm, times the size of the body over a metre at least
+_TOGETHER = 0.1  # mm about the axis, in which the points of a flank are sought among others
+_NEAR, _SETTLING = 5.0, 3  # times that: points that then tell the angle, in so many passes
 _BORDER = 1e-3  # mm beyond an end that still count as on the flank
 
 
@@ -61,14 +63,40 @@ def turned_by(flank: NominalFlank, points: FloatArray) -> float:
 
     The median difference in polar angle from the nominal points of the same height and radius.
     """
+    apart, _ = _angles_apart(flank, points)
+    # the median of angles, about their mean direction
+    mean = float(np.angle(np.mean(np.exp(1j * apart))))
+    return mean + float(np.median((apart - mean + np.pi) % (2.0 * np.pi) - np.pi))
+
+
+def turned_by_most(flank: NominalFlank, points: FloatArray) -> float:
+    """The same of points of which many lie elsewhere, such as those of a whole tooth [rad].
+
+    Where most differences in polar angle lie together: those of the tooth's other flank change from root to tip, as
+    the tooth's thickness does, and those of its tip and ends are spread over that thickness.
+    """
+    apart, blur = _angles_apart(flank, points)
+    _, radius, _ = around_axis(points.reshape(-1, 3))
+    window = max(_TOGETHER / float(np.median(radius)), blur)
+    once = np.sort(apart % (2.0 * np.pi))
+    around = np.append(once, once + 2.0 * np.pi)
+    count = np.searchsorted(around, once + window) - np.arange(once.size)
+    first = int(count.argmax())
+    found = float(np.median(around[first : first + count[first]]))
+    for _ in range(_SETTLING):
+        away = (apart - found + np.pi) % (2.0 * np.pi) - np.pi
+        found += float(np.median(away[np.abs(away) < _NEAR * window]))
+    return float((found + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def _angles_apart(flank: NominalFlank, points: FloatArray) -> tuple[FloatArray, float]:
+    """Polar angles of points less those of nominal ones beside them [rad], and how far the nominal net blurs them."""
     _, _, net = _nominal_net(flank)
     height, radius, angle = around_axis(net)
     own_height, own_radius, own_angle = around_axis(points.reshape(-1, 3))
     _, nearest = cKDTree(np.column_stack([height, radius])).query(np.column_stack([own_height, own_radius]))
-    apart = own_angle - angle[nearest]
-    # the median of angles, about their mean direction
-    mean = float(np.angle(np.mean(np.exp(1j * apart))))
-    return mean + float(np.median((apart - mean + np.pi) % (2.0 * np.pi) - np.pi))
+    steps = [np.median(np.abs(np.diff(np.unwrap(angle.reshape(_START), axis=k), axis=k))) for k in (0, 1)]
+    return own_angle - angle[nearest], float(max(steps))
 
 
 def feet(flank: NominalFlank, points: FloatArray, start: Feet | None = None) -> Feet:

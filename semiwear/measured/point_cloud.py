@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+from scipy.ndimage import binary_opening
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import BoolArray, FloatArray, IntArray
 from semiwear.errors import MissingExtraError, SceneError
 from semiwear.geometry.point_grid import PointGrid
 from semiwear.measured.files import check_points
-from semiwear.measured.nearest import feet, turned_by
+from semiwear.measured.nearest import feet, turned_by_most
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.rigid import Displacement
 from semiwear.scene import Scene
@@ -27,6 +28,8 @@ _MESHES = (".ply", ".stl", ".obj", ".vtu", ".vtk")
 _LEAST = 200  # points on the flank
 _COVERED = 0.7  # of the cells of the flank: less is a part of it
 _CELLS = 12  # each way, in which the cover is counted
+_GAP = 3  # cells each way without a point
+_LEAST_COUNTED = 0.5  # of the grid's points
 
 
 def flank_from_points(
@@ -40,9 +43,10 @@ def flank_from_points(
     """A grid of points on the surface of a cloud, for `register`, `measured_wear` and `calibrate`.
 
     Points within `within_mm` of the nominal flank, after the best rotation about the axis, are those of the flank:
-    of a scan of the whole tooth, its other flank, fillets and ends drop out. Their deviations are averaged over the
-    cells of the grid, and linear between; no point stands for more than its own cell. The grid stays where the cloud
-    was: the datum is found by what takes the grid.
+    of a scan of the whole tooth, its other flank, fillets and ends drop out. Their deviations are averaged over cells
+    about the grid's points, and linear between. Where three cells by three hold no point (at the borders: three in a
+    row) the grid is filled with points that do not count. The grid stays where the cloud was: the datum is found by
+    what takes the grid.
 
     Parameters
     ----------
@@ -53,20 +57,23 @@ def flank_from_points(
     body : str
         ``"pinion"`` or ``"gear"``.
     shape : (int, int)
-        Rows from root to tip and columns along the tooth.
+        Rows from root to tip and columns along the tooth: as many as the cloud has points for. Averages over cells
+        blur the kink where wear begins: of a spur flank with 6 um of wear k comes out 1 % low with 61 x 61, 3 % with
+        31 x 31, 10 % with 21 x 21.
     within_mm : float
 
     Raises
     ------
     SceneError
-        For too few points, points in other units or of another part, or a cloud that does not cover the flank.
+        For too few points, points in other units or of another part, a cloud that does not cover the flank, or a grid
+        finer than its points.
     """
     if len(shape) != 2 or min(shape) < _CELLS:
         raise SceneError.of("shape", shape, f"two whole numbers, {_CELLS} or more", "61 x 61 is usual")
     cloud = _cloud(points)
     flank = nominal_flank(scene, body)
     check_points(flank, PointGrid(cloud[: len(cloud) // 8 * 8].reshape(8, -1, 3)), "points")
-    moved = Displacement.about_axis(turned_by(flank, cloud))
+    moved = Displacement.about_axis(turned_by_most(flank, cloud))
     at = feet(flank, moved.undo(cloud))
     on = at.inside & (np.abs(at.deviation) < within_mm)
     low, high = flank.face_ends
@@ -79,12 +86,30 @@ def flank_from_points(
     means = [np.bincount(cell, weights) / count for weights in (*share.T, at.deviation[on])]
     assert len(cells) == len(means[0])
     places = np.column_stack(means[:2])
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, rows), np.linspace(0.0, 1.0, columns), indexing="ij")
+    u, v = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
     deviation = LinearNDInterpolator(places, means[2])(u, v)
-    beyond = np.isnan(deviation)  # up to half a cell at the borders
+    beyond = np.isnan(deviation)  # outside of the outermost means
     deviation[beyond] = NearestNDInterpolator(places, means[2])(u[beyond], v[beyond])
     nominal, normals = flank.points(*flank.places(v, u))
-    return PointGrid(moved.apply(nominal + deviation[..., None] * normals), attributes={"body": body})
+    counts = _near_points(cells, shape)
+    return PointGrid(moved.apply(nominal + deviation[..., None] * normals), counts=counts, attributes={"body": body})
+
+
+def _near_points(cells: IntArray, shape: tuple[int, int]) -> BoolArray:
+    """Grid points that are in no gap of the cloud: in no block of `_GAP` by `_GAP` cells without a point.
+
+    Borders are continued outwards, so that there `_GAP` empty cells in a row are a gap.
+    """
+    empty = np.ones(shape, dtype=bool)
+    empty.ravel()[cells] = False
+    block = np.ones((_GAP, _GAP), dtype=bool)
+    gaps = binary_opening(np.pad(empty, _GAP, mode="edge"), block)[_GAP:-_GAP, _GAP:-_GAP]
+    counts = np.asarray(~gaps, dtype=bool)
+    if counts.mean() < _LEAST_COUNTED:
+        coarser = max(int(_CELLS), int(np.sqrt(0.5 * len(cells))))
+        found = f"{shape[0]} x {shape[1]} cells, of which {len(cells)} hold a point"
+        raise SceneError.of("shape", found, "a grid no finer than the cloud", f"shape = ({coarser}, {coarser})")
+    return counts
 
 
 def _require_cover(share: FloatArray) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -29,7 +29,7 @@ from semiwear.measured.files import Measurement, check_points, check_side, read_
 from semiwear.measured.nearest import Feet, feet, turned_by
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled, units_of
-from semiwear.measured.rigid import DATUM, MOTIONS, Displacement, Motions, determined, motions_of
+from semiwear.measured.rigid import DATUM, Displacement, Motions, determined, motions_of, require_motions
 from semiwear.measured.robust import local_noise, one_sided_fit, weighted_fit
 from semiwear.meshing.deviation_grid import DeviationGrid
 from semiwear.plain_text import one_of
@@ -215,14 +215,12 @@ def registered(
     for name, value, allowed in (("datum", datum, _DATUMS), ("fit", fit, _FITS)):
         if value not in allowed:
             raise SceneError.of(name, value, one_of(allowed))
-    unknown = [name for name in motions if name not in MOTIONS]
-    if unknown:
-        raise SceneError.of("motions", unknown[0], one_of(MOTIONS))
+    names = require_motions(motions, "motions")
     if isinstance(measured, DeviationGrid):
         return _of_deviations(flank, measured, field)
     check_points(flank, measured, field)
     mask = _mask(unworn, fit, measured.points.shape[:2])
-    return _of_points(flank, measured, motions_of(flank, motions if datum == "best_fit" else ()), fit, mask, field)
+    return _of_points(flank, measured, motions_of(flank, names if datum == "best_fit" else ()), fit, mask, field)
 
 
 def _mask(unworn: ArrayLike | None, fit: str, shape: tuple[int, ...]) -> BoolArray:
@@ -261,7 +259,7 @@ def _of_points(
     telling = np.zeros(len(motions.names), dtype=bool)
     weights = mask.astype(float)
     for k in range(_PASSES):
-        at = feet(flank, moved.undo(points), at)
+        at = _measured_feet(flank, grid, moved, at)
         if k == 0:
             _enough(at.inside, field)
             check_side(at.normals, moved.undo(points), at.inside, field)
@@ -280,7 +278,7 @@ def _of_points(
         moved = moved.after(motions.displacement(amounts))
         if np.abs(modes[counts] @ amounts).max() < _SETTLED:
             break
-    at = feet(flank, moved.undo(points), at)
+    at = _measured_feet(flank, grid, moved, at)
     _enough(at.inside, field)
     names = [name for name, tells in zip(motions.names, telling, strict=True) if tells]
     every = motions.amounts(moved)
@@ -296,6 +294,12 @@ def _of_points(
     deviation = np.where(at.inside, at.deviation, 0.0)
     amounts_found = {name: every[name] for name in names}
     return Registration(flank, face, profile, at.inside, deviation, weights, amounts_found, errors, held, estimated)
+
+
+def _measured_feet(flank: NominalFlank, grid: PointGrid, moved: Displacement, start: Feet | None) -> Feet:
+    """Feet of a grid; those of points that were not measured lie nowhere."""
+    at = feet(flank, moved.undo(grid.points), start)
+    return at if grid.counts is None else replace(at, inside=at.inside & grid.counts)
 
 
 def _fitted(

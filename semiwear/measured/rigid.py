@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from semiwear.arrays import BoolArray, FloatArray
+from semiwear.errors import SceneError
 from semiwear.measured.nominal import NominalFlank
+from semiwear.plain_text import one_of
+from semiwear.scene.closest import closest
 
-__all__ = ["DATUM", "MOTIONS", "TURNS", "Displacement", "Motions", "determined", "motions_of"]
+__all__ = ["DATUM", "MOTIONS", "TURNS", "Displacement", "Motions", "determined", "motions_of", "require_motions"]
 
 MOTIONS = ("rotation", "axial", "radial", "tangential", "tilt_radial", "tilt_tangential")
 """Small motions of a body: about its axis and along it; towards the flank and across that; and about these two."""
@@ -118,6 +121,25 @@ class Motions:
         shift = self.frame @ (displacement.apply(self.centre) - self.centre)
         values = (angle, shift[0], shift[1], shift[2], turning[1], turning[2])
         return {name: float(value) for name, value in zip(MOTIONS, values, strict=True)}
+
+
+def require_motions(names: object, field: str) -> tuple[str, ...]:
+    """Names of motions, in the order given.
+
+    Raises
+    ------
+    SceneError
+        For one name without a list about it, and for names that are not in `MOTIONS`.
+    """
+    fix = '() for none, ("rotation",) for one'
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise SceneError.of(field, names, f"a list of {', '.join(MOTIONS)}", fix)
+    listed = list(names)
+    for name in listed:
+        if name not in MOTIONS:
+            meant = closest(name, MOTIONS) if isinstance(name, str) else None
+            raise SceneError.of(field, name, one_of(MOTIONS), f"did you mean {meant}?" if meant else fix)
+    return tuple(map(str, listed))
 
 
 def motions_of(flank: NominalFlank, names: Sequence[str] = DATUM) -> Motions:

@@ -19,7 +19,7 @@ import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
 
-__all__ = ["huber_weights", "local_noise", "one_sided_fit", "weighted_fit"]
+__all__ = ["huber_loss", "huber_weights", "local_noise", "one_sided_fit", "weighted_fit"]
 
 
 _WHOLE, _NONE = 2.5, 5.0  # standard deviations below the fit
@@ -28,6 +28,7 @@ _PASSES = 60
 _CHANGE = 1e-6
 _LEAST = 1e-9  # mm: a scatter below this is rounding
 _SHRINK = 0.7
+_HUBER = 1.345
 
 
 def local_noise(deviation: FloatArray, inside: BoolArray) -> float:
@@ -94,9 +95,18 @@ def _weights(rest: FloatArray, counts: BoolArray, scatter: float) -> FloatArray:
     return np.where(counts, np.where(rest > 0.0, above, (1.0 - x**2) ** 2), 0.0)
 
 
-def huber_weights(residual: FloatArray, inside: BoolArray) -> FloatArray:
-    """Weights of Huber (1964, Ann. Math. Stat. 35, 73-101), tuned at 1.345 standard deviations; 0 outside."""
+def huber_weights(residual: FloatArray, inside: BoolArray, scatter: float | None = None) -> FloatArray:
+    """Weights of Huber (1964, Ann. Math. Stat. 35, 73-101), tuned at 1.345 standard deviations; 0 outside.
+
+    The standard deviation is that of the residuals, from their median distance, unless given.
+    """
     shown = np.abs(residual)
-    scatter = max(_MEDIAN * float(np.median(shown[inside])), _LEAST)
-    weights = np.minimum(1.0, 1.345 * scatter / np.maximum(shown, 1e-300))
+    found = _MEDIAN * float(np.median(shown[inside])) if scatter is None else scatter
+    weights = np.minimum(1.0, _HUBER * max(found, _LEAST) / np.maximum(shown, 1e-300))
     return np.where(inside, weights, 0.0)
+
+
+def huber_loss(residual: FloatArray, scatter: float) -> float:
+    """Huber's loss, half the squares of standard deviations where these are few."""
+    x = np.abs(residual) / max(scatter, _LEAST)
+    return float(np.sum(np.where(x < _HUBER, 0.5 * x**2, _HUBER * (x - 0.5 * _HUBER))))

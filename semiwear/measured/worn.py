@@ -17,6 +17,7 @@ from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.measured.quantities import labelled
 from semiwear.measured.registration import OnFlank, registered
 from semiwear.meshing.flank_deviations import deviations_of
+from semiwear.meshing.flank_pair import BODIES
 from semiwear.scene import Scene
 
 __all__ = ["Measured", "MeasuredWear", "as_wear", "measured_wear"]
@@ -112,12 +113,12 @@ def as_wear(
         if before is not None:
             raise SceneError.of("before", "a measurement", "none beside measured wear", "the wear is known already")
         return _from_dataset(flank, after, "wear_depth", field)
-    worn = _deviations(flank, after, body, datum, fit, field)
+    worn = _deviations(flank, after, datum, fit, field)
     if before is None:
         new = -_modified(scene, flank, worn)
         counts = worn.inside
     else:
-        first = _deviations(flank, before, body, datum, "all", "before")
+        first = _deviations(flank, before, datum, "all", "before")
         new, counts = _at_places_of(first, worn)
     if counts.sum() < _LEAST_POINTS:
         raise SceneError.of(
@@ -127,18 +128,19 @@ def as_wear(
     return MeasuredWear(flank, worn.face, worn.profile, counts, np.where(counts, new - worn.depth, 0.0))
 
 
-def _deviations(flank: NominalFlank, measured: Measured, body: str, datum: str, fit: str, field: str) -> MeasuredWear:
+def _deviations(flank: NominalFlank, measured: Measured, datum: str, fit: str, field: str) -> MeasuredWear:
     """A measurement with its deviations in place of the depth."""
     if isinstance(measured, xr.Dataset):
-        said = str(measured.attrs.get("body", body))
-        if said != body:
-            raise SceneError.of(field, f"a flank of the {said}", f"one of the {body}", f'body = "{said}"')
         return _from_dataset(flank, measured, "deviation", field)
     found = registered(flank, read_measured(measured, field), datum=datum, fit=fit, field=field)
     return MeasuredWear(flank, found.face, found.profile, found.inside, found.deviation)
 
 
 def _from_dataset(flank: NominalFlank, data: xr.Dataset, name: str, field: str) -> MeasuredWear:
+    body = BODIES[flank.body]
+    said = str(data.attrs.get("body", body))
+    if said != body:
+        raise SceneError.of(field, f"a flank of the {said}", f"one of the {body}", f'body = "{said}"')
     missing = [one for one in (name, "flank_profile", "flank_face", "inside") if one not in data]
     if missing:
         raise SceneError.of(field, f"a dataset without {missing[0]}", "one that register or measured_wear made")

@@ -28,6 +28,21 @@ def test_known_noise_is_weighted_least_squares() -> None:
     assert found.deviation == np.median(error)
 
 
+def test_the_misfit_counts_all_that_was_seen() -> None:
+    """Of noise that is known: chi over the values, the movement taken out; shapes cannot make what is added here."""
+    random = np.random.default_rng(2)
+    shapes, free, error = random.standard_normal((20, 2)), np.ones((20, 1)), random.uniform(0.5, 2.0, 20)
+    amounts = np.array([1.0, -2.0])
+    values = shapes @ amounts + error * random.standard_normal(20)
+    values[3] += 50.0
+    found = known_noise(values, shapes, free, error)
+    rest = values - shapes @ amounts
+    moved = np.sum(rest / error**2) / np.sum(1.0 / error**2)
+    chi = np.sqrt(np.sum(((rest - moved) / error) ** 2) / 19.0)
+    assert found.misfit(amounts) == pytest.approx(chi) and chi > 3.0
+    assert found.widened(1e-12 * np.eye(2)).misfit(amounts) == pytest.approx(chi)
+
+
 def test_a_movement_that_is_left_open_says_nothing() -> None:
     """Adding any of it changes nothing, and it widens what is told of the shapes."""
     random = np.random.default_rng(1)

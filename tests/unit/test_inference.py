@@ -11,11 +11,11 @@ from scipy.interpolate import CubicSpline
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, SceneError, SemiwearError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
 from semiwear.inference.apart import not_told_apart
 from semiwear.inference.observations import _without_holes
-from semiwear.inference.run import plan_inference
+from semiwear.inference.run import _same_levels, plan_inference
 from semiwear.inference.unknowns import CUT, Unknown
 from semiwear.measured.comparison import grid_of
 from semiwear.measured.nominal import nominal_flank
@@ -29,8 +29,10 @@ from tests.strategies.measured import displaced, grid_on
 
 outcome = import_module("semiwear.sweep.outcome")
 K, TORQUE, OFFSET = "wear.coefficient_mm2_per_N", "operation.pinion_torque_Nm", "effects.misalignment.offset_mm"
+SPEED = "operation.pinion_speed_rpm"
 MESHES = 1e8
 SCENE = SHIPPED.replace({**TINY, **UNTIL_MESHES, "wear.until.meshes": MESHES, K: 1e-13})
+SPUR = sw.load_scene("spur_fzg_c")
 COEFFICIENT = sw.LogNormal(1e-13, 0.5)
 FACE = np.linspace(485.0, 555.0, 11)
 
@@ -162,6 +164,30 @@ def test_life_is_inverse_to_the_coefficient(solved, monkeypatch):
             call()
 
 
+@pytest.mark.parametrize("unknown", [{SPEED: sw.Uniform(500, 3000)}, {}])
+def test_hours_of_a_life_are_at_the_speed_of_each_draw(solved, monkeypatch, unknown):
+    """A speed that wear does not know: meshes are those of the coefficient, hours those over each draw's speed."""
+
+    def life(task):
+        meshes, speed = MESHES * 2.0, task.scene.operation.pinion_speed_rpm
+        hours = meshes * 6.4 / (60.0 * speed)
+        return Measured({f"/life/{name}": np.array(value) for name, value in (
+            ("meshes_to_limit", meshes), ("hours_to_limit", hours), ("depth_limit", 20.0)
+        )})  # fmt: skip
+
+    monkeypatch.setattr(outcome, "_life", life)
+    scene = SCENE.replace({SPEED: 1000.0})
+    found = sw.infer(scene, {K: COEFFICIENT, **unknown}, amplitude(8.0, 0.05), crew=0)
+    lives = found.life(20.0, crew=0)
+    speed = found.of(SPEED) if unknown else 1000.0
+    hours = lives.meshes * 6.4 / (60.0 * speed)
+    np.testing.assert_allclose(lives.meshes * lives.hours_per_mesh, hours)
+    assert lives.hours(0.1) == pytest.approx(np.quantile(hours, 0.1))
+    assert f"meshes ({np.quantile(hours, 0.5):.4g} h)" in str(lives)
+    with pytest.raises(SceneError, match="share"):
+        lives.hours(1.0)
+
+
 # ---------------------------------------------------------------------- parts
 
 
@@ -211,6 +237,8 @@ def test_fields_that_go_together_by_differences():
         ({K: COEFFICIENT}, sw.WearAtPoints([500, 510], [0, 0], [1, 2, 3], 1), {}, ["2 finite numbers"]),
         ({K: COEFFICIENT}, sw.TransmissionErrorCurve([0, 0.5], [1, 2], 1), {}, ["three or more"]),
         ({K: COEFFICIENT}, amplitude(8, 1, meshes=-1), {}, ["0 or more"]),
+        ({"wear.until.meshes": sw.Uniform(1e7, 1e9)}, amplitude(8, 1), {}, ["infer the wear coefficient"]),
+        ({"numerics.wear_steps": sw.Uniform(8, 40)}, amplitude(8, 1), {}, ["a field that no run sets"]),
     ],
 )
 def test_everything_wrong_is_told_before_anything_runs(solved, unknown, observed, options, parts):
@@ -230,6 +258,28 @@ def test_a_flank_without_any_noise_is_refused(solved):
     with pytest.raises(SceneError, match="the same depth at every point"):
         infer({K: COEFFICIENT}, sw.WornFlank(even))
     assert not solved
+
+
+def test_runs_with_wear_states_of_their_own_are_refused():
+    """Amounts are interpolated over the meshes of all runs: those of one would be wrong for the others."""
+    levels = np.linspace(0.0, 1e8, 5)
+    np.testing.assert_array_equal(_same_levels([levels, levels * (1.0 + 1e-14)]), levels)
+    for other in (1.1 * levels, levels[:4]):
+        with pytest.raises(SemiwearError, match="different meshes"):
+            _same_levels([levels, other])
+
+
+@pytest.mark.parametrize(("scene", "datum"), [(SCENE, ()), (SPUR, ("axial",)), (SPUR, ("rotation",))])
+def test_a_flank_of_no_or_of_any_datum_is_read(scene, datum):
+    """No motion is left open; or one that a spur flank cannot tell; or one that it can."""
+    flank = nominal_flank(scene)
+    face, profile, *_ = grid_on(flank, 13, 9)
+    depth = np.random.default_rng(0).standard_normal(face.shape)
+    values = {"wear_depth": depth, "flank_profile": profile, "flank_face": face, "inside": np.ones(face.shape, bool)}
+    worn = sw.WornFlank(labelled(values, {"body": "gear"}, "worn"), meshes=MESHES, datum=datum)
+    (channel,) = plan_inference(scene, {K: COEFFICIENT}, worn).channels
+    assert channel.movements.shape == (face.size, 1 if datum == ("rotation",) else 0)
+    assert np.isfinite(channel.evidence(profile.reshape(-1, 1)).centres).all()
 
 
 def test_an_emulator_that_stays_too_rough_is_refused(solved, monkeypatch):
@@ -257,6 +307,22 @@ def test_a_field_that_was_not_inferred_is_told(solved):
         found.of("coefficient_mm2")
     with pytest.raises(SceneError, match="share"):
         found.quantile(K, 0.0)
+
+
+def test_fields_of_one_name_are_told_apart(solved):
+    """Crowning of both bodies: each has its draws, and a name of its own."""
+    crowning = [f"effects.modification.{body}.crowning_um" for body in ("pinion", "gear")]
+    found = infer({key: sw.Uniform(1.0 + k, 1.5 + k) for k, key in enumerate(crowning)}, amplitude(10.0, 0.5))
+    data = found.to_dataset()
+    assert set(data.data_vars) == {"pinion_crowning_um", "gear_crowning_um"}
+    for name, key in zip(("pinion_crowning_um", "gear_crowning_um"), crowning, strict=True):
+        np.testing.assert_array_equal(found.of(name), found.of(key))
+        np.testing.assert_array_equal(data[name], found.of(key))
+    assert found.of(crowning[0]).max() < 1.5 < 2.0 < found.of(crowning[1]).min()
+    with pytest.raises(
+        SemiwearError, match=r"last part of .*pinion\.crowning_um and of .*gear\.crowning_um: give one"
+    ):
+        found.of("crowning_um")
 
 
 # ---------------------------------------------------------------------- command line, page
@@ -314,6 +380,157 @@ def test_a_study_file_tells_all_its_problems(solved, tmp_path, monkeypatch, caps
     ):
         assert part in told
     assert not solved
+
+
+ALONE = f"""
+scene = "scene.toml"
+TOP
+[unknown]
+{K} = {{distribution = "lognormal"}}
+[[reading]]
+quantity = "transmission_error_amplitude"
+value = 8.8
+error = 0.05
+"""
+POINTS = """
+[[wear_at_points]]
+face_mm = [500, 510]
+height_mm = [0, 0]
+depth_um = [1, 2]
+error_um = 0.1
+"""
+FROM_FILE = """
+[[wear_at_points]]
+file = "points.csv"
+"""
+HEAD = "face_mm,height_mm,depth_um,error_um\n"
+
+
+@pytest.fixture
+def told_of(tmp_path, monkeypatch, capsys):
+    """What is said of a study file that is refused."""
+    monkeypatch.chdir(tmp_path)
+
+    def told(study: str, csv: bytes = b"", scene: sw.Scene = SCENE) -> str:
+        (tmp_path / "scene.toml").write_text(scene.to_toml())
+        (tmp_path / "points.csv").write_bytes(csv)
+        (tmp_path / "study.toml").write_text(study)
+        assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0"]) == 2
+        return capsys.readouterr().err
+
+    return told
+
+
+@pytest.mark.parametrize(
+    ("entry", "word"),
+    [
+        (POINTS.replace("[500, 510]", '[500, "a"]'), "wear_at_points[0].face_mm: found [500, 'a']"),
+        (POINTS.replace("[500, 510]", "[]"), "wear_at_points[0].face_mm: found 'no number'"),
+        (POINTS.replace("[1, 2]", "[1, true]"), "wear_at_points[0].depth_um: found [1, True]"),
+        (POINTS.replace("[1, 2]", f"[1, 1{400 * '0'}]"), "wear_at_points[0].depth_um"),
+        (POINTS.replace("[1, 2]", "{a = 1}"), "give one number, not a table"),
+        (POINTS + "file = 5", "wear_at_points[0].file: found 5"),
+        ("[[worn_flank]]\nmeasured = 5", "worn_flank[0].measured: found 5; allowed: a path in quotes"),
+        ("[[worn_flank]]\nmeasured = ['a.nc']", "worn_flank[0].measured: found ['a.nc']"),
+        ("[[worn_flank]]\nmeasured = 'a.nc'\nbefore = true", "worn_flank[0].before: found True"),
+        ("[[reading]]\nquantity = 'transmission_error_mean'\nvalue = 'a'\nerror = 1", "reading[1].value: found 'a'"),
+        (
+            "[[reading]]\nquantity = 'transmission_error_mean'\nvalue = true\nerror = 1",
+            "reading[1].value: found True",
+        ),
+        ("[[reading]]\nquantity = 'transmission_error_mean'\nvalue = [1, 2]\nerror = 1", "allowed: one number"),
+    ],
+)
+def test_measurements_that_are_none_are_named_by_their_entry(solved, told_of, entry, word):
+    assert word in told_of(ALONE.replace("TOP", "") + entry)
+    assert not solved
+
+
+@pytest.mark.parametrize(
+    ("csv", "word"),
+    [
+        (b"", "no line of numbers"),
+        (HEAD.encode(), "no line of numbers"),
+        (HEAD.encode() + b"500,0,1,0.1\n510,0,a,0.1\n", "row 2 has 'a' for depth_um"),
+        (HEAD.encode() + b"500,0,,0.1\n", "row 1 has '' for depth_um"),
+        (HEAD.encode() + b"500,0,1\n", "row 1 has 3 cells"),
+        (b"face_mm,face_mm\n1,2\n", "two columns of one name"),
+        (b"\xff\xfe\x00", "can't decode"),
+    ],
+)
+def test_tables_that_cannot_be_read_are_told(solved, told_of, csv, word):
+    told = told_of(ALONE.replace("TOP", "") + FROM_FILE, csv)
+    assert "wear_at_points[0].file" in told and word in told
+    assert not solved
+
+
+def test_a_table_of_a_spreadsheet_is_read_and_no_list_beside_it(solved, told_of):
+    """With a byte order mark; a column and a list of one name would leave one of them out."""
+    csv = b"\xef\xbb\xbf" + HEAD.encode() + b"500,0,1,0.1\n"
+    told = told_of(ALONE.replace("TOP", "") + FROM_FILE + "face_mm = [510]\nfar = 1", csv)
+    assert "wear_at_points[0].face_mm: found [510]" in told and "byte" not in told
+    assert "wear_at_points[0].far" in told_of(ALONE.replace("TOP", "") + FROM_FILE + "far = 1", csv)
+
+
+@pytest.mark.parametrize(
+    ("top", "word"),
+    [
+        ("life_um = [60, 20000]", "life_um: found 20000; allowed: above 0, up to 10000 um"),
+        ("life_um = [true]", "life_um: found True"),
+        ("life_um = 60\nlife_body = 'pinion'", "life_body: found 'pinion'"),
+        ("k_scatter = inf", "k_scatter: found inf"),
+    ],
+)
+def test_lives_that_cannot_be_are_told_before_anything_runs(solved, told_of, top, word):
+    assert word in told_of(ALONE.replace("TOP", top))
+    assert not solved
+
+
+def test_no_body_is_asked_for_without_a_life(solved, told_of, capsys):
+    pinion = SCENE.replace({"wear.worn_bodies": ["pinion"]})
+    assert "life_body: found 'gear'" in told_of(ALONE.replace("TOP", "life_um = 60"), scene=pinion)
+    told = told_of(ALONE.replace("TOP", "seed = -1"), scene=pinion)
+    assert "seed" in told and "life_body" not in told
+    told = told_of(ALONE.replace("TOP", "life_um = 60"), scene=SCENE.replace({"wear": None}))
+    assert "allowed: a table [wear]" in told and "life_body" not in told
+
+
+def test_draws_are_written_before_a_life_fails(solved, tmp_path, monkeypatch, capsys):
+    """A depth within its range that the flank cannot be worn to."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    (tmp_path / "study.toml").write_text(ALONE.replace("TOP", "life_um = [9000]"))
+
+    def life(task):
+        raise ConvergenceError("too deep")
+
+    monkeypatch.setattr(outcome, "_life", life)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0"]) != 0
+    told = capsys.readouterr().err
+    assert "too deep" in told and "the draws are in draws.nc" in told
+    with xr.open_dataset("draws.nc") as draws:
+        assert draws.sizes["draw"] > 1000
+
+
+def test_a_stopped_inference_says_which_runs_are_kept(solved, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    simulate = outcome.simulate
+
+    def stopping(scene):
+        if len(solved) == 5:
+            raise KeyboardInterrupt
+        return simulate(scene)
+
+    monkeypatch.setattr(outcome, "simulate", stopping)
+    torque = f'{TORQUE} = {{distribution = "uniform", low = 1500, high = 1700}}'
+    study = ALONE.replace("TOP", "").replace("[[reading]]", f"{torque}\n[[reading]]")
+    (tmp_path / "study.toml").write_text(study)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 130
+    assert "; 5 solved scenes are kept in runs, the same command goes on from them" in capsys.readouterr().err
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    assert main(["infer", "study.toml", "-o", "draws.nc", "--workers", "0", "--store", "runs"]) == 0
+    assert len(solved) == 32
 
 
 # ---------------------------------------------------------------------- real flanks

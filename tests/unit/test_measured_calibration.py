@@ -136,6 +136,17 @@ def test_deviations_and_datasets_calibrate_as_well(guess, scene, measured, found
         sw.calibrate(guess, wear, before=measured, meshes=MESHES)
 
 
+@pytest.mark.parametrize("height", [200.0, -200.0])
+def test_one_point_far_off_does_not_keep_the_flank_from_being_worn_far_enough(guess, scene, measured, found, height):
+    """How far to wear is told by the same robust weights; with unit ones it was never far enough."""
+    wear = sw.measured_wear(scene, measured)
+    values = wear["wear_depth"].values.copy()
+    values[3, 10] += height
+    off = wear.assign(wear_depth=(wear["wear_depth"].dims, values, wear["wear_depth"].attrs))
+    robust = sw.calibrate(guess, off, meshes=MESHES, robust=True)
+    assert robust.coefficient == pytest.approx(found.coefficient, rel=0.02)
+
+
 def test_parts_tell_the_scatter(guess, scene, tree, grid):
     """Three parts of 0.8, 1 and 1.25 times the life at one number of meshes: their k scatter by that."""
     steps = [19, 24, 23]  # of 24

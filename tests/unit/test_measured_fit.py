@@ -155,6 +155,17 @@ def test_outliers_weigh_little_in_a_robust_fit(model):
     assert robust.log_error < 0.4 * plain.log_error
 
 
+@pytest.mark.parametrize("place", [(1, 3), (3, 5), (8, 5), (15, 9)])
+@pytest.mark.parametrize("height", [0.2, 0.05, -0.2])
+def test_a_single_outlier_far_off_does_not_hold_a_robust_fit(model, place, height):
+    """With unit weights it draws the fit to either end of the curve."""
+    error = noise_of(model, "white", np.random.default_rng(5))
+    clean = fit_part(model.curve, model.measured(error), DATUM, robust=True)
+    error[place] += height
+    found = fit_part(model.curve, model.measured(error), DATUM, robust=True)
+    assert abs(np.log(found.meshes / clean.meshes)) < 0.5 * clean.log_error
+
+
 def test_a_robust_fit_is_the_least_of_its_own_weighted_squares(model):
     """No motion and no meshes are left to gain, under the weights of its residuals; the share explained likewise."""
     measured = model.measured(dusty(model))

@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import semiwear as sw
 from semiwear.errors import SceneError
 from semiwear.geometry.point_grid import PointGrid, write_point_grid
+from semiwear.inference.observations import channels_of
 from semiwear.measured.files import read_measured
 from semiwear.measured.nearest import around_axis, feet
 from semiwear.measured.nominal import nominal_flank
-from semiwear.measured.rigid import Displacement, determined, motions_of
+from semiwear.measured.rigid import Displacement, determined, motions_of, require_motions
+from semiwear.measured.worn import as_wear
 from semiwear.meshing.deviation_grid import write_deviation_grid
 from tests.strategies.measured import displaced, grid_on
 
@@ -297,3 +300,37 @@ def test_modifications_are_no_wear(spur):
     found = sw.measured_wear(relieved, points, datum="as_measured")
     assert float(np.abs(found["wear_depth"]).max()) < 1e-6
     assert float(sw.measured_wear(spur, points, datum="as_measured")["wear_depth"].max()) > 15.0
+
+
+@pytest.mark.parametrize("datum", ["best_fit", "rotation", ("rotaton",), ["rotation", "spin"], 3, (3,)])
+def test_a_datum_of_no_motion_is_refused_wherever_it_is_given(spur, datum):
+    """A name without a list about it, or a name of none, would mean that no motion is open."""
+    scene = spur.replace({"wear.until.meshes": 1e8})
+    flank = nominal_flank(spur)
+    points, _ = flank.points(*grid_on(flank, 9, 7)[:2])
+    tree = xr.DataTree()  # looked at afterwards
+    for call, field in (
+        (lambda: sw.calibrate(scene, points, datum=datum), "datum"),
+        (lambda: sw.register(scene, points, motions=datum), "motions"),
+        (lambda: channels_of(scene, sw.WornFlank(points, datum=datum)), "observed.datum"),
+        (lambda: sw.compare_wear(tree, points, datum=datum), "datum"),
+    ):
+        with pytest.raises(SceneError, match=f"{field}: found"):
+            call()
+
+
+def test_a_typing_error_in_a_datum_is_told(spur):
+    with pytest.raises(SceneError, match="did you mean rotation"):
+        require_motions(("rotaton",), "datum")
+    assert require_motions(iter(("axial", "rotation")), "datum") == ("axial", "rotation")
+    assert require_motions((), "datum") == ()
+
+
+def test_datasets_of_the_other_body_are_refused(spur):
+    """Deviations and wear alike say whose they are."""
+    flank = nominal_flank(spur, "pinion")
+    points, _ = flank.points(*grid_on(flank, 9, 7)[:2])
+    for data in (sw.register(spur, points, "pinion"), sw.measured_wear(spur, points, body="pinion")):
+        with pytest.raises(SceneError, match="found 'a flank of the pinion'; allowed: one of the gear"):
+            as_wear(spur, data, None, "gear")
+        assert as_wear(spur, data, None, "pinion").depth.shape == (9, 7)
