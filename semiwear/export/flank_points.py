@@ -9,7 +9,7 @@ import xarray as xr
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
-from semiwear.export.nodes import nodes_on
+from semiwear.export.nodes import nodes_on, unreached
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
@@ -139,7 +139,10 @@ def _worn_off(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tupl
 def _depth(
     pair: FlankPair, body: int, worn: xr.DataTree, wear_step: int, face: FloatArray, profile: FloatArray
 ) -> FloatArray:
-    """Wear depth at places of a flank, (rows, columns) [mm]; beyond the outermost nodes as at them."""
+    """Wear depth at places of a flank, (rows, columns) [mm].
+
+    Beyond the outermost nodes it is as at them, but nothing from where the mate no longer touches.
+    """
     flank = group_of(worn, "flank")
     if "wear_depth" not in flank:
         raise SceneError.of("worn", "a tree without /flank/wear_depth", "a result of simulate", "simulate the scene")
@@ -155,5 +158,11 @@ def _depth(
     share = (nodes - root[:, None]) / (tip - root)[:, None]
     own_root, own_tip = flank_ends(pair, body, face)
     wanted = (profile - own_root) / (own_tip - own_root)  # (rows, columns)
+    rows = profile.shape[0]
     on_slices = np.stack([np.interp(wanted[:, 0], share[k], depth[k]) for k in range(stations.size)])
-    return np.stack([np.interp(face, stations, on_slices[:, i]) for i in range(profile.shape[0])])
+    below, above = unreached(pair, body, stations)
+    if np.isfinite(below):
+        stations, on_slices = np.insert(stations, 0, below), np.insert(on_slices, 0, 0.0, axis=0)
+    if np.isfinite(above):
+        stations, on_slices = np.append(stations, above), np.append(on_slices, np.zeros((1, rows)), axis=0)
+    return np.stack([np.interp(face, stations, on_slices[:, i]) for i in range(rows)])
