@@ -36,9 +36,9 @@ def export_flank(
 
     The file is what ``gear_pair.type = "flank_points"`` reads (`semiwear.geometry.point_grid`). Its attributes tell
     what such a scene needs besides: `axis_point_mm` and `axis_direction` in the fixed frame, `rotation`, `teeth`, and
-    the edge radii. Where `operation.loaded_flank` is ``"coast"``, they are the coast flanks, with both rotations turned:
-    a scene that reads them drives on them. Flank modifications and misalignment are effects of the scene, not part of its flanks: a scene
-    that reads the points names them again.
+    the edge radii. Where `operation.loaded_flank` is ``"coast"``, they are the coast flanks with both rotations
+    turned, and a scene that reads them drives on them. Flank modifications and misalignment are effects of the scene,
+    not part of its flanks: a scene that reads the points names them again.
 
     Parameters
     ----------
