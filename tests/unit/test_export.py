@@ -193,6 +193,10 @@ def test_stiffness_over_angle_is_periodic(tree):
     angle = np.radians(found.pinion_angle.values)
     np.testing.assert_allclose(stiffness(angle), found.mesh_stiffness.isel(wear_step=0))
     np.testing.assert_allclose(stiffness(angle + 2.0 * np.pi), stiffness(angle))
+    last = sw.stiffness_over_angle(found.isel(wear_step=-1))
+    np.testing.assert_array_equal(last(angle), found.mesh_stiffness.isel(wear_step=-1))
+    with pytest.raises(sw.SceneError, match="below 1"):
+        sw.stiffness_over_angle(found.isel(wear_step=-1), 1)
     with pytest.raises(sw.SceneError, match="mesh_stiffness_local"):
         sw.stiffness_over_angle(found, of="mesh_stiffness_local")
 
