@@ -79,21 +79,26 @@ class FrictionLoss:
     effect: str = "friction"
 
     def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
-        """Mean coefficient, weighted with the load, and power loss at every roll position."""
+        """Mean coefficient, weighted with the load, and power loss at every roll position; torque without a speed."""
         conditions = _conditions(teeth, state, self.speeds)
         coefficient, length = self.friction.coefficient_of(conditions), teeth.lines.length
         force = conditions.line_load * length
         total = force.sum(axis=1)
         mean = np.where(total > 0.0, (coefficient * force).sum(axis=1) / np.where(total > 0.0, total, 1.0), np.nan)
         loss = power_loss(conditions, coefficient, length, self.speeds.sliding_in_parts)
-        return {"friction_coefficient": mean, "friction_power_loss": loss}
+        return {"friction_coefficient": mean, self._loss: loss}
 
     def history(self, teeth: LoadedTeeth, engagement: Mapping[str, np.ndarray]) -> Arrays:
         """Efficiency and mean power loss of the mesh."""
         # mesh positions are even, so that the mean over the mesh is the sum over all pairs over their number
-        loss = engagement["friction_power_loss"].sum() / teeth.rolls.phase.size
+        loss = engagement[self._loss].sum() / teeth.rolls.phase.size
         told = {"mesh_efficiency": np.asarray(1.0 - loss / self.power)}
         return told | ({"friction_power_loss_mean": np.asarray(loss)} if self.told else {})
+
+    @property
+    def _loss(self) -> str:
+        """Name of the loss: without a speed the pinion turns by 1 rad/s, and 1 W is 1 N m."""
+        return "friction_power_loss" if self.told else "friction_torque_loss"
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,16 @@ import xarray as xr
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
-from semiwear.export.nodes import nodes_on
+from semiwear.export.nodes import nodes_on, unreached
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
+from semiwear.measured.nominal import nominal_flank
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
-from semiwear.meshing.own_flanks import axis_of, flank_ends, own_flank
-from semiwear.meshing.pairs import flank_pair
+from semiwear.meshing.own_flanks import flank_ends
 from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
-from semiwear.scene import Placement, Scene
+from semiwear.scene import Scene
 
 __all__ = ["export_flank"]
 
@@ -32,12 +32,13 @@ def export_flank(
     worn: xr.DataTree | None = None,
     wear_step: int = -1,
 ) -> None:
-    """Write the drive flank of a scene's pinion or gear as a grid of points, with normals and tooth sections.
+    """Write the loaded flank of a scene's pinion or gear as a grid of points, with normals and tooth sections.
 
     The file is what ``gear_pair.type = "flank_points"`` reads (`semiwear.geometry.point_grid`). Its attributes tell
     what such a scene needs besides: `axis_point_mm` and `axis_direction` in the fixed frame, `rotation`, `teeth`, and
-    the edge radii. Flank modifications and misalignment are effects of the scene, not part of its flanks: a scene
-    that reads the points names them again.
+    the edge radii. Where `operation.loaded_flank` is ``"coast"``, they are the coast flanks with both rotations
+    turned, and a scene that reads them drives on them. Flank modifications and misalignment are effects of the scene,
+    not part of its flanks: a scene that reads the points names them again.
 
     Parameters
     ----------
@@ -72,7 +73,8 @@ def export_flank(
     if len(points) != 2 or min(points) < LEAST_POINTS:
         raise SceneError.of("points", points, f"two whole numbers, {LEAST_POINTS} or more", "101 x 101 is usual")
     index = BODIES.index(body)
-    pair = flank_pair(scene.gear_pair, Placement())
+    loaded = nominal_flank(scene, body)
+    pair = loaded.pair
     rows, columns = points
     borders = pair.borders(np.array([np.mean(pair.face_limits)]))
     low, high = borders.driving_face if index == DRIVING else borders.face
@@ -80,11 +82,11 @@ def export_flank(
     root, tip = flank_ends(pair, index, face)
     share = np.linspace(0.0, 1.0, rows)[:, None]
     profile = root + (tip - root) * share
-    flank, normals = own_flank(pair, index, face[None], profile)
+    flank, normals = loaded.points(face[None], profile)
     if worn is not None:
         depth = _depth(pair, index, worn, wear_step, face, profile)
         flank, normals = _worn_off(flank, normals, depth)
-    axis, prism = axis_of(pair, index), pair.prism_body(index)
+    axis, prism = loaded.axis, pair.prism_body(index)
     edges = {
         "tip_edge_radius_mm": (borders.driving_tip_edge_radius, borders.tip_edge_radius)[index],
         "end_edge_radius_mm": (borders.driving_end_edge_radius, borders.end_edge_radius)[index],
@@ -139,7 +141,10 @@ def _worn_off(flank: FloatArray, normals: FloatArray, depth: FloatArray) -> tupl
 def _depth(
     pair: FlankPair, body: int, worn: xr.DataTree, wear_step: int, face: FloatArray, profile: FloatArray
 ) -> FloatArray:
-    """Wear depth at places of a flank, (rows, columns) [mm]; beyond the outermost nodes as at them."""
+    """Wear depth at places of a flank, (rows, columns) [mm].
+
+    Beyond the outermost nodes it is as at them, but nothing from where the mate no longer touches.
+    """
     flank = group_of(worn, "flank")
     if "wear_depth" not in flank:
         raise SceneError.of("worn", "a tree without /flank/wear_depth", "a result of simulate", "simulate the scene")
@@ -155,5 +160,11 @@ def _depth(
     share = (nodes - root[:, None]) / (tip - root)[:, None]
     own_root, own_tip = flank_ends(pair, body, face)
     wanted = (profile - own_root) / (own_tip - own_root)  # (rows, columns)
+    rows = profile.shape[0]
     on_slices = np.stack([np.interp(wanted[:, 0], share[k], depth[k]) for k in range(stations.size)])
-    return np.stack([np.interp(face, stations, on_slices[:, i]) for i in range(profile.shape[0])])
+    below, above = unreached(pair, body, stations)
+    if np.isfinite(below):
+        stations, on_slices = np.insert(stations, 0, below), np.insert(on_slices, 0, 0.0, axis=0)
+    if np.isfinite(above):
+        stations, on_slices = np.append(stations, above), np.append(on_slices, np.zeros((1, rows)), axis=0)
+    return np.stack([np.interp(face, stations, on_slices[:, i]) for i in range(rows)])

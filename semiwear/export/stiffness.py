@@ -3,7 +3,8 @@ r"""Mesh stiffness and transmission error of worn teeth over a mesh cycle, for m
 Two stiffnesses, both along the line of action, of all tooth pairs together:
 
     mean    F / delta: load over the approach that it causes; with the unloaded transmission error e as displacement
-            excitation, F = k (x - e) gives back the loaded transmission error at the torque of the scene.
+            excitation, F = k (e - x) gives back the loaded transmission error x at the torque of the scene; both are
+            positive where the gear leads, and load makes it lag.
     local   dF / ddelta at the torque of the scene: that of small vibrations about it, by a central difference of 1 %
             of the torque. Worn or relieved flanks meet more and more of each other under load, so that the local
             stiffness is the greater of the two.
@@ -107,9 +108,9 @@ def stiffness_over_angle(
     Parameters
     ----------
     found : Dataset
-        Of `mesh_stiffness`.
+        Of `mesh_stiffness`, or one wear step of it.
     wear_step : int
-        Default: the last.
+        Default: the last, or the only one.
     of : str
         Another of its variables, such as ``"torsional_mesh_stiffness"`` or ``"transmission_error_unloaded"``.
 
@@ -120,10 +121,11 @@ def stiffness_over_angle(
     """
     if of not in found:
         raise SceneError.of("of", of, ", ".join(map(str, found.data_vars)), "mesh_stiffness(tree, local=True)")
-    step = chosen_step(found.sizes["wear_step"], wear_step)
+    one = found[of].expand_dims("wear_step") if "wear_step" not in found.dims else found[of]
+    step = chosen_step(one.sizes["wear_step"], wear_step)
     angle = np.radians(found["pinion_angle"].values)
     period = 2.0 * pi / int(found.attrs["pinion_teeth"])
-    values = found[of].isel(wear_step=step).values
+    values = one.isel(wear_step=step).values
 
     def over_angle(theta: ArrayLike) -> FloatArray:
         return np.asarray(np.interp(np.asarray(theta, float), angle, values, period=period))

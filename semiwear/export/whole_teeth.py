@@ -14,7 +14,7 @@ import xarray as xr
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.export.flank_surface import step_fields
-from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of
+from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of, unreached
 from semiwear.export.surface import Surface
 from semiwear.export.worn_contact import WornContact
 from semiwear.meshing.flank_pair import BODIES
@@ -153,9 +153,18 @@ def _module(scene: Scene) -> float:
 
 
 def _wear_of(nodes: FlankNodes, depth: FloatArray) -> FlankWear:
+    """Wear that falls to nothing over the last half slice where the body goes on beyond its mate."""
     from fem_reference.worn_meshes import flank_wear
 
-    return flank_wear(nodes.face, nodes.profile.T, depth.T)
+    face, profile = nodes.face, nodes.profile
+    for end, place in zip((0, -1), unreached(nodes.flank.pair, nodes.flank.body, nodes.face), strict=True):
+        if np.isfinite(place):
+            at = 0 if end == 0 else len(face)
+            face, depth = np.insert(face, at, place), np.insert(depth, at, 0.0, axis=0)
+            # the lines of the grid go straight on: half a slice, beside the whole one before it
+            beside = nodes.profile[1] if end == 0 else nodes.profile[-2]
+            profile = np.insert(profile, at, 1.5 * nodes.profile[end] - 0.5 * beside, axis=0)
+    return flank_wear(face, profile.T, depth.T)
 
 
 def _into_own_frame(unworn: WornBody, nodes: FlankNodes) -> tuple[FloatArray, FloatArray]:

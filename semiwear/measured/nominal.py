@@ -17,7 +17,7 @@ from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.meshing.face_gear_pair import FaceGearMesh
 from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
-from semiwear.meshing.own_flanks import axis_of, own_flank
+from semiwear.meshing.own_flanks import Axis, axis_of, own_flank
 from semiwear.meshing.pairs import flank_pair, on_loaded_flank
 from semiwear.meshing.point_flank_body import frame_about
 from semiwear.plain_text import one_of
@@ -91,6 +91,16 @@ class NominalFlank:
     def place(self, face: ArrayLike, profile: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Height above the pitch surface and radius about the axis [mm]."""
         return self.pair.flank_place(self.body, np.asarray(face, float), np.asarray(profile, float))
+
+    @cached_property
+    def axis(self) -> Axis:
+        """The body's axis, about which it turns the other way in the mirror."""
+        axis = axis_of(self.pair, self.body)
+        if not self.mirrored:
+            return axis
+        turned = "negative" if axis.rotation == "positive" else "positive"
+        across = np.array([-1.0, 1.0, 1.0])
+        return Axis(across * axis.point + 0.0, across * axis.direction + 0.0, turned)
 
     @cached_property
     def _mirror(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Places of the gear's flank: its inside and the strips along its borders."""
+"""Places of a flank: its inside and the strips along its borders."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Place(Enum):
 
 @dataclass(frozen=True)
 class FlankPlaces:
-    """Strips along the borders of the gear's active flank.
+    """Strips along the borders of the active flank of a body.
 
     Attributes
     ----------
@@ -54,19 +54,19 @@ class FlankPlaces:
     of: Mapping[Place, BoolArray]
 
 
-def flank_places(results: TwoResults) -> FlankPlaces | None:
-    """Places of the flank that both results share; None without a flank or without line loads to measure by."""
+def flank_places(results: TwoResults, body: str = "gear") -> FlankPlaces | None:
+    """Places of a body's flank that both results share; None without a flank or without line loads to measure by."""
     widths = [width for width in map(_fresh_half_width, results.trees) if width is not None]
     if not (widths and results.have("flank", "active")):
         return None
     width = _HALF_WIDTHS * widths[0]
-    gears = [tree["flank"].to_dataset().sel(body="gear") for tree in results.trees]
-    height = np.asarray(gears[0]["flank_height"].values, dtype=float)
-    active = np.logical_or(*(gear["active"].values > 0 for gear in gears))
+    flanks = [tree["flank"].to_dataset().sel(body=body) for tree in results.trees]
+    height = np.asarray(flanks[0]["flank_height"].values, dtype=float)
+    active = np.logical_or(*(flank["active"].values > 0 for flank in flanks))
     active |= ~active.any(axis=0)  # a slice that nothing reaches counts to its ends
     lower = _smoothed(np.where(active, height, np.inf).min(axis=0)) + width
     upper = _smoothed(np.where(active, height, -np.inf).max(axis=0)) - width
-    face = np.asarray(gears[0]["face"].values, dtype=float)
+    face = np.asarray(flanks[0]["face"].values, dtype=float)
     # half a slice lies beyond the outermost stations; these count in any case
     beyond = 0.5 * (face[-1] - face[0]) / max(face.size - 1, 1)
     first, last = face[0] + max(width - beyond, 0.0), face[-1] - max(width - beyond, 0.0)

@@ -34,11 +34,15 @@ _COLOURS = ("#CC79A7", "#009E73", "#E69F00", "#56B4E9", "#000000", "#B07D00", "#
 _DASHES = {"pinion": "-", "gear": "--"}
 _FINE = 2001  # points between which the governing mode may change
 _SHADE = 0.18
+_FAILURE = 9.0  # size of the mark of a failure [points]
 
 
 @styled()
 def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     """Safeties of all failure modes over what each requires, over hours or meshes, the mode that governs shaded.
+
+    A cross marks where a mode falls below what it requires. Between wear steps the safeties of modes that add up
+    damage are drawn as a life curve is: logarithm over logarithm of the cycles.
 
     Parameters
     ----------
@@ -54,16 +58,21 @@ def safety_history(tree: xr.DataTree, ax: Axes | None = None) -> Axes:
     safety = need(tree, "ratings", "safety")
     relative = safety / need(tree, "ratings", "required_safety")
     (ax,) = axes_for(ax)
-    at, name = _life_axis(tree)
+    at, name, ends = _life_axis(tree)
     modes = [str(mode) for mode in safety["mode"].values]
     colours = {mode: _COLOURS[k % len(_COLOURS)] for k, mode in enumerate(modes)}
-    for mode in modes:
-        for body, dashes in _DASHES.items():
-            values = relative.sel(mode=mode, body=body).values
-            if np.isfinite(values).any():
-                text = f"{mode_words(mode)}, {body}"
-                ax.plot(at, values, dashes, marker=".", color=colours[mode], label=text)
-    _shade_governing(ax, at, relative, colours)
+    places = np.unique(np.concatenate([np.linspace(at[0], at[-1], _FINE), at, ends[ends <= at[-1]]]))
+    curves = np.full((len(modes), len(_DASHES), places.size), np.nan)
+    for k, mode in enumerate(modes):
+        for i, (body, dashes) in enumerate(_DASHES.items()):
+            values, end = relative.sel(mode=mode, body=body).values, ends[k, i]
+            if not np.isfinite(values).any():
+                continue
+            curves[k, i] = _course(places, at, values, end, summed=_adds_up(tree, mode))
+            ax.plot(places, curves[k, i], dashes, color=colours[mode], label=f"{mode_words(mode)}, {body}")
+            ax.plot(at, values, ".", color=colours[mode])
+            ax.plot(end, 1.0, "X", color=colours[mode], mec="white", ms=_FAILURE, zorder=4, clip_on=False)
+    _shade_governing(ax, places, curves, list(colours.values()))
     ax.axhline(1.0, color="#333333", lw=1.0)
     _scale(ax, relative.values)
     ax.set(xlabel=name, ylabel="Safety over required safety")
@@ -120,26 +129,61 @@ def _one_flank(tree: xr.DataTree, ax: Axes, body: str, safety: xr.DataArray, tol
     colour_bar(ax, mesh, label(safety, f"Safety, {mode_words(mode)}"), {"extend": "max"})
 
 
-def _life_axis(tree: xr.DataTree) -> tuple[np.ndarray, str]:
-    """Place of every wear step on the axis of the life, and the axis's label."""
+def _life_axis(tree: xr.DataTree) -> tuple[np.ndarray, str, np.ndarray]:
+    """Place of every wear step on the axis of the life, the axis's label, and the ends, (mode, body), on it."""
     ratings = tree["ratings"].to_dataset()
     if "hours" in ratings:
-        return ratings["hours"].values, "Running time (h)"
-    return meshes_axis(ratings["safety"])
+        return ratings["hours"].values, "Running time (h)", need(tree, "ratings", "hours_to_failure").values
+    at, name = meshes_axis(ratings["safety"])
+    ends = need(tree, "ratings", "meshes_to_failure").values
+    meshes = ratings["meshes"]
+    if meshes.attrs.get("units", "1") != "1":  # of sliding: what each mesh adds is not told here
+        return at, name, np.full(ends.shape, np.nan)
+    return at, name, ends * (at[-1] / meshes.values[-1] if meshes.values[-1] > 0.0 else 1.0)
 
 
-def _shade_governing(ax: Axes, at: np.ndarray, relative: xr.DataArray, colours: dict[str, str]) -> None:
-    """Shade the stretches of the life in the colour of the mode whose safety is least."""
-    least = relative.min("body").values  # NaN is left out
-    if at.size < 2:
+def _adds_up(tree: xr.DataTree, mode: str) -> bool:
+    """Whether a mode's safety is that of damage which adds up, and so falls along a life curve."""
+    ratings = tree["ratings"].to_dataset()
+    return "damage_sum" in ratings and bool(np.isfinite(ratings["damage_sum"].sel(mode=mode)).any())
+
+
+def _course(places: np.ndarray, at: np.ndarray, values: np.ndarray, end: float, *, summed: bool) -> np.ndarray:
+    """Safety over the required one at places of the life, through the wear steps and the end, where it is 1.
+
+    Linear between wear steps. Where damage adds up, a straight line between logarithms, as life curves are; before
+    the first cycles that are known it goes on so, up to the static strength that wear step 0 tells.
+    """
+    known = np.isfinite(values)
+    if summed:
+        known[0] = False
+    x, y = at[known], values[known]
+    if np.isfinite(end) and end not in x:
+        k = int(np.searchsorted(x, end))
+        x, y = np.insert(x, k, end), np.insert(y, k, 1.0)
+    if not summed or x.size == 0 or x[0] <= 0.0:
+        return np.asarray(np.interp(places, x, y, left=np.nan, right=np.nan)) if x.size else 0.0 * places + values[0]
+    logs = np.log(x), np.log(y)
+    slope = min((logs[1][1] - logs[1][0]) / (logs[0][1] - logs[0][0]), 0.0) if x.size > 1 else 0.0
+    after, before = places >= x[0], places < x[0]
+    course = np.full(places.shape, np.nan)
+    course[after] = np.exp(np.interp(np.log(places[after]), *logs, right=np.nan))
+    early = places[before]
+    with np.errstate(divide="ignore"):
+        course[before] = np.fmin(y[0] * (early / x[0]) ** slope, values[0])
+    course[places <= 0.0] = values[0]
+    return course
+
+
+def _shade_governing(ax: Axes, places: np.ndarray, curves: np.ndarray, colours: list[str]) -> None:
+    """Shade the stretches of the life in the colour of the mode whose safety, (mode, body, place), is least."""
+    if places[-1] <= places[0]:
         return
-    fine = np.linspace(at[0], at[-1], _FINE)
-    curves = np.array([np.interp(fine, at, np.where(np.isnan(row), np.inf, row)) for row in least])
-    governs = curves.argmin(axis=0)
-    modes = list(colours)
-    for mode, stretch in groupby(range(_FINE), key=lambda k: int(governs[k])):
+    least = np.where(np.isnan(curves), np.inf, curves).min(axis=1)
+    governs, last = least.argmin(axis=0), places.size - 1
+    for mode, stretch in groupby(range(places.size), key=lambda k: int(governs[k])):
         ends = list(stretch)
-        ax.axvspan(fine[ends[0]], fine[min(ends[-1] + 1, _FINE - 1)], color=colours[modes[mode]], alpha=_SHADE, lw=0)
+        ax.axvspan(places[ends[0]], places[min(ends[-1] + 1, last)], color=colours[mode], alpha=_SHADE, lw=0)
 
 
 def _scale(ax: Axes, values: np.ndarray) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 
@@ -14,6 +14,7 @@ from semiwear.plot.flank_places import Place, flank_places
 from semiwear.plot.two_results import TwoResults
 from semiwear.report.markup import unit_text, with_unit
 from semiwear.results.schema import VARIABLES
+from semiwear.results.wearing import worn_bodies
 
 __all__ = ["LOAD_SHARE", "RELATIVE", "Difference", "Kind", "Mark", "differences"]
 
@@ -64,6 +65,8 @@ class Difference:
         Words for a scale that is not the other value.
     place : Place, optional
         Place of a wear difference.
+    body : str
+        Whose wear it is; empty for what is not of one body.
     border : bool
         Whether it lies at a border of the flank.
     missing : str
@@ -81,6 +84,7 @@ class Difference:
     threshold: float = RELATIVE
     of: str = ""
     place: Place | None = None
+    body: str = ""
     border: bool = False
     missing: str = ""
 
@@ -183,47 +187,77 @@ def _wear(results: TwoResults) -> Iterator[Difference]:
     for name, quantity, where in (
         ("meshes", "engagements of a gear tooth", "gear"),
         ("wear_depth_control_point", "wear depth", "control point"),
-        ("wear_depth_max_root", "greatest wear depth", "root"),
-        ("wear_depth_max_addendum", "greatest wear depth", "addendum"),
     ):
         if results.have("history", name):
             this, other = (float(value) for value in results.values("history", name, last))
             units = VARIABLES["history", name].units if ("history", name) in VARIABLES else "1"
             yield _relative(Kind.WEAR, quantity, where, when, (this, other), units)
-        elif name != "wear_depth_control_point":
+        elif name == "meshes":
             yield Difference(Kind.WEAR, quantity, where, when, missing=results.lack("history", name))
-    if results.have("history", "wear_depth_max_pinion"):
-        for name, where in {"": "anywhere", "_root": "root", "_addendum": "addendum"}.items():
-            if results.have("history", variable := f"wear_depth_max_pinion{name}"):
-                values = (float(value) for value in results.values("history", variable, last))
-                yield _relative(Kind.WEAR, "greatest wear depth, pinion", where, when, values, "um")
-    yield from _wear_by_place(results, last, when)
+    worn = {body for tree in results.trees for body in worn_bodies(tree)} or {"gear"}
+    for body in BODIES:
+        if body in worn:
+            yield from _greatest_wear(results, body, last, when)
+    for body in BODIES:
+        if body in worn:
+            yield from _wear_by_place(results, body, last, when)
 
 
-def _wear_by_place(results: TwoResults, last: tuple[int, int], when: str) -> Iterator[Difference]:
-    """Greatest difference of the two wear maps at each place, and the values there."""
-    quantity = "wear depth where it differs most"
-    places = flank_places(results)
+def _greatest_wear(results: TwoResults, body: str, last: tuple[int, int], when: str) -> Iterator[Difference]:
+    """Greatest wear of a body: on its whole flank where both results tell it, at its root and at its addendum."""
+    quantity = f"greatest wear depth, {body}"
+    if results.have("history", "wear_depth_max"):
+        values = (array[BODIES.index(body)] for array in results.values("history", "wear_depth_max", last))
+        yield replace(_relative(Kind.WEAR, quantity, "anywhere", when, values, "um"), body=body)
+    for zone in ("root", "addendum"):
+        name = f"wear_depth_max_pinion_{zone}" if body == "pinion" else f"wear_depth_max_{zone}"
+        if results.have("history", name):
+            values = (float(value) for value in results.values("history", name, last))
+            yield replace(_relative(Kind.WEAR, quantity, zone, when, values, "um"), body=body)
+        else:
+            missing = results.lack("history", name)
+            yield Difference(Kind.WEAR, quantity, zone, when, body=body, missing=missing)
+
+
+def _wear_by_place(results: TwoResults, body: str, last: tuple[int, int], when: str) -> Iterator[Difference]:
+    """Greatest difference of the two wear maps of a body at each place, and the values there."""
+    quantity = f"wear depth where it differs most, {body}"
+    places = flank_places(results, body)
     if places is None:
         for place in Place:
             missing = "neither result holds the line loads that the borders' width comes from"
-            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, missing=missing)
+            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, body=body, missing=missing)
         return
-    maps = [array[1] for array in results.values("flank", "wear_depth", last)]
-    height, radius = (results.values("flank", f"flank_{name}", last)[0][1] for name in ("height", "radius"))
+    k = BODIES.index(body)
+    maps = [array[k] for array in results.values("flank", "wear_depth", last)]
+    height, radius = (results.values("flank", f"flank_{name}", last)[0][k] for name in ("height", "radius"))
     scale = max(float(wear.max()) for wear in maps)
     for place, points in places.of.items():
         border = place is not Place.INSIDE
         if not points.any():
             missing = "no point of the grid lies there"
-            yield Difference(Kind.WEAR, quantity, place.value, when, place=place, border=border, missing=missing)
+            yield Difference(
+                Kind.WEAR, quantity, place.value, when, place=place, body=body, border=border, missing=missing
+            )
             continue
         apart = np.where(points, np.abs(maps[0] - maps[1]), -1.0)
         at = np.unravel_index(int(apart.argmax()), apart.shape)
         where = f"{place.value}: radius {radius[at]:.1f}, height {height[at]:+.2f} mm".replace("-", "−")
         this, other = (float(wear[at]) for wear in maps)
         yield Difference(
-            Kind.WEAR, quantity, where, when, this, other, "um", scale, RELATIVE, "of the greatest", place, border
+            Kind.WEAR,
+            quantity,
+            where,
+            when,
+            this,
+            other,
+            "um",
+            scale,
+            RELATIVE,
+            "of the greatest",
+            place,
+            body,
+            border,
         )
 
 

@@ -16,7 +16,7 @@ from semiwear import plot
 from semiwear.errors import SemiwearError
 from semiwear.plot.style import SIZE, SIZE_PAIR, SIZE_WIDE, styled
 from semiwear.report.markup import figure_text
-from semiwear.results.missing import group_of, why_missing
+from semiwear.results.missing import away_from_edges, group_of, why_missing
 from semiwear.results.wearing import pitch_name, pitch_surface, shown_bodies
 
 if TYPE_CHECKING:
@@ -179,22 +179,28 @@ def _value_text(series: xr.DataArray, step: int) -> str:
     return f"none ({why_missing(series)})" if np.isnan(value) else figure_text(value)
 
 
-def _engagement_text(name: str) -> Callable[[xr.DataTree], str]:
-    """Greatest value at the last wear step and where it is, in words."""
+def _greatest_text(array: xr.DataArray) -> str:
+    """Greatest value over the engagement and where it is, or why there is none."""
+    if np.isnan(array.values).all():
+        return f"none ({why_missing(array)})"
+    place = int(np.nanargmax(array.values))
+    roll = f"{array['roll_position'].values[place]:+.2f}".replace("-", "−")
+    return f"{figure_text(float(array.values[place]))} {array.attrs['units']} at roll position {roll}"
 
-    def describe(tree: xr.DataTree) -> str:
-        array = tree["engagement"].to_dataset()[name].isel(wear_step=-1)
-        if "body" in array.dims:
-            array = array.sel(body="gear")
-        if np.isnan(array.values).all():
-            return f"No value at the last wear step: {why_missing(array)}."
-        place = int(np.nanargmax(array.values))
-        return (
-            f"Greatest value at the last wear step {figure_text(float(array.values[place]))} "
-            f"{array.attrs['units']} at roll position {array['roll_position'].values[place]:+.2f}."
-        )
 
-    return describe
+def _sliding_text(tree: xr.DataTree) -> str:
+    array = tree["engagement"].to_dataset()["sliding_distance"].isel(wear_step=-1)
+    parts = (f"{body} {_greatest_text(array.sel(body=body))}" for body in map(str, array["body"].values))
+    return f"Greatest at the last wear step: {', '.join(parts)}."
+
+
+def _pressure_text(tree: xr.DataTree) -> str:
+    engagement = tree["engagement"].to_dataset().isel(wear_step=-1)
+    text = f"Greatest away from borders at the last wear step: {_greatest_text(away_from_edges(engagement))}"
+    edge = engagement.get("contact_pressure_max_edge")
+    if edge is not None and float(edge.max()) > 0.0:
+        text += f"; at an edge {_greatest_text(edge)}"
+    return f"{text}."
 
 
 def _flank_text(tree: xr.DataTree, body: str = "gear") -> str:
@@ -278,7 +284,7 @@ PICTURES: tuple[Picture, ...] = (
         "sliding_along_path",
         "Sliding along the path of contact",
         "Distance by which a point of each flank slides in one mesh, where the pressure is greatest.",
-        _engagement_text("sliding_distance"),
+        _sliding_text,
         "mesh",
     ),
     Picture(
@@ -338,7 +344,7 @@ PICTURES: tuple[Picture, ...] = (
         "Contact pressure over the engagement",
         "Greatest contact pressure on one tooth pair from entry to exit, away from borders; dotted, an edge that "
         "presses harder, and hatched, where edges alone bear.",
-        _engagement_text("contact_pressure_max"),
+        _pressure_text,
         "mesh",
     ),
     Picture(

@@ -139,18 +139,10 @@ def _edge_takes_load(results: TwoResults) -> str:
 
 
 def _wear(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> list[str]:
-    inside = [row for row in rows if row.place is Place.INSIDE]
+    sentences = []
+    for body in dict.fromkeys(row.body for row in rows if row.body):
+        sentences += _wear_of([row for row in rows if row.body == body], body)
     border = [row for row in rows if row.border]
-    greatest = [row for row in rows if row.place is None and row.quantity == "greatest wear depth"]
-    sentences = [f"Greatest depths {_agreement(greatest)}." if greatest else ""]
-    if inside:
-        sentences.append(f"Away from borders the maps {_agreement(inside)} of the greatest wear.")
-    for mark, verb in ((Mark.DIFFER, "differ"), (Mark.AGREE, "agree")):
-        parts = [
-            f"{row.place.value} ({row.text.split(' of ')[0]})" for row in border if row.place and row.mark is mark
-        ]
-        if parts:
-            sentences.append(f"They {verb} {', '.join(parts)}.")
     edge = _edge(results) if of_fidelity and any(row.mark is Mark.DIFFER for row in border) else None
     if edge and (edge.takes_more or edge.relieves):
         sentences.append(
@@ -158,6 +150,24 @@ def _wear(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> lis
             "each wear step builds on the last."
         )
     return [*sentences, _engagements(rows, results)]
+
+
+def _wear_of(rows: list[Difference], body: str) -> list[str]:
+    """How the wear of one body compares: the greatest depths, then its maps place by place."""
+    greatest = [row for row in rows if row.place is None]
+    inside = [row for row in rows if row.place is Place.INSIDE]
+    sentences = [f"Greatest depths of the {body} {_agreement(greatest)}."] if greatest else []
+    if inside:
+        sentences.append(f"Away from borders the maps of the {body} {_agreement(inside)} of the greatest wear.")
+    for mark, verb in ((Mark.DIFFER, "differ"), (Mark.AGREE, "agree")):
+        parts = [
+            f"{row.place.value} ({row.text.split(' of ')[0]})"
+            for row in rows
+            if row.border and row.place and row.mark is mark
+        ]
+        if parts:
+            sentences.append(f"They {verb} {', '.join(parts)}.")
+    return sentences
 
 
 def _engagements(rows: list[Difference], results: TwoResults) -> str:

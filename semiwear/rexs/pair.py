@@ -17,13 +17,18 @@ from semiwear.untyped import Table, Value
 __all__ = ["RexsPair", "read_rexs"]
 
 _BODIES = ("pinion", "gear")
-_UNITS = {"mm": "mm", "deg": "deg", "°": "deg", "none": "none", "": "none", "-": "none", "N/mm^2": "N / mm^2"}
+_UNITS = {
+    "mm": "mm", "deg": "deg", "°": "deg", "none": "none", "": "none", "-": "none", "N/mm^2": "N / mm^2",
+    "MPa": "N / mm^2",  # of REXS 2
+}  # fmt: skip
 # attribute of a gear or its flanks: its unit, and the field that it gives
 _OF_GEAR = {
     "number_of_teeth": ("none", "{}_teeth"),
     "face_width": ("mm", "{}_face_width_mm"),
     "tip_diameter": ("mm", "{}_tip_diameter_mm"),
 }
+# signs that a ring gear has in a scene, whichever the file gives it (ISO 21771 counts diameters negative, too)
+_OF_RING: dict[str, Callable[[float], float]] = {"number_of_teeth": lambda teeth: -abs(teeth), "tip_diameter": abs}
 _OF_FLANK = {"addendum_modification_coefficient": ("none", "{}_profile_shift")}
 _SHARED = {
     "normal_module": ("mm", "normal_module_mm"),
@@ -68,11 +73,12 @@ def read_rexs(
 ) -> RexsPair:
     """A cylindrical stage of a REXS file (version 1 or 2; XML, JSON or zipped) as a scene.
 
-    The gear with fewer teeth is the pinion, which drives; a ring gear has a negative number of teeth. Teeth, module,
-    pressure and helix angle, profile shifts, face widths, tip diameters, centre distance and elastic constants are
-    taken as they are, dedendum and rims follow from root and inner diameters; fields that the file does not give have
-    the defaults of a scene. Flank modifications, roughness, tolerances, strengths, bearings and places along shafts
-    have no counterpart or none that is the same, and are listed.
+    The gear with fewer teeth, or the one within a ring gear, is the pinion, which drives. A ring gear has a negative
+    number of teeth in the scene, whichever sign the file gives it. Teeth, module, pressure and helix angle, hand,
+    profile shifts, face widths, tip diameters, centre distance and elastic constants are taken as they are, dedendum
+    and rims follow from root and inner diameters; fields that the file does not give have the defaults of a scene.
+    Flank modifications, roughness, tolerances, strengths, bearings and places along shafts have no counterpart, or
+    none that is the same, and are listed.
 
     Parameters
     ----------
@@ -132,11 +138,10 @@ class _Reading:
             flanks = self._flanks(gear)
             self.parts += [gear, *flanks, *self._modifications(flanks)]
             for name, (unit, to) in _OF_GEAR.items():
-                self._take(pair, to.format(body), (gear,), name, unit)
+                change = _OF_RING.get(name) if gear.type == "ring_gear" else None
+                self._take(pair, to.format(body), (gear,), name, unit, change)
             for name, (unit, to) in _OF_FLANK.items():
                 self._take(pair, to.format(body), (gear, *flanks), name, unit)
-            if gear.type == "ring_gear" and f"{body}_teeth" in pair:
-                pair[f"{body}_teeth"] *= -1.0  # ISO 21771
             self._tool_and_rim(pair, body, gear)
             materials[body] = self._material(body, gear)
         both = [one for gear in gears for one in (gear, *self._flanks(gear))]
@@ -233,6 +238,7 @@ class _Reading:
             what = f"{first:g} and {second:g} deg"
             self._problem(f"{self.stage}.{name}", what, "opposite signs of external gears, equal ones of a ring gear")
         pair["hand"] = "right" if first > 0.0 else "left"
+        self.taken.append(("gear_pair.hand", pair["hand"], f"{gears[0]}: {name}"))
 
     def _torque(self, pinion: Component, given: float | None) -> float | None:
         if given is not None:

@@ -126,7 +126,7 @@ def amplitude(tree):
 
 
 def loss(tree):
-    return float(tree["engagement"].friction_power_loss.sum())
+    return float(tree["engagement"].friction_torque_loss.sum())
 
 
 def field(key):

@@ -190,7 +190,7 @@ def test_friction_loss_is_force_times_sliding(rubbing):
     """Sum of mu F |v_s| over the path of contact, with places and velocities found here, against /engagement."""
     tree, force, speed, _ = rubbing
     expected = 1e-3 * 0.1 * np.sum(force * speed, axis=1)
-    found = tree["engagement"].friction_power_loss.values[0]
+    found = tree["engagement"].friction_torque_loss.values[0]
     np.testing.assert_allclose(found, expected, atol=0.01 * expected.max())
     efficiency = 1.0 - expected.sum() / tree["mesh_cycle"].mesh_position.size / (1e-3 * TORQUE)
     assert 0.985 < efficiency < 0.995
@@ -198,15 +198,20 @@ def test_friction_loss_is_force_times_sliding(rubbing):
 
 def test_the_efficiency_of_a_run_is_one_less_the_loss():
     tree = sw.simulate(PLAIN.replace({"effects.friction.coefficient": 0.1}))
-    loss = tree["engagement"].friction_power_loss.isel(wear_step=0).values.sum() / PLAIN.numerics.roll_positions
+    loss = tree["engagement"].friction_torque_loss.isel(wear_step=0).values.sum() / PLAIN.numerics.roll_positions
     found = float(tree["history"].mesh_efficiency[0])
     assert found == pytest.approx(1.0 - loss / (1e-3 * TORQUE), abs=1e-12)
     assert "friction_power_loss_mean" not in tree["history"]
 
 
 def test_a_speed_makes_the_loss_a_number_of_watts():
-    one = sw.simulate(FAINT.replace({"effects.friction": {}}))["history"]
-    two = sw.simulate(FAINT.replace(SPEED | {"effects.friction": {}}))["history"]
+    """Without one it is a torque on the pinion, which the angular velocity makes a power."""
+    without, told = (sw.simulate(FAINT.replace({**speed, "effects.friction": {}})) for speed in ({}, SPEED))
+    torque, loss = without["engagement"].friction_torque_loss, told["engagement"].friction_power_loss
+    assert (torque.attrs["units"], loss.attrs["units"]) == ("N m", "W")
+    np.testing.assert_allclose(loss, torque * 300.0 * np.pi / 30.0, rtol=1e-9)
+    assert "friction_power_loss" not in without["engagement"] and "friction_torque_loss" not in told["engagement"]
+    one, two = without["history"], told["history"]
     np.testing.assert_allclose(two.mesh_efficiency, one.mesh_efficiency, rtol=1e-12)
     power = PLAIN.operation.pinion_torque_Nm * 300.0 * np.pi / 30.0
     np.testing.assert_allclose(two.friction_power_loss_mean, (1.0 - one.mesh_efficiency) * power, rtol=1e-9)
@@ -225,7 +230,7 @@ def test_friction_takes_its_moment_off_the_normal_forces(rubbing):
 def test_losses_are_proportional_to_a_small_coefficient():
     """To first order: friction changes the forces that rub by mu t/r_b, which nearly cancels over the mesh."""
     losses = [
-        float(loaded({"effects.friction.coefficient": mu})["engagement"].friction_power_loss.sum())
+        float(loaded({"effects.friction.coefficient": mu})["engagement"].friction_torque_loss.sum())
         for mu in (0.01, 0.02, 0.1)
     ]
     assert losses[1] / losses[0] == pytest.approx(2.0, rel=2e-3)

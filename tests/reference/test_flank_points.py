@@ -11,7 +11,9 @@ from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_grid import flank_grid
 from semiwear.meshing.pairs import flank_pair
 from semiwear.meshing.tooth_contact import unloaded_contact
+from semiwear.plan import plan
 from semiwear.scene import Placement, scene_from_dict
+from tests.scenes import TINY
 from tests.strategies.point_flanks import COARSE, exported, noisy, scene_of
 
 FACE_GEAR = sw.load_scene("face_gear_25x160").replace(
@@ -120,6 +122,45 @@ def test_a_helical_pair_as_points(helical):
     assert height[0] == pytest.approx(height[1] - exact.working_radii[1], abs=1e-4)
     radius = np.hypot(mesh.pitch_point[0], mesh.pitch_point[1])
     assert radius == pytest.approx(exact.working_radii[0], abs=1e-4)
+
+
+@pytest.mark.parametrize("pair", ["helical", "face gear"])
+def test_coast_flanks_as_points_are_driven_the_other_way_round(pair, tmp_path):
+    """Gaps of a tilted pair are those of the coast scene; between its drive flanks they open at the other end."""
+    rigid = {"numerics.tooth_compliance": "rigid", "operation.loaded_flank": "coast"}
+    coarse = {"numerics.face_slices": 9, "numerics.roll_positions": 8}
+    scene = sw.load_scene("spur_fzg_c").replace(HELICAL) if pair == "helical" else FACE_GEAR
+    scene = scene.replace(rigid | coarse)
+    as_points = scene_of(exported(scene, tmp_path, (61, 41)) | {"operation": {"pinion_torque_Nm": 302.0}})
+    assert (as_points.gear_pair.pinion_rotation, as_points.operation.loaded_flank) == ("positive", "drive")
+    tilt = Placement(shaft_angle_error_mrad=0.3)
+    meshes = flank_pair(as_points.gear_pair, tilt), plan(scene).flank_pair(tilt)
+    face, roll = face_stations(meshes[1], 9), np.linspace(-0.6, 0.6, 7)
+    ends = meshes[1].borders(face)
+    gaps, exact = (trace_contact_lines(mesh, roll, face) for mesh in meshes)
+    depth = exact.driving_profile - ends.driving_root
+    inside = (exact.separation[0] < 0.1) & (depth > 0.5) & (depth < ends.driving_tip - ends.driving_root - 0.5)
+    inside &= (exact.profile > ends.root + 0.5) & (exact.profile < ends.tip - 0.5)
+    inside[:, [0, -1]] = False  # on the roundings of the ends
+    assert inside.sum() > 15 and np.ptp(exact.separation[0][inside]) > 1e-3
+    apart = (gaps.separation[0] - exact.separation[0])[inside]
+    # a displaced pair is turned on until it touches: what is left is common to all
+    assert np.abs(apart - np.median(apart)).max() < 1e-5
+
+
+def test_a_coast_flank_is_exported_with_its_own_wear(tmp_path):
+    """The worn points are those of `worn_flank`: they hold the nodes of the result."""
+    scene = sw.load_scene("spur_fzg_c").replace(
+        HELICAL | TINY | {"operation.loaded_flank": "coast", "numerics.wear_steps": 1, "wear.until.meshes": 1e8}
+    )
+    tree = sw.simulate(scene)
+    for body in ("pinion", "gear"):
+        sw.export_flank(scene, body, tmp_path / "worn.nc", points=(61, 41), worn=tree)
+        with xr.open_dataset(tmp_path / "worn.nc") as data:
+            cloud = data.points.values.reshape(-1, 3)
+        surface = sw.worn_flank(tree, body).points
+        distance = np.linalg.norm(surface[:, None] - cloud, axis=-1).min(axis=1)
+        assert distance.max() < 0.6  # mm, from grid point to grid point: the drive flank is millimetres away
 
 
 def test_an_internal_pair_as_points(tmp_path):

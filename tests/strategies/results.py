@@ -90,6 +90,7 @@ def synthetic_engagement(roll: np.ndarray, faces: int, life: np.ndarray) -> dict
         "root_stress": stress,
         "friction_coefficient": 0.05 * hill * (1 + worn),
         "friction_power_loss": 400.0 * np.abs(roll) * share,
+        "friction_torque_loss": 0.5 * np.abs(roll) * share,
         "flash_temperature_max": 20.0 * np.abs(roll) * share,
         "film_thickness_min": 0.3 * hill * (1 + worn),
     }

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import semiwear as sw
 from semiwear.cli import main
@@ -119,6 +120,29 @@ def test_a_whole_tooth_is_closed_and_lighter_by_its_wear(which, request, tmp_pat
     assert np.abs(off).max() < 1e-3  # mm, that facets cut off
 
 
+def test_a_body_wider_than_its_mate_is_not_worn_beyond_it(tmp_path):
+    widths = {"gear_pair.pinion_face_width_mm": 24.0, "gear_pair.gear_face_width_mm": 18.0}
+    scene = SPUR.replace(widths | {"numerics.face_slices": 9, "numerics.wear_steps": 1})
+    tree = sw.simulate(scene)
+    teeth = [sw.worn_tooth(tree, "pinion", step) for step in (0, 1)]
+    lost = float(tree["history"].wear_volume.isel(wear_step=-1).sel(body="pinion"))
+    assert lost < volume(teeth[0]) - volume(teeth[1]) < 1.2 * lost  # it was 1.5 times as much
+    worn = teeth[1].fields["wear_depth"] > 0.0
+    assert 8.0 < np.abs(teeth[1].points[worn, 2]).max() < 9.0
+    for name, given in (("new", None), ("worn", tree)):
+        sw.export_flank(scene, "pinion", tmp_path / f"{name}.nc", points=(21, 49), worn=given)
+    new, worn = (xr.load_dataset(tmp_path / f"{name}.nc").points for name in ("new", "worn"))
+    depth = np.linalg.norm(worn - new, axis=-1).max(axis=0)
+    aside = np.abs(new.values[10, :, 2]) >= 9.0
+    assert aside.sum() == 14 and not depth[aside].any() and depth[~aside].all()
+
+
+def volume(surface):
+    """Volume within a closed surface [mm^3]."""
+    corners = surface.points[surface.quads]
+    return sum(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, k], corners[:, k + 1])) / 6.0 for k in (1, 2))
+
+
 def test_a_series_has_every_wear_step_at_its_meshes(tree, tmp_path):
     sw.export(tree, tmp_path / "life.pvd", exaggeration=100.0)
     reader = pyvista.get_reader(str(tmp_path / "life.pvd"))
@@ -169,6 +193,10 @@ def test_stiffness_over_angle_is_periodic(tree):
     angle = np.radians(found.pinion_angle.values)
     np.testing.assert_allclose(stiffness(angle), found.mesh_stiffness.isel(wear_step=0))
     np.testing.assert_allclose(stiffness(angle + 2.0 * np.pi), stiffness(angle))
+    last = sw.stiffness_over_angle(found.isel(wear_step=-1))
+    np.testing.assert_array_equal(last(angle), found.mesh_stiffness.isel(wear_step=-1))
+    with pytest.raises(sw.SceneError, match="below 1"):
+        sw.stiffness_over_angle(found.isel(wear_step=-1), 1)
     with pytest.raises(sw.SceneError, match="mesh_stiffness_local"):
         sw.stiffness_over_angle(found, of="mesh_stiffness_local")
 

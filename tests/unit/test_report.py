@@ -124,6 +124,34 @@ def test_what_patches_add_is_shown(page):
     assert 'alt="Contact pattern.' in page
 
 
+def described(tree, name):
+    (picture,) = [picture for picture in PICTURES if picture.name == name]
+    return picture.describe(tree)
+
+
+def test_texts_of_pictures_tell_what_their_curves_show(tree):
+    """An edge that alone bears presses hardest: it is told as such, and the greatest value is that of the curve."""
+    copy = tree.copy(deep=True)
+    last = copy["engagement"].to_dataset().isel(wear_step=-1)
+    roll, pressure = last["roll_position"].values, last["contact_pressure_max"].values.copy()
+    alone = int(np.argmax(pressure)) - 3
+    for name, value in (("max", 4212.0), ("on_edge", 1), ("max_edge", 4212.0)):
+        copy["engagement"][f"contact_pressure_{name}"].values[-1, alone] = value
+    text = described(copy, "contact_pressure_over_engagement")
+    place = f"at roll position {roll[np.argmax(pressure)]:+.2f}".replace("-", "−")
+    assert f"away from borders at the last wear step: {figure_text(pressure.max())} MPa {place}" in text
+    assert f"at an edge 4212 MPa at roll position {roll[alone]:+.2f}".replace("-", "−") in text
+    curves = plot.contact_pressure_over_engagement(copy).lines
+    assert max(np.nanmax(line.get_ydata()) for line in curves if line.get_ls() == "-") < 4212.0
+
+
+def test_the_text_on_sliding_names_both_bodies(tree):
+    sliding = tree["engagement"].sliding_distance.isel(wear_step=-1).max("roll_position")
+    text = described(tree, "sliding_along_path")
+    for body in ("pinion", "gear"):
+        assert f"{body} {figure_text(float(sliding.sel(body=body)))} mm at roll position" in text
+
+
 def test_wrong_number_of_axes_is_refused(tree):
     with pytest.raises(SemiwearError, match="2 panels"):
         plot.load_share(tree, ax=plt.subplots()[1])

@@ -120,8 +120,8 @@ def test_equal_results_agree_everywhere(line, patch):
         ("history/contact_pressure_addendum", {"where": "addendum", "quantity": "greatest pressure"}),
         ("engagement/contact_pressure_max", {"kind": Kind.PRESSURE, "where": "away from borders"}),
         ("engagement/contact_pressure_max_edge", {"kind": Kind.PRESSURE, "border": True}),
-        ("history/wear_depth_max_root", {"where": "root", "quantity": "greatest wear depth"}),
-        ("history/wear_depth_max_addendum", {"where": "addendum", "quantity": "greatest wear depth"}),
+        ("history/wear_depth_max_root", {"where": "root", "quantity": "greatest wear depth, gear"}),
+        ("history/wear_depth_max_addendum", {"where": "addendum", "quantity": "greatest wear depth, gear"}),
         ("engagement/root_stress", {"kind": Kind.ROOT_STRESS}),
         ("engagement/line_load", {"quantity": "greatest line load"}),
         ("mesh_cycle/transmission_error_loaded", {"kind": Kind.TRANSMISSION_ERROR}),
@@ -160,18 +160,23 @@ def test_load_shares_on_other_roll_positions_are_interpolated(line):
     assert 0.0 < abs(row.size) < LOAD_SHARE
 
 
+@pytest.mark.parametrize("body", ["pinion", "gear"])
 @pytest.mark.parametrize("place", list(Place))
-def test_wear_is_compared_place_by_place(line, patch, place):
-    points = flank_places(TwoResults.of(line, patch)).of[place]
-    greatest = float(line["flank"]["wear_depth"].values[-1, 1].max())
+def test_wear_is_compared_place_by_place(line, patch, place, body):
+    k = ("pinion", "gear").index(body)
+    points = flank_places(TwoResults.of(line, patch), body).of[place]
+    greatest = float(line["flank"]["wear_depth"].values[-1, k].max())
     at = tuple(np.argwhere(points)[len(np.argwhere(points)) // 2])
 
     def dig(values):
-        values[-1, 1][at] += 0.05 * greatest
+        values[-1, k][at] += 0.05 * greatest
         return values
 
-    for row in rows_of(line, changed(patch, "flank/wear_depth", dig), quantity="wear depth where it differs most"):
-        assert row.mark is (Mark.DIFFER if row.place is place else Mark.AGREE)
+    rows = rows_of(line, changed(patch, "flank/wear_depth", dig))
+    compared = [row for row in rows if row.quantity.startswith("wear depth where it differs most")]
+    assert len(compared) == 2 * len(Place)
+    for row in compared:
+        assert row.mark is (Mark.DIFFER if (row.place, row.body) == (place, body) else Mark.AGREE)
         assert row.border is (row.place is not Place.INSIDE)
 
 
@@ -254,6 +259,26 @@ def test_other_engagements_for_the_same_depth_are_told(line, patch):
     text = words(line, with_meshes(patch, 1.1), Kind.WEAR)
     assert "same wear at the control point" in text and "(−9.1 %)" in text
     assert "engagements (" not in words(line, patch, Kind.WEAR)
+
+
+@pytest.mark.parametrize(("body", "factor"), [("pinion", 2.0), ("gear", 0.5)])
+def test_sentences_on_wear_tell_both_bodies(line, patch, body, factor):
+    """The greatest depth of one body differs by a half: the sentences of the other agree."""
+    stem = "wear_depth_max_pinion" if body == "pinion" else "wear_depth_max"
+    other = changed(patch, f"history/{stem}_root", lambda v: factor * v)
+    text = words(line, other, Kind.WEAR)
+    for one in ("pinion", "gear"):
+        told = "differ by up to 50.0 % (1 of 3 values differ)" if one == body else "agree within 0.0 %"
+        assert f"Greatest depths of the {one} {told}." in text
+        assert f"Away from borders the maps of the {one} agree within 0.0 % of the greatest wear." in text
+
+
+def test_a_gear_that_does_not_wear_is_not_compared():
+    scene = SCENE + 'worn_bodies = ["pinion"]\n'
+    line, patch = (result(fidelity, scene_toml=scene) for fidelity in ("line", "patch"))
+    rows = [row for row in rows_of(line, patch, kind=Kind.WEAR) if row.body]
+    assert rows and {row.body for row in rows} == {"pinion"}
+    assert "of the gear" not in words(line, patch, Kind.WEAR)
 
 
 # ---------------------------------------------------------------------- page

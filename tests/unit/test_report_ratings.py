@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from semiwear import plot
@@ -45,6 +46,32 @@ def test_the_mode_that_governs_is_shaded_and_the_limit_is_in_view(tree):
     # pitting has the least of both all the time: one stretch, in its colour
     (stretch,) = ax.patches
     assert stretch.get_facecolor()[:3] == pytest.approx(plt_colour(ax.lines[0].get_color()))
+
+
+@pytest.mark.parametrize("summed", [True, False])
+def test_safeties_cross_the_limit_where_the_sentence_says_that_the_life_ends(tree, summed):
+    """Damage that adds up is far beyond its end at the first wear step: a line from static strength crosses late."""
+    ratings = tree["ratings"].to_dataset().isel(wear_step=[0, 3, 4]).copy(deep=True)
+    at = ratings["hours"].values
+    end = 0.02 * at[1] if summed else float(ratings["hours_to_failure"][0, 0])
+    ratings["hours_to_failure"][0, 0] = end
+    if not summed:
+        ratings = ratings.drop_vars("damage_sum")
+    copy = tree.copy()
+    copy["ratings"] = type(tree)(ratings)
+    ax = plot.safety_history(copy)
+    curve, cross = ax.lines[0], ax.lines[2]
+    assert curve.get_label() == "pitting, pinion" and cross.get_xdata()[0] == pytest.approx(end)
+    places, values = curve.get_data()
+    assert np.interp([*at, end], places, values) == pytest.approx([*ratings["safety"][0, :, 0].values, 1.0], rel=1e-9)
+    assert np.all(values[places < 0.999 * end] > 1.0) and np.all(values[places > 1.001 * end] < 1.0)
+    if summed:  # straight between logarithms
+        middle = np.sqrt(end * at[1])
+        assert np.interp(middle, places, values) == pytest.approx(values[places == at[1]][0] ** 0.5, rel=1e-3)
+
+
+def test_a_life_without_wear_is_drawn():
+    plot.safety_history(synthetic_tree(1, profiles=9, faces=7))
 
 
 def plt_colour(name):

@@ -58,7 +58,8 @@ def test_names_of_the_design_are_there():
         "flank": "flank_height flank_radius zone active specific_sliding surface_error wear_depth contact_pattern",
         "engagement": "load_share contact_pressure_max contact_pressure_on_edge contact_pressure_max_edge "
         "tip_load_share line_load line_length lever_arm sliding_distance "
-        "root_stress friction_coefficient friction_power_loss flash_temperature_max film_thickness_min",
+        "root_stress friction_coefficient friction_power_loss friction_torque_loss "
+        "flash_temperature_max film_thickness_min",
         "mesh_cycle": "transmission_error_loaded transmission_error_unloaded pairs_in_contact",
         "history": "wear_depth_max_root wear_depth_max_addendum wear_depth_max_pitch wear_depth_max "
         "wear_depth_max_pinion_root wear_depth_max_pinion_pitch wear_depth_max_pinion_addendum "

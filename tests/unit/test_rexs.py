@@ -114,6 +114,54 @@ def test_helical_teeth_have_a_hand(tmp_path):
         sw.read_rexs(changed(tmp_path, (angle.format(0), angle.format(20)), (angle.format(0), angle.format(20))))
 
 
+def test_a_file_of_the_second_version_names_the_units_anew(tmp_path):
+    """REXS 2.0 gives the elastic modulus in MPa."""
+    units = [('unit="N / mm^2">206000', 'unit="MPa">206000'), ('version="1.4"', 'version="2.0"')]
+    material = sw.read_rexs(changed(tmp_path, *units)).scene.material
+    assert (material.pinion.youngs_modulus_MPa, material.gear.youngs_modulus_MPa) == (206000.0, 206000.0)
+
+
+RING = [('<component id="4" type="cylindrical_gear" name="gear">', '<component id="4" type="ring_gear" name="ring">'),
+        ('unit="mm">118.3647<', 'unit="mm">{sign}268<'), ('unit="mm">98.2935<', 'unit="mm">{sign}285.75<'),
+        ('<attribute id="inner_diameter" unit="mm">68.04</attribute>', ""),
+        ('unit="mm">82.4565<', 'unit="mm">99<'), ('unit="mm">62.3853<', 'unit="mm">78.75<'),
+        ('unit="none">16<', 'unit="none">20<'), ('unit="mm">91.5<', 'unit="mm">{distance}<'),
+        *[(f'unit="none">{shift}<', 'unit="none">0<') for shift in (0.1817, 0.1817, 0.1715, 0.1715)]]  # fmt: skip
+
+
+@pytest.mark.parametrize("distance", ["92.25", "-92.25", None])
+@pytest.mark.parametrize("teeth", ["61", "-61"])
+@pytest.mark.parametrize("first", [False, True])
+def test_a_ring_gear_has_negative_teeth_whichever_sign_a_file_gives_it(first, teeth, distance, tmp_path):
+    ring = [('unit="none">24<', f'unit="none">{teeth}<'), *([GEARS] if first else [])]
+    sign = "-" if teeth.startswith("-") else ""
+    ring += [
+        (old, new.format(distance=distance, sign=sign)) for old, new in RING if distance or "distance" not in new
+    ]
+    if distance is None:
+        ring.append(('<attribute id="center_distance" unit="mm">91.5</attribute>', ""))
+    found = sw.read_rexs(changed(tmp_path, *ring), pinion_torque_Nm=302.0)
+    pair = found.scene.gear_pair
+    assert (pair.pinion_teeth, pair.gear_teeth) == (20, -61)
+    if distance is not None:
+        assert pair.centre_distance_mm == 92.25
+    assert pair.gear_rack_addendum_mm == pytest.approx(1.25 * 4.5) == pair.pinion_rack_addendum_mm
+    (told,) = [value for field, value, _ in found.taken if field == "gear_pair.gear_teeth"]
+    assert told == "-61"
+
+
+def test_helical_teeth_of_a_ring_gear_have_the_hand_of_the_pinion(tmp_path):
+    angle = '<attribute id="helix_angle_reference_diameter" unit="deg">{}</attribute>'
+    ring = [(f'<attribute id="{name}" unit="mm">{value}</attribute>', "")
+            for name, value in (("center_distance", 91.5), ("tip_diameter", 82.4565), ("tip_diameter", 118.3647),
+                                ("root_diameter", 62.3853), ("root_diameter", 98.2935))]  # fmt: skip
+    ring += [('unit="none">24<', 'unit="none">61<'), *(pair for pair in RING if 'unit="mm">' not in pair[0])]
+    found = sw.read_rexs(changed(tmp_path, *ring, *2 * [(angle.format(0), angle.format(12))]))
+    pair = found.scene.gear_pair
+    assert (pair.gear_teeth, pair.helix_angle_deg, pair.hand) == (-61, 12.0, "right")
+    assert ("gear_pair.hand", "right", "cylindrical_gear 3 (pinion): helix_angle_reference_diameter") in found.taken
+
+
 @pytest.mark.parametrize(
     ("pairs", "words"),
     [
