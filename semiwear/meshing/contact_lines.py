@@ -16,6 +16,7 @@ import numpy as np
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.geometry.face_slices import slice_middles
 from semiwear.meshing.flank_pair import FlankPair
+from semiwear.meshing.least_separation import least_places, with_far_terms
 
 __all__ = ["ContactLines", "change_along_line", "end_rounding", "face_stations", "trace_contact_lines"]
 
@@ -39,7 +40,8 @@ class ContactLines:
     low, high : array [mm]
         Ends of the part of the slice that can touch: the driven flank's own ends or the driving body's tip.
     separation : (5, roll, face) array
-        Value and first four derivatives of the separation by the profile coordinate, at `profile`;
+        Value and first four derivatives of the separation by the profile coordinate, at `profile` (near a base circle
+        the last two are those of a quartic that meets the separation farther out);
         the rounding of the end edges is part of the value, which is infinite where a slice lies wholly beyond an
         end or the tip of the driving flank.
     spacing : array
@@ -211,34 +213,24 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
     With `sharp` the flanks end at their nominal edges, otherwise where the rounding of the edges begins.
     """
     borders = pair.borders(face, sharp=sharp)
-    low, profile = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.driving_tip)
+    low, guess = _start_of_line(pair, roll, face, borders.root, borders.tip, borders.driving_tip)
     high = np.broadcast_to(borders.tip, low.shape)
-    step = _STEP * float(np.mean(borders.tip - borders.root))
-    stencil = step * np.arange(-2.0, 3.0)[:, None, None]
-    for _ in range(2):
-        met = pair.meeting(face[None, None], profile[None] + stencil, roll[None, :, None])
-        f = met.separation
-        first = (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * step)
-        second = (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * step**2)
-        third = (-f[0] + 2.0 * f[1] - 2.0 * f[3] + f[4]) / (2.0 * step**3)
-        fourth = (f[0] - 4.0 * f[1] + 6.0 * f[2] - 4.0 * f[3] + f[4]) / step**4
-        at = profile
-        # inside the slice Newton meets the minimum; where the separation is not convex only a border can be least
-        move = np.where(
-            second > 0.0, -first / np.where(second > 0.0, second, 1.0), np.where(first > 0.0, -np.inf, np.inf)
-        )
-        profile = np.clip(at + move, low, high)
-    moved = profile - at
+    usual = _STEP * float(np.mean(borders.tip - borders.root))
+    least = least_places(pair, roll, face, guess, usual, (low, high))
+    met, step, profile = least.met, least.step, least.profile
+    moved = profile - least.at
+    f, first, second, third, fourth = least.derivatives
     separation = np.stack(
         [
-            f[2] + first * moved + 0.5 * second * moved**2 + third * moved**3 / 6.0 + fourth * moved**4 / 24.0,
+            f + first * moved + 0.5 * second * moved**2 + third * moved**3 / 6.0 + fourth * moved**4 / 24.0,
             first + second * moved + 0.5 * third * moved**2 + fourth * moved**3 / 6.0,
             second + third * moved + 0.5 * fourth * moved**2,
             third + fourth * moved,
             fourth,
         ]
     )
-    position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step)
+    separation = with_far_terms(pair, roll, face, least, usual, separation)
+    position, slope = met.position[2], (met.position[3] - met.position[1]) / (2.0 * step[..., None])
     position = position + slope * moved[..., None]
 
     along_face = change_along_line(position, face, profile, low, high)
@@ -252,7 +244,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
 
     velocity = pair.sliding(met.position[1:4:2])
     components = np.stack([np.sum(velocity * normal_to_line, -1), np.sum(velocity * tangent, -1)], axis=-1)
-    sliding_slope = (components[1] - components[0]) / (2.0 * step)
+    sliding_slope = (components[1] - components[0]) / (2.0 * step[..., None])
     sliding = 0.5 * (components[0] + components[1]) + sliding_slope * moved[..., None]
 
     driving_slope = (met.driving_profile[3] - met.driving_profile[1]) / (2.0 * step)

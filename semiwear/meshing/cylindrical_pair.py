@@ -204,6 +204,12 @@ class CylindricalMesh:
         """Transverse base pitch [mm]."""
         return 2.0 * pi * self.pinion.base_radius / self.pinion.teeth
 
+    @cached_property
+    def base_profiles(self) -> tuple[float, float]:
+        """On the base cylinders of pinion and gear [mm]."""
+        pinion, gear = self._flanks
+        return float(pinion.profile_from_roll(0.0)), float(gear.profile_from_roll(0.0))
+
     @property
     def roll_per_time(self) -> float:
         """Pinion teeth per radian."""

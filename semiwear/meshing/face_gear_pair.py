@@ -86,6 +86,11 @@ class FaceGearMesh:
         """Base pitch of the pinion [mm]."""
         return self.pinion.base_pitch
 
+    @cached_property
+    def base_profiles(self) -> tuple[float, float]:
+        """On the base circles of the pinion and of the shaper that generates the gear [mm]."""
+        return float(self.pinion.profile_from_roll(np.zeros(()))), float(self.gear.profile_from_roll(0.0))
+
     @property
     def roll_per_time(self) -> float:
         """Pinion teeth per radian."""

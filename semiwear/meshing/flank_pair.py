@@ -160,6 +160,13 @@ class FlankPair(Protocol):
         """Travel of the contact along the line of action in one roll unit [mm]."""
 
     @property
+    def base_profiles(self) -> tuple[float, float]:
+        """Profile coordinates where both involutes begin, the driving and the driven one [mm].
+
+        There their curvature is infinite. Of a generated flank that of its generating involute; infinite without one.
+        """
+
+    @property
     def roll_per_time(self) -> float:
         """Roll positions passed while the driving body turns by one radian."""
 

@@ -155,6 +155,11 @@ class PointFlankMesh:
         return 2.0 * pi * self.flanks.lever / self.flanks.driving.teeth
 
     @property
+    def base_profiles(self) -> tuple[float, float]:
+        """Points say nothing of base circles."""
+        return -np.inf, -np.inf
+
+    @property
     def roll_per_time(self) -> float:
         """Pinion teeth per radian."""
         return self.flanks.driving.teeth / (2.0 * pi)

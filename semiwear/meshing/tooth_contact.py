@@ -18,6 +18,7 @@ from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import SceneError
 from semiwear.meshing.contact_lines import face_stations, trace_contact_lines
 from semiwear.meshing.flank_pair import Borders, FlankPair, reference_lever
+from semiwear.meshing.least_separation import short_steps
 
 __all__ = [
     "ContactPoints",
@@ -36,6 +37,12 @@ _ON_BORDER = 1e-6  # of the flank's height
 _FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
 _EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
 _HALVINGS = 20
+_SETTLED = 1e-10  # of face width and height: shorter steps are left
+_CLOSE = 1e-7  # of a step along the profile: likewise
+_BACK_TRACKS = 8  # halvings of a step that raises the separation
+_LIKE = 1e-9  # of the flank's height: separations that close are alike, as gradients are off by their steps
+_SHORTEST = 0.03  # of the steps for gradients: rounding leaves 1e-7/mm of curvatures
+_NO_MARGIN = 1e-9  # mm: on a border
 
 
 @dataclass(frozen=True)
@@ -115,29 +122,32 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     held = lines.separation[0][rows, best]
 
     height = float(np.mean(lines.high - lines.low))
-    step = np.array(_STEPS) * [high - low, height]
+    size = np.array([high - low, height])
     face, profile = held_face.copy(), held_profile.copy()
     for _ in range(_NEWTON_PASSES):
-        gradient, hessian, _ = _derivatives(pair, face, profile, roll, step)
-        move = _newton(gradient, hessian)
-        # no farther than a tenth of the flank in one pass, nor off the surface's domain
-        move = np.clip(move, -0.1 * np.array([high - low, height]), 0.1 * np.array([high - low, height]))
-        face = np.clip(face + move[:, 0], low - 0.02 * (high - low), high + 0.02 * (high - low))
-        profile = profile + move[:, 1]
-        borders = pair.borders(face, sharp=True)
-        profile = np.clip(profile, borders.root - 0.3 * height, borders.tip + 0.3 * height)
+        gradient, hessian, _ = _derivatives(pair, face, profile, roll, np.array(_STEPS) * size)
+        # no farther than a tenth of the flank in one pass
+        move = np.clip(_newton(gradient, hessian), -0.1 * size, 0.1 * size)
+        if np.all(np.abs(move) <= _SETTLED * size):
+            break
+        face, profile = _lowered(pair, face, profile, roll, move, height)
     straight = np.flatnonzero(_is_flat(hessian))
     if straight.size:
         face[straight], profile[straight] = _middle_of_line(
-            pair, roll[straight], stations, lines.profile[straight], float(step[1]), _EVEN * height
+            pair, roll[straight], stations, lines.profile[straight], _STEPS[1] * height, _EVEN * height
         )
     margin = _margin(pair, face, profile, roll, pair.borders(face, sharp=True))
     separation = pair.meeting(face, profile, roll).separation
+    gradient, hessian, _ = _derivatives(pair, face, profile, roll, np.array(_STEPS) * size)
     above = np.full(roll.size, _ON_BORDER * 1e-2 * height)
-    above[straight] = _EVEN * height
+    # flanks askew: an edge is nearer up to the station beside the end of the line
+    above[straight] = _EVEN * height + np.abs(gradient[straight, 0]) * (stations[1] - stations[0])
+    # where a search ended on a border without a minimum there, an edge touches
+    least = np.all(np.abs(_newton(gradient, hessian)) <= _ON_BORDER * size, axis=1)
     inside = (margin >= -_ON_BORDER * height) & (separation <= held + above)
+    inside &= (margin > _ON_BORDER * height) | least
     face, profile = np.where(inside, face, held_face), np.where(inside, profile, held_profile)
-    for_curvature = np.array(pair.difference_steps) * [high - low, height]
+    for_curvature = np.array(pair.difference_steps) * size
     (_, once, short), (_, twice, long) = (
         _derivatives(pair, face, profile, roll, factor * for_curvature) for factor in (1.0, 2.0)
     )
@@ -159,10 +169,16 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
 def _derivatives(
     pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Gradient (K, 2) and Hessian (K, 2, 2) of the separation by face and profile, and tangents (K, 2, 3)."""
+    """Gradient (K, 2) and Hessian (K, 2, 2) of the separation by face and profile, and tangents (K, 2, 3).
+
+    Steps (2,) [mm] are shorter near a base circle, both in the same proportion.
+    """
+    longest = float(step.max())
+    shorter = short_steps(pair, profile, pair.meeting(face, profile, roll).driving_profile, longest) / longest
+    step = step[:, None] * np.maximum(shorter, _SHORTEST)
     offset = np.array([-1.0, 0.0, 1.0])
-    f = face[:, None, None] + step[0] * offset[:, None]
-    p = profile[:, None, None] + step[1] * offset
+    f = face[:, None, None] + step[0][:, None, None] * offset[:, None]
+    p = profile[:, None, None] + step[1][:, None, None] * offset
     met = pair.meeting(f, p, roll[:, None, None])
     s, x = met.separation, met.position
     gradient = np.stack([(s[:, 2, 1] - s[:, 0, 1]) / (2 * step[0]), (s[:, 1, 2] - s[:, 1, 0]) / (2 * step[1])], -1)
@@ -170,10 +186,30 @@ def _derivatives(
     pp = (s[:, 1, 2] - 2 * s[:, 1, 1] + s[:, 1, 0]) / step[1] ** 2
     fp = (s[:, 2, 2] - s[:, 2, 0] - s[:, 0, 2] + s[:, 0, 0]) / (4 * step[0] * step[1])
     hessian = np.stack([np.stack([ff, fp], -1), np.stack([fp, pp], -1)], -2)
-    tangents = np.stack(
-        [(x[:, 2, 1] - x[:, 0, 1]) / (2 * step[0]), (x[:, 1, 2] - x[:, 1, 0]) / (2 * step[1])], axis=1
-    )
+    along, across = step[:, :, None]
+    tangents = np.stack([(x[:, 2, 1] - x[:, 0, 1]) / (2 * along), (x[:, 1, 2] - x[:, 1, 0]) / (2 * across)], axis=1)
     return gradient, hessian, tangents
+
+
+def _lowered(
+    pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, move: FloatArray, height: float
+) -> tuple[FloatArray, FloatArray]:
+    """Places (face, profile) moved by (K, 2) [mm], or by as much less as the separation asks not to grow."""
+    low, high = pair.face_limits
+    margin = 0.02 * (high - low)
+    most = pair.meeting(face, profile, roll).separation + _LIKE * height
+    pending = np.ones(roll.size, dtype=bool)
+    for share in 0.5 ** np.arange(_BACK_TRACKS):
+        # not off the surface's domain
+        there = np.clip(face + share * move[:, 0], low - margin, high + margin)
+        borders = pair.borders(there, sharp=True)
+        up = np.clip(profile + share * move[:, 1], borders.root - 0.3 * height, borders.tip + 0.3 * height)
+        lower = pending & (pair.meeting(there, up, roll).separation <= most)
+        face, profile = np.where(lower, there, face), np.where(lower, up, profile)
+        pending &= ~lower
+        if not pending.any():
+            break
+    return face, profile
 
 
 def _middle_of_line(
@@ -190,7 +226,7 @@ def _middle_of_line(
     profile : (K, S) array [mm]
         Where the separation is about least in each slice.
     step : float [mm]
-        For differences by the profile coordinate.
+        For differences by the profile coordinate; shorter near a base circle.
     even : float [mm]
         Most that the separation may vary along a line.
 
@@ -199,22 +235,25 @@ def _middle_of_line(
     face, profile : (K,) arrays [mm]
         Where no part lies within the borders, of the station that is least outside.
     """
-    offsets = step * np.array([-1.0, 0.0, 1.0])
 
     def valley(
         face: FloatArray, at: FloatArray, rolls: FloatArray, passes: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least place near `at`, its separation and its distance to the nearest border; -inf where there is none."""
-        move = np.zeros_like(at)
+        met = pair.meeting(face, at, rolls).driving_profile
         for _ in range(passes):
-            near = pair.meeting(face[..., None], at[..., None] + offsets, rolls[..., None]).separation
-            low, middle, high = near[..., 0], near[..., 1], near[..., 2]
+            short = short_steps(pair, at, met, step)
+            places = at[..., None] + short[..., None] * np.array([-1.0, 0.0, 1.0])
+            near = pair.meeting(face[..., None], places, rolls[..., None])
+            low, middle, high = np.moveaxis(near.separation, -1, 0)
             bend = low - 2.0 * middle + high
-            move = np.where(bend > 0.0, 0.5 * step * (high - low) / np.where(bend > 0.0, bend, 1.0), np.inf)
-            at = at - np.where(bend > 0.0, move, 0.0)
+            move = np.where(bend > 0.0, 0.5 * short * (high - low) / np.where(bend > 0.0, bend, 1.0), np.inf)
+            at, met = at - np.where(bend > 0.0, move, 0.0), near.driving_profile[..., 1]
+            if np.all((bend <= 0.0) | (np.abs(move) <= _CLOSE * step)):
+                break
         borders = pair.borders(face.ravel(), sharp=True)
         shaped = replace(borders, root=borders.root.reshape(face.shape), tip=borders.tip.reshape(face.shape))
-        margin = np.where(np.abs(move) < step, _margin(pair, face, at, rolls, shaped), -np.inf)
+        margin = np.where(np.abs(move) < short, _margin(pair, face, at, rolls, shaped), -np.inf)
         return at, pair.meeting(face, at, rolls).separation, margin
 
     rows = np.arange(roll.size)
@@ -292,7 +331,12 @@ def _ends(pair: FlankPair) -> tuple[float, float]:
         middle = int(np.argmax(np.where(points.inside, points.margin, -np.inf)))
 
         def margin(at: float) -> float:
-            return float(contact_points(pair, np.array([at])).margin[0])
+            point = contact_points(pair, np.array([at]))
+            found = float(point.margin[0])
+            # the end of a line on a border touches, and what a search left there does not: the margin says neither
+            if abs(found) <= _NO_MARGIN:
+                found = _NO_MARGIN
+            return found if point.inside[0] else min(found, -_NO_MARGIN)
 
         first = last = middle
         while first > 0 and points.inside[first - 1]:

@@ -1,0 +1,271 @@
+"""The least separation of each slice by Newton's method, and its derivatives there.
+
+Towards its base circle the curvature of an involute grows without bound, as 1/sqrt(2 r_b s) with the arc s from
+there. Differences are taken within a fraction of that arc, and Newton's method works on its root, the roll angle. A
+Taylor series holds no farther than the arc, beyond which contact and wear reach: near a base circle the third and
+fourth derivatives give way to those of a quartic that meets the separation farther out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from semiwear.arrays import BoolArray, FloatArray, IntArray
+from semiwear.meshing.flank_pair import FlankPair, Meeting
+
+__all__ = ["LeastPlaces", "least_places", "short_steps", "with_far_terms"]
+
+_OF_ROOM = 0.125  # of the arc to the nearer base circle: longest step of differences
+_LEAST_STEP = 1e-3  # of the usual one: rounding leaves 1e-6 of the curvature
+_USUAL_PASSES = 2
+_SHORT_PASSES = 10  # two or three of them do, but for first guesses within the base circle
+_CLOSE = 0.01  # of a step: nearer to the least place no further pass is made
+_LEAST_LEFT = 1 / 16  # of that arc, after a pass: no more than three quarters of the roll angle at once
+_OUTWARDS = (2.0, 4.0)  # usual steps away from a base circle: as far as contact and some wear reach
+
+
+@dataclass(frozen=True)
+class LeastPlaces:
+    """Where the separation is least in each slice, (roll, face) all.
+
+    Attributes
+    ----------
+    at, step : arrays [mm]
+        Middle of the five places of the differences, and their distance.
+    met : Meeting
+        At the five places, (5, roll, face).
+    derivatives : (5, roll, face) array
+        Value of the separation at `at`, and its derivatives by the profile coordinate.
+    profile : array [mm]
+        The least place, near `at`.
+    """
+
+    at: FloatArray
+    step: FloatArray
+    met: Meeting
+    derivatives: FloatArray
+    profile: FloatArray
+
+    def writable(self) -> LeastPlaces:
+        """These with arrays of their own."""
+        shape = self.met.separation.shape
+        met = {}
+        for entry in dataclasses.fields(self.met):
+            values = getattr(self.met, entry.name)
+            met[entry.name] = np.array(np.broadcast_to(values, shape + values.shape[len(shape) :]))
+        return LeastPlaces(
+            np.array(self.at),
+            np.array(self.step),
+            Meeting(**met),
+            np.array(self.derivatives),
+            np.array(self.profile),
+        )
+
+    def put(self, where: tuple[IntArray, IntArray], other: LeastPlaces) -> None:
+        """Replace those at (roll, face) indices by (n,) others."""
+        for name in ("at", "step", "profile", "derivatives"):
+            getattr(self, name)[..., *where] = getattr(other, name)
+        for entry in dataclasses.fields(self.met):
+            getattr(self.met, entry.name)[:, *where] = getattr(other.met, entry.name)
+
+
+def _five_points(f: FloatArray, step: FloatArray) -> FloatArray:
+    """Value and first four derivatives in the middle of five values that are a step [mm] apart, (5, ...) both."""
+    return np.stack(
+        [
+            f[2],
+            (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * step),
+            (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * step**2),
+            (-f[0] + 2.0 * f[1] - 2.0 * f[3] + f[4]) / (2.0 * step**3),
+            (f[0] - 4.0 * f[1] + 6.0 * f[2] - 4.0 * f[3] + f[4]) / step**4,
+        ]
+    )
+
+
+def _places(at: FloatArray, step: FloatArray) -> FloatArray:
+    return at + step * np.arange(-2.0, 3.0).reshape(-1, *[1] * at.ndim)
+
+
+def _room(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray) -> FloatArray:
+    """Arc to the nearer of both base circles [mm]; 0 within that of the driving body, where its flank has ended."""
+    driving, driven = pair.base_profiles
+    return np.asarray(np.minimum(np.abs(driving_profile - driving), np.abs(profile - driven)))
+
+
+def short_steps(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray, usual: float) -> FloatArray:
+    """Steps of differences [mm]: the usual one where base circles are far.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    profile, driving_profile : arrays [mm]
+        Places of the driven flank, and what they meet of the driving one.
+    usual : float [mm]
+    """
+    return np.clip(_OF_ROOM * _room(pair, profile, driving_profile), _LEAST_STEP * usual, usual)
+
+
+def _usual_move(derivatives: FloatArray) -> FloatArray:
+    """Newton's step [mm]: inside the slice it meets the minimum; of what is not convex only a border can be least."""
+    first, second = derivatives[1:3]
+    convex = second > 0.0
+    return np.where(convex, -first / np.where(convex, second, 1.0), np.where(first > 0.0, -np.inf, np.inf))
+
+
+def _move_by_angle(
+    derivatives: FloatArray, room: FloatArray, low: FloatArray, high: FloatArray, outside: BoolArray
+) -> FloatArray:
+    """Newton's step for the roll angle of the body whose base circle is near, as one of the profile coordinate [mm].
+
+    Parameters
+    ----------
+    derivatives : (5, n) array
+    room : (5, n) array [mm]
+        To the base circle at the five places.
+    low, high : (n,) arrays [mm]
+        What is left of the slice below and above, between which the minimum lies.
+    outside : (n,) bool array
+        Whether it is known to lie outside the base circle.
+    """
+    first = derivatives[1]
+    usual = _usual_move(derivatives)
+    outwards = np.sign(room[3] - room[1])
+    here = np.where(room[2] > 0.0, room[2], 1.0)
+    change = outwards * np.where(np.isfinite(usual), usual, 0.0)
+    by_angle = change * (1.0 + 0.25 * change / here)
+    # no roll angle is negative: there may be no contact but on the border behind the base circle
+    by_angle = np.where(change > -2.0 * here, by_angle, -np.inf)
+    by_angle = np.where(outside, np.maximum(by_angle, (_LEAST_LEFT - 1.0) * here), by_angle)
+    known = np.isfinite(usual) & (outwards != 0.0)
+    move = np.where(known, np.where(outwards < 0.0, -by_angle, by_angle), usual)
+    # the driving base circle is met towards the driven tip; within it nothing is known but the side of the minimum
+    within = np.where(first < 0.0, high, 0.5 * (low + high))
+    return np.where(room[2] > 0.0, move, within)
+
+
+@dataclass
+class _Bracket:
+    """Ends between which the minimum lies, (n,) arrays [mm], and which of them are places where that was seen."""
+
+    low: FloatArray
+    high: FloatArray
+    low_seen: BoolArray
+    high_seen: BoolArray
+
+    def narrow(self, at: FloatArray, falls: BoolArray) -> None:
+        """Take places from which the separation falls upwards, or downwards, for ends."""
+        self.low, self.high = np.where(falls, at, self.low), np.where(falls, self.high, at)
+        self.low_seen, self.high_seen = self.low_seen | falls, self.high_seen | ~falls
+
+    def within(self, place: FloatArray) -> FloatArray:
+        """Places held to the ends, or in the middle where they lie beyond one from which the separation rises."""
+        beyond = (self.low_seen & (place < self.low)) | (self.high_seen & (place > self.high))
+        return np.where(beyond, 0.5 * (self.low + self.high), np.clip(place, self.low, self.high))
+
+    def of(self, kept: IntArray) -> _Bracket:
+        """Some of these."""
+        return _Bracket(self.low[kept], self.high[kept], self.low_seen[kept], self.high_seen[kept])
+
+
+def _refine(
+    pair: FlankPair, roll: FloatArray, face: FloatArray, found: LeastPlaces, ends: tuple[FloatArray, FloatArray]
+) -> None:
+    """Find least places near base circles with short steps, in place."""
+    usual = float(found.step.max())
+    at = found.profile
+    steps = short_steps(pair, at, pair.meeting(face, at, roll[:, None]).driving_profile, usual)
+    rows, columns = np.nonzero(steps < usual)
+    where = rows, columns
+    at, step, roll, face = at[where], steps[where], roll[rows], face[columns]
+    unseen = np.zeros(at.size, dtype=bool)
+    bracket, outside = _Bracket(ends[0][where], ends[1][where], unseen, unseen), unseen
+    for _ in range(_SHORT_PASSES):
+        places = _places(at, step)
+        met = pair.meeting(face, places, roll)
+        derivatives = _five_points(met.separation, step)
+        room = _room(pair, places, met.driving_profile)
+        falls = derivatives[1] <= 0.0
+        bracket.narrow(at, falls)
+        outside = outside | (~falls & (room[2] == 0.0))
+        move = _move_by_angle(derivatives, room, bracket.low - at, bracket.high - at, outside)
+        profile = bracket.within(at + move)
+        moved = np.abs(profile - at)
+        # a series is no good for more than its step
+        found.put(where, LeastPlaces(at, step, met, derivatives, np.where(moved <= step, profile, at)))
+        open_ = np.flatnonzero(moved > _CLOSE * step)
+        if not open_.size:
+            return
+        rows, columns = rows[open_], columns[open_]
+        where = rows, columns
+        at, roll, face, bracket, outside = profile[open_], roll[open_], face[open_], bracket.of(open_), outside[open_]
+        step = short_steps(pair, at, pair.meeting(face, at, roll).driving_profile, usual)
+
+
+def least_places(
+    pair: FlankPair,
+    roll: FloatArray,
+    face: FloatArray,
+    guess: FloatArray,
+    usual: float,
+    ends: tuple[FloatArray, FloatArray],
+) -> LeastPlaces:
+    """The least separation of each slice.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    roll, face : (K,), (S,) arrays [1], [mm]
+    guess : (K, S) array [mm]
+        Near the least place, between both ends.
+    usual : float [mm]
+        Step of differences where base circles are far.
+    ends : two (K, S) arrays [mm]
+        Lower and upper end of each slice.
+    """
+    at, step = guess, np.full(guess.shape, usual)
+    for _ in range(_USUAL_PASSES):
+        met = pair.meeting(face[None, None], _places(at, step), roll[None, :, None])
+        derivatives = _five_points(met.separation, step)
+        profile = np.clip(at + _usual_move(derivatives), *ends)
+        found = LeastPlaces(at, step, met, derivatives, profile)
+        at = profile
+    if np.isfinite(pair.base_profiles).any():
+        found = found.writable()
+        _refine(pair, roll, face, found, ends)
+    return found
+
+
+def with_far_terms(
+    pair: FlankPair, roll: FloatArray, face: FloatArray, found: LeastPlaces, usual: float, series: FloatArray
+) -> FloatArray:
+    """A series about the least places; near a base circle its last two terms meet the separation farther out.
+
+    Parameters
+    ----------
+    pair : FlankPair
+    roll, face : (K,), (S,) arrays [1], [mm]
+    found : LeastPlaces
+    usual : float [mm]
+        Step of differences where base circles are far.
+    series : (5, K, S) array
+        Value and derivatives of the separation at ``found.profile``.
+    """
+    rows, columns = np.nonzero(found.step < usual)
+    if not rows.size:
+        return series
+    profile, roll, face = found.profile[rows, columns], roll[rows], face[columns]
+    both = profile + np.array([[-usual], [usual]])
+    room = _room(pair, both, pair.meeting(face, both, roll).driving_profile)
+    away = np.where(room[1] > room[0], usual, -usual) * np.array(_OUTWARDS)[:, None]
+    gap = pair.meeting(face, profile + away, roll).separation
+    value, first, second = series[:3, rows, columns]
+    # third/6 + away fourth/24, which both places ask for
+    cubic = (gap - value - away * (first + 0.5 * away * second)) / away**3
+    fourth = 24.0 * (cubic[1] - cubic[0]) / (away[1] - away[0])
+    series = series.copy()
+    series[3, rows, columns] = 6.0 * cubic[0] - 0.25 * away[0] * fourth
+    series[4, rows, columns] = fourth
+    return series
