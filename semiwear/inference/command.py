@@ -191,7 +191,7 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
 
 
 def _life_problems(read: Study, depth: Value, body: Value) -> list[Problem]:
-    """What keeps a life until a depth [um] of a body from being solved, by the rules of [effects.run_life]."""
+    """Problems with a life until a depth [um] of a body, by the rules of [effects.run_life]."""
     table = "effects.run_life"
     if read.scene.wear is None:
         return []  # told of the scene
