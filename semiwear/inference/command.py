@@ -38,7 +38,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from functools import partial
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,7 @@ from semiwear.inference.observations import (
 from semiwear.inference.page import write_posterior_report
 from semiwear.inference.posterior import Posterior
 from semiwear.inference.run import infer, plan_inference
+from semiwear.measured.life_spread import MOST_SCATTER
 from semiwear.plain_text import rows_of
 from semiwear.plot.style import styled
 from semiwear.scene import scene_files, shipped_scenes
@@ -185,13 +186,13 @@ def _lives(read: Study, problems: list[Problem]) -> Table:
     wrong = [one for depth in _depths(read) for one in _life_problems(read, depth, found.get("body", "gear"))]
     problems += [one for k, one in enumerate(wrong) if one not in wrong[:k]]
     scatter = found.get("k_scatter", 0.0)
-    if not is_number(scatter) or not 0.0 <= scatter < inf:
-        problems.append(Problem("k_scatter", shown(scatter), "a share of 0 or more", "0.5 for 50 %"))
+    if not is_number(scatter) or not 0.0 <= scatter <= MOST_SCATTER:
+        problems.append(Problem("k_scatter", shown(scatter), f"a share, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
     return found
 
 
 def _life_problems(read: Study, depth: Value, body: Value) -> list[Problem]:
-    """What keeps a life until a depth [um] of a body from being solved, by the rules of [effects.run_life]."""
+    """Problems with a life until a depth [um] of a body, by the rules of [effects.run_life]."""
     table = "effects.run_life"
     if read.scene.wear is None:
         return []  # told of the scene

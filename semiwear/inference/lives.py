@@ -13,7 +13,7 @@ from semiwear.arrays import FloatArray
 from semiwear.emulator import LEAST_RUNS, emulator_of
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.inference.unknowns import Unknowns
-from semiwear.measured.life_spread import log_deviation, quantiles_told, require_share
+from semiwear.measured.life_spread import MOST_SCATTER, log_deviation, quantiles_told, require_share
 from semiwear.plain_text import folded
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number, is_whole, shown
@@ -161,8 +161,8 @@ def _slower(unknowns: Unknowns, values: FloatArray, one: int) -> FloatArray:
 
 def _require(k_scatter: Value, runs: Value) -> None:
     problems = []
-    if not is_number(k_scatter) or not 0.0 <= k_scatter < np.inf:
-        problems.append(Problem("k_scatter", shown(k_scatter), "a share of 0 or more", "0.5 for 50 %"))
+    if not is_number(k_scatter) or not 0.0 <= k_scatter <= MOST_SCATTER:
+        problems.append(Problem("k_scatter", shown(k_scatter), f"a share, 0 to {MOST_SCATTER:g}", "0.5 for 50 %"))
     if not is_whole(runs) or not LEAST_RUNS <= runs <= _MOST_RUNS:
         problems.append(Problem("runs", shown(runs), f"a whole number, {LEAST_RUNS} to {_MOST_RUNS}", "32 is usual"))
     if problems:

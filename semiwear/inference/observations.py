@@ -30,6 +30,7 @@ _UM = 1e3
 _LEAST_GRID = 5  # rows and columns of a flank's grid
 _WEAR = "/flank/wear_depth"
 _CURVE = "/mesh_cycle/transmission_error_loaded"
+_UNCERTAINTIES = ("error", "error_um", "uncertainty_arcsec")
 _FINE = 401  # places along a profile, where a height is looked for
 
 
@@ -293,7 +294,7 @@ def _columns(field: str, **given: ArrayLike) -> dict[str, FloatArray]:
         if values.size not in (1, size):
             allowed = f"{size} finite numbers"
             problems.append(Problem(f"{field}.{name}", f"{values.size} numbers", allowed, "one each"))
-        elif name.startswith(("error_um", "uncertainty")) and np.any(values <= 0.0):
+        elif name in _UNCERTAINTIES and np.any(values <= 0.0):
             fix = "the standard uncertainty of a value"
             problems.append(Problem(f"{field}.{name}", float(values.min()), "greater than 0", fix))
     if problems:
@@ -405,8 +406,8 @@ def _reading_channel(scene: Scene, one: Reading, field: str) -> Channel:
             values = values[:, bodies.index(body)] if body in bodies else np.nanmax(values, axis=1)
         return values[:, None]
 
-    given = _columns(field, value=one.value, uncertainty=one.error)
+    given = _columns(field, value=one.value, error=one.error)
     if given["value"].size > 1:
         raise SceneError.of(f"{field}.value", shown(one.value), "one number", "one Reading for each")
-    told = given["value"], given["uncertainty"], quantity.units
+    told = given["value"], given["error"], quantity.units
     return _known_channel(one.quantity, meshes, path, read, told)

@@ -41,6 +41,7 @@ _LEAST_RUNS = 32
 _GROWTH = 4  # times the first runs, at most
 _REACH = 3.5  # standard deviations of the posterior that further runs span
 _LEAST_SHARE = 0.9  # of runs that have to succeed
+_MOST_SHARE = 100.0  # standard deviations of an unknown that the emulator's error may make
 _SAME_LEVEL = 1e-9  # of the meshes: wear states of all runs
 _OF_THE_RUN = ("wear.until.", "numerics.", "effects.run_life.")  # set by an inference itself
 
@@ -166,8 +167,10 @@ def plan_inference(
     problems: list[Problem] = []
     if runs is not None and (not is_whole(runs) or not _LEAST_RUNS <= runs <= 4096):
         problems.append(Problem("runs", shown(runs), f"a whole number, {_LEAST_RUNS} to 4096", "leave it out"))
-    if not is_number(emulator_share) or not emulator_share > 0.0:
-        problems.append(Problem("emulator_share", shown(emulator_share), "greater than 0", "0.3 is usual"))
+    if not is_number(emulator_share) or not 0.0 < emulator_share <= _MOST_SHARE:
+        problems.append(
+            Problem("emulator_share", shown(emulator_share), f"above 0, up to {_MOST_SHARE:g}", "0.3 is usual")
+        )
     wear = scene.wear
     if wear is None:
         fix = "give wear.coefficient_mm2_per_N, a first guess"

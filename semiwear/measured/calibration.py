@@ -15,13 +15,14 @@ from semiwear.errors import ConvergenceError, SceneError
 from semiwear.life import hours_per_mesh, step_lengths_to
 from semiwear.measured.comparison import comparison_of_fit
 from semiwear.measured.fit import PartFit, datum_modes, fit_part, half_interval, weighted_meshes
-from semiwear.measured.life_spread import LifeSpread, log_deviation
+from semiwear.measured.life_spread import MOST_SCATTER, LifeSpread, log_deviation
 from semiwear.measured.predicted import WearFamily, reading_of, wear_family
 from semiwear.measured.rigid import DATUM, TURNS, require_motions
 from semiwear.measured.worn import Measured, MeasuredWear, as_wear
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.plain_text import folded, one_of, table
 from semiwear.scene import BodyCoefficients, Scene
+from semiwear.scene.values import shown
 from semiwear.simulate import NoProgress, Progress
 from semiwear.untyped import Value
 
@@ -157,8 +158,9 @@ class Calibration:
             deviation = self._log_scatter * sqrt(1.0 + 1.0 / count)
             told, freedom = self.k_scatter or 0.0, count - 1.0
         else:
-            if isinstance(k_scatter, str) or not 0.0 <= k_scatter < np.inf:
-                raise SceneError.of("k_scatter", k_scatter, 'a share of 0 or more, or "measured"', "0.5 for 50 %")
+            if isinstance(k_scatter, str) or not 0.0 <= k_scatter <= MOST_SCATTER:
+                allowed = f'a share, 0 to {MOST_SCATTER:g}, or "measured"'
+                raise SceneError.of("k_scatter", shown(k_scatter), allowed, "0.5 for 50 %")
             fits = sum(part.log_error**2 for part in self.parts) / count**2
             own = log_deviation(k_scatter)
             deviation, told, freedom = sqrt(own**2 * (1.0 + 1.0 / count) + fits), k_scatter, float("inf")

@@ -479,6 +479,8 @@ def test_a_table_of_a_spreadsheet_is_read_and_no_list_beside_it(solved, told_of)
         ("life_um = [true]", "life_um: found True"),
         ("life_um = 60\nlife_body = 'pinion'", "life_body: found 'pinion'"),
         ("k_scatter = inf", "k_scatter: found inf"),
+        ("k_scatter = 1e200", "allowed: a share, 0 to 100"),
+        (f"emulator_share = 1{400 * '0'}", "emulator_share: found '1000"),
     ],
 )
 def test_lives_that_cannot_be_are_told_before_anything_runs(solved, told_of, top, word):
