@@ -254,12 +254,14 @@ def _result(
         coords["effect"] = np.array(list(spent))
     if estimates:
         coords["quantity"] = np.array(list(estimates))
-    if only is not None:
-        groups = {name: arrays for name, arrays in groups.items() if name in {"history", "ratings", *only}}
+    names = set(groups) if only is None else {"history", "ratings", *only}
+    needed = names if rated is None else names | {"diagnostics"}  # ratings take their errors from there
+    groups = {name: arrays for name, arrays in groups.items() if name in needed}
     if rated is None:
         return build_tree(groups, coords, attributes(physics, "simulate"))
     coords["mode"] = np.array(rated.modes)
-    return with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
+    tree = with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
+    return tree.drop_nodes(needed - names)
 
 
 def _parts(

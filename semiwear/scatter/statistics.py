@@ -22,6 +22,7 @@ __all__ = ["SHARES", "Scatter", "quantities_of"]
 SHARES = (0.1, 0.5, 0.9)
 """Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
 
+_ENDS = {"meshes_to_end": "the life ends", "meshes_to_limit": "the depth that ends the life is reached"}
 _LEAST = 8  # samples in the shortest part of a sequence whose quantiles are told
 _SAME = 1e-12  # relative
 _REF = "samples of this study"
@@ -109,13 +110,14 @@ class Scatter:
     def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
         """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
 
-        That is of reaching the depth of ``[effects.run_life]`` where lives were measured, else of the run's end.
+        That is of the first failure where lives end at it, of reaching the depth of ``[effects.run_life]`` where
+        other lives were measured, else of the run's end.
         """
-        life = "meshes_to_limit" in self.quantities
-        found = [self.probability("meshes_to_limit" if life else "meshes", below=one) for one in meshes]
+        name = next((name for name in _ENDS if name in self.quantities), "meshes")
+        found = [self.probability(name, below=one) for one in meshes]
         names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
         data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
-        ends = "the depth that ends the life is reached" if life else "the run ends"
+        ends = _ENDS.get(name, "the run ends")
         return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
 
     def quantiles(self, shares: Sequence[float] = SHARES) -> xr.Dataset:

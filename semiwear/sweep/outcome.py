@@ -17,7 +17,7 @@ from semiwear.life import life_group
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
 from semiwear.simulate import simulate as simulate_as_given
-from semiwear.sweep.measure import Measured, read_off
+from semiwear.sweep.measure import Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
@@ -110,4 +110,5 @@ def _life(task: Task) -> Measured:
         physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()
         arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
-    return Measured({f"/life/{name}": array for name, array in arrays.items()})
+    told = {f"/life/{name}": array for name, array in arrays.items() if is_numeric(array)}
+    return Measured({path: told[path] for path in task.measure.variables if path in told})

@@ -12,6 +12,7 @@ from semiwear.errors import Problem, SceneError
 from semiwear.plan import Compared
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.scene.external import file_digests
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.sweep.measure import Measure
 from semiwear.sweep.variation import Variation
 from semiwear.untyped import Table
@@ -19,6 +20,7 @@ from semiwear.untyped import Table
 __all__ = ["Member", "Task", "gather", "geometry_of", "scenes_of", "shared_by", "shared_solution"]
 
 _COEFFICIENT = "wear.coefficient_mm2_per_N"
+_ENDS = frozenset({"/life/meshes_to_end", "/life/hours_to_end", "/life/ended_by"})
 _MOST_SHOWN = 20
 
 
@@ -144,10 +146,13 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
     Wear knows the coefficient k only times the number N of meshes: every law of the coefficient is a factor on k N.
     A run that ends at given depths, and a life, therefore find the same k N for every k, and the same contact. A run
     of a given number of meshes does not; nor do two bodies that wear with another ratio of their coefficients. Such a
-    scene comes back as it is.
+    scene comes back as it is; so does one of which damage of failure modes is measured: Miner's sum counts meshes N,
+    not k N.
     """
     ours, theirs = scene.wear, base.wear
     if ours is None or theirs is None or ours.coefficient_mm2_per_N == theirs.coefficient_mm2_per_N:
+        return scene, 1.0
+    if _measures_damage(scene, measure):
         return scene, 1.0
     if ours.until.control_depths_um is None and not measure.life_alone:
         return scene, 1.0
@@ -160,6 +165,15 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
         return scene, 1.0
     ours = replace(ours, data=None, coefficient_mm2_per_N=_of_worn(pairs, ours.worn_bodies))
     return replace(scene, wear=ours), stretch
+
+
+def _measures_damage(scene: Scene, measure: Measure) -> bool:
+    """Whether what is measured knows of failure modes, which the scene rates."""
+    if not any(isinstance(table, RatingTable) for table in vars(scene.effects).values()):
+        return False
+    life = scene.effects.run_life
+    ends = _ENDS if life is not None and life.ends_at == "first_failure" else frozenset[str]()
+    return any(path.startswith("/ratings/") or path in ends for path in measure.variables)
 
 
 def _of_worn(pairs: list[tuple[float, float]], bodies: tuple[str, ...]) -> float | BodyCoefficients:

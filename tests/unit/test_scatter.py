@@ -345,7 +345,7 @@ def test_a_study_file_may_give_distributions(solved, sweep_study, tmp_path, monk
     monkeypatch.setattr(command, "_MOST_PICTURES", 1)
     assert sweep_study(STUDY, "--report", "study.html") == 0
     told = capsys.readouterr().out
-    assert "32 samples of" in told and "B10" in told and "is reached before 1e+07 meshes: 0 %" in told
+    assert "32 samples of" in told and "B10" in told and "the life ends before 1e+07 meshes: 0 %" in told
     found = open_sweep("study.nc")
     assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
     assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
