@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,8 +16,9 @@ from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
+from semiwear.sweep.outcome import Status
 
-__all__ = ["SHARES", "Scatter", "quantities_of"]
+__all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
 
 SHARES = (0.1, 0.5, 0.9)
 """Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
@@ -63,10 +64,10 @@ class Scatter:
     @cached_property
     def quantities(self) -> dict[str, np.ndarray]:
         """Values of every quantity, one a sample; of both bodies as ``"root_stress_max pinion"``."""
-        return {name: values for name, values in quantities_of(self.samples) if np.isfinite(values).any()}
+        return {name: values for name, values in quantities_of(self.samples) if not np.isnan(values).all()}
 
     def values(self, name: str) -> np.ndarray:
-        """Values of a quantity in the independent samples that were solved.
+        """Values of a quantity in the independent samples that were solved; infinite for lives without end.
 
         Raises
         ------
@@ -78,7 +79,7 @@ class Scatter:
             told = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
             raise SemiwearError(f"no quantity {name!r} in the samples: {told}")
         found = self.quantities[name][: self.independent]
-        return np.asarray(found[np.isfinite(found)])
+        return np.asarray(found[~np.isnan(found)])
 
     def quantile(self, name: str, share: float) -> Estimate:
         """The value that a share of all falls short of; 0.1 for the life B10.
@@ -142,7 +143,7 @@ class Scatter:
         for i, name in enumerate(names):
             for k, count in enumerate(drawn):
                 values = self.quantities[name][:count]
-                values = values[np.isfinite(values)]
+                values = values[~np.isnan(values)]
                 for j, share in enumerate(shares):
                     if values.size:
                         one = self._widened(name, quantile(values, share, self.confidence))
@@ -201,21 +202,25 @@ class Scatter:
         )
 
     def __str__(self) -> str:
-        failed = int((self.samples["status"].values[: self.independent] != 0).sum())
+        status = self.samples["status"].values[: self.independent]
+        endless = int((status == Status.ENDLESS).sum())
+        failed = int((status != Status.DONE).sum()) - endless
         lines = [
             f"{self.independent} samples of {', '.join(self.fields)}"
             + (f"; {failed} failed and do not count" if failed else "")
+            + (f"; {endless} wear no further, their lives are longer than all others" if endless else "")
         ]
         share = f"{100.0 * self.confidence:g} %"
         for name, units in zip(self.quantities, self._units(list(self.quantities)), strict=True):
             values = self.values(name)
-            if np.ptp(values) <= _SAME * np.abs(values).max():
+            if not varies(values, _SAME):
                 continue
             told = []
             for one in SHARES:
                 found = self.quantile(name, one)
                 label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
-                told.append(f"{label} {found.value:.4g} ({_end(found.low)} to {_end(found.high)})")
+                low, high = (end_text(end, values, "{:.4g}".format) for end in (found.low, found.high))
+                told.append(f"{label} {end_text(found.value, values, '{:.4g}'.format)} ({low} to {high})")
             unit = "" if units == "1" else f" [{units}]"
             if self.errors:
                 told.append(f"emulated within {self.errors[name]:.2g}")
@@ -225,8 +230,18 @@ class Scatter:
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
 
 
-def _end(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "too few samples"
+def varies(values: np.ndarray, share: float) -> bool:
+    """Whether samples of a quantity differ by more than a share of the greatest, or are lives without end."""
+    if not values.size:
+        return False
+    return not np.isfinite(values).all() or bool(np.ptp(values) > share * np.abs(values).max())
+
+
+def end_text(value: float, values: np.ndarray, text: Callable[[float], str]) -> str:
+    """A quantile of samples, or an end of its interval, in words where it is infinite."""
+    if np.isfinite(value):
+        return text(value)
+    return "without end" if value > 0.0 and np.isinf(values).any() else "too few samples"
 
 
 _PARTS = ("value", "low", "high")
@@ -235,7 +250,7 @@ _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Quantities of a sweep along `sample` that have one value a scene, or one a body; NaN where a scene failed."""
-    done = samples["status"].values == 0
+    done = np.isin(samples["status"].values, [status for status in Status if status.tells])
     for name in map(str, samples.data_vars):
         array = samples[name]
         if name in _NO_QUANTITY or array.dtype.kind != "f":

@@ -198,7 +198,7 @@ def _attributes(entry: Variable, table: _Table, path: str) -> dict[str, object]:
     missing = np.isnan(table.arrays[path])
     if not missing.any():
         return told
-    done = table.status == Status.DONE
+    done = np.isin(table.status, [status for status in Status if status.tells])
     reasons = [] if done.all() else ["the scene failed (status, message)"]
     within = missing[done]
     if within.size and within.any():

@@ -14,7 +14,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.check import geometric_problems
-from semiwear.errors import ConvergenceError, ResultFileError, SceneError
+from semiwear.errors import ConvergenceError, EndlessWearError, ResultFileError, SceneError
 from semiwear.plan import Compared
 from semiwear.plot.sweeps import scene_values
 from semiwear.results import VARIABLES
@@ -480,3 +480,37 @@ def test_numbers_and_coordinates_are_read_off_and_text_is_not(last):
     }  # fmt: skip
     assert {path: values.tolist() for path, values in found.variables.items()} == expected
     assert {name: values.tolist() for name, values in found.coords.items()} == {"body": ["pinion", "gear"]}
+
+
+# ---------------------------------------------------------------------- lives without end
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_life_without_end_is_infinite_and_the_run_is_told(solved, monkeypatch, last):
+    known = outcome.simulate
+
+    def simulate(scene):
+        tree = known(scene)
+        if scene.operation.pinion_torque_Nm < 1000.0:
+            del tree["life"]
+            raise EndlessWearError("the gear wears no further", tree, life=True)
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    found = sweep({TORQUE: [800, 1600]}, wear_states="last" if last else "all")
+    assert found["status"].values.tolist() == [outcome.Status.ENDLESS, outcome.Status.DONE]
+    assert str(found["message"].values[0]) == "the gear wears no further"
+    assert np.isinf(found["meshes_to_limit"][0]) and np.isfinite(found["meshes_to_limit"][1])
+    assert np.isfinite(scene_values(found, "root_stress_max")).all()
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_run_without_end_has_infinite_meshes_where_its_end_is_measured(solved, monkeypatch, last):
+    def simulate(scene):
+        raise EndlessWearError("the control point wears no further")
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    found = sweep({TORQUE: [800, 1600]}, wear_states="last" if last else "all", measure="history")
+    assert (found["status"] == (outcome.Status.ENDLESS if last else outcome.Status.FAILED)).all()
+    assert ("meshes" in found) == last
+    assert not last or np.isinf(found["meshes"]).all()

@@ -1,4 +1,4 @@
-"""Sweeps of scenes whose failure modes are rated: the same numbers as runs of single scenes, for every coefficient."""
+"""Sweeps of scenes whose failure modes are rated: the numbers of runs of single scenes, for every coefficient."""
 
 from __future__ import annotations
 
@@ -68,7 +68,8 @@ def test_ratings_and_ends_know_the_coefficient_itself():
 @pytest.mark.parametrize(
     "ends_at, measure, shared",
     [
-        ("depth", "history", True), ("depth", None, True), ("depth", "ratings", False), ("first_failure", None, False),
+        ("depth", "history", True), ("depth", None, True), ("depth", "ratings", False),
+        ("first_failure", None, False),
         ("first_failure", "meshes_to_limit", True), ("first_failure", "hours_to_end", False),
     ],
 )  # fmt: skip
