@@ -62,6 +62,10 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     problems: list[Problem] = []
     if study.vary:
         problems.append(Problem("vary", "beside [scatter]", "one of the two", "make two studies of it"))
+    for name in ("wear_states", "combine"):
+        if name in study.options:
+            fix = "remove it: samples stand side by side, and of each the end of its run counts"
+            problems.append(Problem(name, shown(study.options[name]), "left out beside [scatter]", fix))
     distributions = _fields(given["scatter"], problems)
     numbers = {one.name: given[one.name] for one in fields(Sampling) if one.name in given}
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})

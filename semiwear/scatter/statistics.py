@@ -112,10 +112,11 @@ class Scatter:
         """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
 
         That is of the first failure where lives end at it, of reaching the depth of ``[effects.run_life]`` where
-        other lives were measured, else of the run's end.
+        other lives were measured, else of the run's end; NaN where every sample failed.
         """
         name = next((name for name in _ENDS if name in self.quantities), "meshes")
-        found = [self.probability(name, below=one) for one in meshes]
+        nothing = Estimate(np.nan, np.nan, np.nan)  # where every sample failed
+        found = [self.probability(name, below=one) if self.quantities else nothing for one in meshes]
         names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
         data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
         ends = _ENDS.get(name, "the run ends")
@@ -126,8 +127,18 @@ class Scatter:
         names = list(self.quantities)
         found = [[self.quantile(name, share) for share in shares] for name in names]
         dims = ("quantity", "share")
-        told = {part: (dims, [[getattr(one, part) for one in row] for row in found]) for part in _PARTS}
-        data = xr.Dataset(told, {"quantity": names, "share": list(shares), "units": ("quantity", self._units(names))})
+        shape = len(names), len(shares)
+        told = {
+            part: (dims, np.reshape([[getattr(one, part) for one in row] for row in found], shape)) for part in _PARTS
+        }
+        data = xr.Dataset(
+            told,
+            {
+                "quantity": np.array(names, dtype=np.str_),
+                "share": list(shares),
+                "units": ("quantity", np.array(self._units(names), dtype=np.str_)),
+            },
+        )
         return data.assign_attrs(confidence=self.confidence, references=_REF)
 
     @property
@@ -177,11 +188,12 @@ class Scatter:
             parts = self.quantities[name].reshape(2 + len(fields), count)[:, rows]
             found.append(indices(parts[0], parts[1], parts[2:], self.confidence))
         dims = ("quantity", "field")
-        data = {"first_order": (dims, [one.first_order for one in found])}
-        data["total"] = (dims, [one.total for one in found])
+        told = {"first_order": [one.first_order for one in found], "total": [one.total for one in found]}
         for k, end in enumerate(("low", "high")):
-            data[f"first_order_{end}"] = (dims, [one.first_order_interval[:, k] for one in found])
-            data[f"total_{end}"] = (dims, [one.total_interval[:, k] for one in found])
+            told[f"first_order_{end}"] = [one.first_order_interval[:, k] for one in found]
+            told[f"total_{end}"] = [one.total_interval[:, k] for one in found]
+        shape = len(names), len(fields)
+        data = {name: (dims, np.reshape(values, shape)) for name, values in told.items()}
         return xr.Dataset(data, {"quantity": names, "field": fields}).assign_attrs(
             confidence=self.confidence, missing_because="the quantity does not vary from sample to sample"
         )

@@ -75,7 +75,10 @@ def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
     found: list[Scene | SceneError] = []
     for changes in variation.changes():
         try:
-            found.append(replace(base.replace(changes), _check=scene._check))
+            one = replace(base.replace(changes), _check=scene._check)
+            if one.wear is None:
+                raise SceneError.of("wear", None, "a table [wear]", "loaded_contact is for scenes without wear")
+            found.append(one)
         except SceneError as error:
             found.append(error)
     errors = [one for one in found if isinstance(one, SceneError)]
@@ -88,7 +91,8 @@ def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
 def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Callable[[Scene], list[Problem]]:
     """Limits of the teeth, found once for scenes that differ only in what these limits do not look at.
 
-    That is how the pair is loaded, of what it is made, how fast and how long it wears, and which effects act.
+    That is how the pair is loaded, of what it is made, how fast and how long it wears, and which effects
+    act, unless one names a file.
     """
 
     @lru_cache(maxsize=256)
@@ -99,17 +103,23 @@ def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Cal
         wear = scene.wear
         if wear is not None and base.wear is not None:
             wear = replace(wear, coefficient_mm2_per_N=base.wear.coefficient_mm2_per_N, until=base.wear.until)
+        # of effects limits look at the files with deviations alone
+        effects = scene.effects if _names_files(scene) or _names_files(base) else base.effects
         operation = replace(base.operation, loaded_flank=scene.operation.loaded_flank)
         return list(
             found(
                 replace(
                     scene, title=base.title, operation=operation, material=base.material, wear=wear,
-                    effects=base.effects, _check=None,
+                    effects=effects, _check=None,
                 )
             )
         )  # fmt: skip
 
     return problems
+
+
+def _names_files(scene: Scene) -> bool:
+    return any(getattr(table, "file", None) is not None for _, table in scene.effects.present())
 
 
 def gather(scene: Scene, variation: Variation, measure: Measure) -> tuple[list[Member], dict[str, Task]]:

@@ -343,10 +343,10 @@ def test_a_study_is_searched_written_and_reported(
         f"[design]\n{PINION} = {{from = 0, to = 60}}\n{GEAR} = [0, 20]\n"
     )
     best, designs, page = (tmp_path / name for name in ("best.toml", "designs.nc", "best.html"))
-    text = command.run_optimise(
+    told = command.run_optimise(
         str(study), str(best), workers=0, designs=str(designs), report=str(page), progress=NoProgress()
     )
-    assert "best design: least wear_depth_max" in text
+    assert "best design: least wear_depth_max" in told.text and told.best.kept
     scene = sw.load_scene(best)
     assert scene.effects.modification is not None
     assert scene.effects.modification.pinion.tip_relief_um == pytest.approx(42.0, abs=3.0)

@@ -14,7 +14,7 @@ from scipy import stats
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.errors import EndlessWearError, SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, EndlessWearError, SceneError, SemiwearError
 from semiwear.scatter.design import design
 from semiwear.scatter.estimates import indices, probability, quantile
 from semiwear.sweep.files import open_sweep
@@ -495,3 +495,17 @@ def test_samples_that_are_all_solved_have_the_intervals_of_solved_ones(solved):
     found = sw.scatter(SCENE, fields, samples=32, emulate=0.5, measure="history", crew=0)
     assert not found.samples["emulated"].any() and not found.errors
     assert found.quantile("load_share_max", 0.5) == whole.quantile("load_share_max", 0.5)
+
+
+@pytest.mark.parametrize("sensitivity", ["true", "false"])
+def test_a_study_of_which_every_sample_fails_tells_why(solved, sweep_study, monkeypatch, capsys, sensitivity):
+    def simulate(scene):
+        raise ConvergenceError("load sharing stopped")
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    study = STUDY.replace("sensitivity = true", f"sensitivity = {sensitivity}")
+    assert sweep_study(study, "--report", "study.html") == 0
+    assert "load sharing stopped" in capsys.readouterr().out
+    found = open_sweep("study.nc")
+    assert (found["status"] == Status.FAILED).all() and "load sharing stopped" in str(found["message"].values[0])
+    assert found.sizes["quantity"] == 0 and np.isnan(found["probability"]).all()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
@@ -25,6 +27,7 @@ from semiwear.sweep.measure import MESHES, Measure, measure_of, read_off
 from semiwear.sweep.names import short_names
 from semiwear.sweep.scenes import Task, geometry_of, scenes_of, shared_by
 from semiwear.sweep.shares import Shares
+from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
 from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
 from tests.strategies.results import synthetic_tree
@@ -514,3 +517,39 @@ def test_a_run_without_end_has_infinite_meshes_where_its_end_is_measured(solved,
     assert (found["status"] == (outcome.Status.ENDLESS if last else outcome.Status.FAILED)).all()
     assert ("meshes" in found) == last
     assert not last or np.isinf(found["meshes"]).all()
+
+
+# ---------------------------------------------------------------------- stores that several sweeps write to
+
+
+def test_parts_that_another_sweep_is_writing_are_left(tmp_path):
+    open_store(tmp_path / "store")
+    fresh, left = (tmp_path / "store" / f"{name}.npz.part" for name in ("fresh", "left"))
+    for part in (fresh, left):
+        part.write_bytes(b"")
+    os.utime(left, (0.0, time.time() - 4000.0))
+    open_store(tmp_path / "store")
+    assert fresh.exists() and not left.exists()
+
+
+def test_a_part_that_was_removed_is_written_once_more(tmp_path, monkeypatch):
+    store, replaced = open_store(tmp_path / "store"), []
+    known = os.replace
+
+    def replace_late(part, file):
+        replaced.append(part)
+        if len(replaced) == 1:
+            os.unlink(part)
+        known(part, file)
+
+    monkeypatch.setattr(os, "replace", replace_late)
+    store.put(outcome.Outcome("key", outcome.Status.REFUSED, "no"))
+    assert len(replaced) == 2 and store.get("key").message == "no"
+
+
+def test_files_with_deviations_are_looked_at_for_every_scene(tmp_path):
+    file = tmp_path / "deviations.csv"
+    file.write_text("nothing of the kind")
+    base, key = replace(SCENE, _check=geometric_problems), "effects.modification.gear"
+    scenes = scenes_of(base, read_variation(base, {key: [None, {"file": str(file)}]}, "grid"))
+    assert isinstance(scenes[0], sw.Scene) and isinstance(scenes[1], SceneError)
