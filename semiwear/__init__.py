@@ -20,7 +20,14 @@ if TYPE_CHECKING:
     from semiwear.analyses import loaded_contact, tooth_contact_analysis
     from semiwear.check.margins import check_geometry
     from semiwear.citing import citations
-    from semiwear.errors import ConvergenceError, MissingExtraError, ResultFileError, SceneError, SemiwearError
+    from semiwear.errors import (
+        ConvergenceError,
+        EndlessWearError,
+        MissingExtraError,
+        ResultFileError,
+        SceneError,
+        SemiwearError,
+    )
     from semiwear.export import (
         export,
         export_flank,
@@ -65,6 +72,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConvergenceError",
+    "EndlessWearError",
     "LogNormal",
     "MissingExtraError",
     "Normal",
@@ -125,7 +133,14 @@ _MODULES = {
     "analyses": ("loaded_contact", "tooth_contact_analysis"),
     "check.margins": ("check_geometry",),
     "citing": ("citations",),
-    "errors": ("ConvergenceError", "MissingExtraError", "ResultFileError", "SceneError", "SemiwearError"),
+    "errors": (
+        "ConvergenceError",
+        "EndlessWearError",
+        "MissingExtraError",
+        "ResultFileError",
+        "SceneError",
+        "SemiwearError",
+    ),
     "export": (
         "export",
         "export_flank",

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from xarray import DataTree
 
-__all__ = ["ConvergenceError", "MissingExtraError", "Problem", "ResultFileError", "SceneError", "SemiwearError"]
+__all__ = [
+    "ConvergenceError",
+    "EndlessWearError",
+    "MissingExtraError",
+    "Problem",
+    "ResultFileError",
+    "SceneError",
+    "SemiwearError",
+]
 
 
 class SemiwearError(Exception):
@@ -75,6 +83,20 @@ class ConvergenceError(SemiwearError, RuntimeError):
     def __init__(self, message: str, result: DataTree | None = None):
         super().__init__(message)
         self.result = result
+
+
+class EndlessWearError(ConvergenceError):
+    """Wear never reaches the depth at which a life or a run ends: the flank wears no further.
+
+    Attributes
+    ----------
+    life : bool
+        Whether it is the depth of ``[effects.run_life]``, and the run itself is finished.
+    """
+
+    def __init__(self, message: str, result: DataTree | None = None, *, life: bool = False):
+        super().__init__(message, result)
+        self.life = life
 
 
 class ResultFileError(SemiwearError, ValueError):

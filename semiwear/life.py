@@ -19,7 +19,7 @@ from math import log
 import numpy as np
 
 from semiwear.contact.loaded_teeth import LoadedTeeth
-from semiwear.errors import ConvergenceError
+from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.plan import Plan, plan
 from semiwear.scene import Scene
@@ -122,7 +122,8 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
     Raises
     ------
     ConvergenceError
-        If the flank cannot be worn to the limit; it says why and what to change.
+        If the flank cannot be worn to the limit; it says why and what to change. `EndlessWearError` where the flank
+        wears no further, so that its life is longer than any.
     """
     scene = physics.scene
     table = scene.effects.run_life
@@ -130,6 +131,7 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
     body, limit = BODIES.index(table.body), 1e-3 * table.depth_limit_um
     count = life_steps_for_depth(limit, teeth.pair.base_pitch)
     told = _Told(heard, steps_of_life(limit, teeth.pair.base_pitch), f"life until {table.depth_limit_um:g} um")
+    way = None
     try:
         told.part("", count + SEARCH_STEPS)
         way = _way_to(replace(stepper, implicit=True), body, limit, None, told)
@@ -143,10 +145,13 @@ def find_life(physics: Plan, teeth: LoadedTeeth, stepper: WearStepper, heard: He
             told.finish_part()
         low, high = lives
     except ConvergenceError as error:
-        raise ConvergenceError(
+        message = (
             f"[effects.run_life] finds no life of the {table.body} until {table.depth_limit_um:g} um: {error}; for "
             "the life, lower effects.run_life.depth_limit_um"
-        ) from error
+        )
+        if way is None and isinstance(error, EndlessWearError):
+            raise EndlessWearError(message, life=True) from error
+        raise ConvergenceError(message) from error
     meshes, per_mesh = sum(way.lengths), hours_per_mesh(scene, teeth.pair)
     hours = None if per_mesh is None else meshes * per_mesh
     return Life(limit, meshes, hours, -1.0, log(high / low) / log(factors[1] / factors[0]), tuple(way.states))
@@ -286,7 +291,7 @@ def _greatest(state: WearState, body: int) -> float:
 
 def _must_wear(rate: float, body: int, now: float, limit: float) -> None:
     if rate <= 0.0:
-        raise ConvergenceError(
+        raise EndlessWearError(
             f"the {BODIES[body]} wears no further at {1e3 * now:.4g} um of {1e3 * limit:.4g} um: its wear "
             "coefficient is 0 there, or a film carries all load"
         )
@@ -328,7 +333,10 @@ def _zero_of(function: Callable[[float], float], at_zero: float, trial: float, t
         trial = _inverse_at_zero(known[-3:])
         if not below < trial < above:
             trial = 0.5 * (below + above)
-    raise ConvergenceError("no number of meshes wears the flank to the limit: it loses its load on the way")
+    message = "no number of meshes wears the flank to the limit: it loses its load on the way"
+    if any(y > 0.0 for _, y in known):
+        raise ConvergenceError(message)
+    raise EndlessWearError(message)
 
 
 def _inverse_at_zero(known: Sequence[tuple[float, float]]) -> float:

@@ -42,7 +42,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError, SemiwearError
 from semiwear.optimise.quantity import Quantity, measure_of_quantities, quantity_of
 from semiwear.optimise.space import scene_value
@@ -50,7 +49,6 @@ from semiwear.plan import Compared
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.edit import edited
-from semiwear.scene.load import parse_scene
 from semiwear.scene.rating_tables import RatingTable
 from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.simulate import Progress
@@ -60,6 +58,7 @@ from semiwear.sweep.measure import MESHES, Measure
 from semiwear.sweep.outcome import Outcome, Status, solve
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task, shared_by, shared_solution
+from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
 
 __all__ = ["sensitivities"]
@@ -330,16 +329,7 @@ def _settled(scene: Scene, measure: Measure, runs: _Runs) -> tuple[Scene, Outcom
     """The scene with the numbers that it took, and its outcome: other numbers would make quantities jump."""
     assert scene.wear is not None
     until = scene.wear.until
-    if scene.numerics.accuracy is not None:
-        chosen = parse_scene(simulate(scene).attrs["scene_toml"])
-        scene = scene.replace(
-            {
-                f"numerics.{name}": getattr(chosen.numerics, name)
-                for name in scene.numerics.chosen_for_accuracy
-                if name != "wear_steps"
-            }
-            | {"numerics.accuracy": None}
-        )
+    scene = settled(scene)
     base = runs.one(scene, measure)
     told = base.measured.variables
     if scene.numerics.wear_steps == "auto" and until.meshes is not None and MESHES in told:

@@ -17,7 +17,7 @@ from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.loaded_teeth import LoadedTeeth
 from semiwear.contact.loads import SlicePressures
-from semiwear.errors import ConvergenceError, SceneError
+from semiwear.errors import ConvergenceError, EndlessWearError, SceneError
 from semiwear.life import hours_per_mesh, life_group
 from semiwear.plan import Compared, Plan, plan
 from semiwear.plan.choices import kernels_of
@@ -120,7 +120,10 @@ def _simulated(
     first = len(states) - 1 if last and not physics.rates else 0
     tree = _result(physics, teeth, stepper, states, clock, life, first, only)
     if stopped is not None:
-        raise ConvergenceError(f"{stopped} ({_kept_of(len(states) - 1)})", tree) from stopped
+        message = f"{stopped} ({_kept_of(len(states) - 1)})"
+        if isinstance(stopped, EndlessWearError):
+            raise EndlessWearError(message, tree, life=stopped.life) from stopped
+        raise ConvergenceError(message, tree) from stopped
     return tree
 
 
@@ -254,12 +257,14 @@ def _result(
         coords["effect"] = np.array(list(spent))
     if estimates:
         coords["quantity"] = np.array(list(estimates))
-    if only is not None:
-        groups = {name: arrays for name, arrays in groups.items() if name in {"history", "ratings", *only}}
+    names = set(groups) if only is None else {"history", "ratings", *only}
+    needed = names if rated is None else names | {"diagnostics"}  # ratings take their errors from there
+    groups = {name: arrays for name, arrays in groups.items() if name in needed}
     if rated is None:
         return build_tree(groups, coords, attributes(physics, "simulate"))
     coords["mode"] = np.array(rated.modes)
-    return with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
+    tree = with_rating_errors(build_tree(groups, coords, attributes(physics, "simulate"), {"ratings": rated.factors}))
+    return tree.drop_nodes(needed - names)
 
 
 def _parts(

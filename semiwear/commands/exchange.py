@@ -62,7 +62,8 @@ def export(options: argparse.Namespace) -> Table:
 
 def report(options: argparse.Namespace) -> Table:
     """Write the page of a saved result."""
-    target = options.output or Path(options.file).with_suffix(".html")
+    source = Path(options.file)
+    target = options.output or (source.with_suffix(".html") if source.name else source / "report.html")
     file_target("-o", target, PAGES)
     require_apart(
         {"-o": target}, {"FILE": options.file} | ({"--against": options.against} if options.against else {})

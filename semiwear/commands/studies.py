@@ -23,8 +23,8 @@ def sweep(options: argparse.Namespace) -> Table:
             options.study, options.output, workers=options.workers, scheduler=options.scheduler,
             resume=options.resume, report=options.report, progress=bar, further=SCATTER, prepare=prepare_study,
         )  # fmt: skip
-    spent = _tell(told, begin)
-    return {"dataset": options.output, "report": options.report, "seconds": spent}
+    spent = _tell(told.text, begin)
+    return {"dataset": options.output, "report": options.report, "scenes": told.scenes, "seconds": spent}
 
 
 def optimise(options: argparse.Namespace) -> Table:
@@ -35,8 +35,23 @@ def optimise(options: argparse.Namespace) -> Table:
             options.study, options.output, workers=options.workers, designs=options.designs,
             report=options.report, progress=bar,
         )  # fmt: skip
-    spent = _tell(told, begin)
-    return {"best": options.output, "designs": options.designs, "report": options.report, "seconds": spent}
+    spent = _tell(told.text, begin)
+    best = told.best
+    quantities = [
+        {
+            "quantity": one.quantity.text,
+            "units": one.quantity.units,
+            "before": one.before,
+            "best": one.best,
+            "error": one.error,
+            "limit": None if one.limit is None else str(one.limit),
+        }
+        for one in best.told
+    ]
+    found = {"changes": best.changes, "aims": list(map(str, best.aims)), "quantities": quantities}
+    found |= {"limits_kept": best.kept, "unsolved": best.unsolved or None}
+    files = {"best": options.output, "designs": options.designs, "report": options.report}
+    return {**files, **found, "seconds": spent}
 
 
 def infer(options: argparse.Namespace) -> Table:

@@ -17,11 +17,13 @@ effects.modification.gear.tip_relief_um = {from = 0, to = 60}
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from semiwear.accuracy import simulate
 from semiwear.errors import Problem, SceneError
+from semiwear.optimise.optimum import Optimum
 from semiwear.optimise.page import write_optimum_report
 from semiwear.optimise.run import optimise, plan_search
 from semiwear.scene import scene_files, shipped_scenes
@@ -32,17 +34,31 @@ from semiwear.sweep.study_file import flat_fields, read_study
 from semiwear.targets import PAGES, file_target, naming, require_apart, target_problems
 from semiwear.untyped import Table
 
-__all__ = ["run_optimise"]
+__all__ = ["Searched", "run_optimise"]
 
 _OPTIONS = ("minimise", "maximise", "most", "subject_to")
 _NAMES = ("design", *_OPTIONS)
 _SCENES = (".toml",)
 
 
+@dataclass(frozen=True)
+class Searched:
+    """What is told of a search whose best design was written.
+
+    Attributes
+    ----------
+    text : str
+    best : Optimum
+    """
+
+    text: str
+    best: Optimum
+
+
 def run_optimise(
     study: str, output: str, *, workers: int | None, designs: str | None, report: str | None, progress: Progress
-) -> str:
-    """Search the best design of a study file and write it as a scene; the summary, as text.
+) -> Searched:
+    """Search the best design of a study file and write it as a scene; what was found.
 
     Raises
     ------
@@ -58,7 +74,7 @@ def run_optimise(
         ("--report", report, partial(file_target, endings=PAGES)),
     ):
         problems += target_problems(field, path, target)
-    read = read_study(study, _NAMES, problems)
+    read = read_study(study, _NAMES, problems, options=())
     if read is None:
         raise SceneError(problems, study)
     vary = _ranges(read.tables.get("design"), problems)
@@ -89,7 +105,7 @@ def run_optimise(
         lines.append(f"all designs: {designs}")
     if report is not None:
         lines.append(f"report: {write_optimum_report(best, read.scene, report, simulate)}")
-    return "\n".join(lines)
+    return Searched("\n".join(lines), best)
 
 
 def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, float] | list[object]]:

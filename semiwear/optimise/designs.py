@@ -15,7 +15,7 @@ from semiwear.optimise.quantity import Limit, Quantity, measure_of_quantities
 from semiwear.optimise.space import Space
 from semiwear.scene import Scene
 from semiwear.sweep.measure import Measure, Measured
-from semiwear.sweep.outcome import Status, solve
+from semiwear.sweep.outcome import solve
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Task
 
@@ -73,8 +73,8 @@ class Design:
 
     @property
     def solved(self) -> bool:
-        """Whether every number is known."""
-        return bool(np.isfinite(self.aims).all() and np.isfinite(self.limited).all())
+        """Whether every number is known; a life without end is infinite."""
+        return not (np.isnan(self.aims).any() or np.isnan(self.limited).any())
 
 
 @dataclass
@@ -123,7 +123,7 @@ class Designs:
         with Crew(self.workers if len(todo) > 1 else 0) as crew:
             for outcome in crew.solve(todo):
                 _, key, place = tasks[outcome.key]
-                if outcome.status is Status.DONE:
+                if outcome.status.tells:
                     self._add(key, self._read(place, resolution, outcome.measured))
                 else:
                     self._add(key, self._failed(place, resolution, outcome.message))
@@ -133,7 +133,7 @@ class Designs:
         """The scene as it is, at its own resolution; not one of the designs that were tried."""
         outcome = solve(Task("", self.scene, self._measure))
         place = self.space.start(self.scene)
-        if outcome.status is not Status.DONE:
+        if not outcome.status.tells:
             return self._failed(place, OWN, outcome.message)
         return self._read(place, OWN, outcome.measured)
 
@@ -180,10 +180,8 @@ class Designs:
         found = Design(place.copy(), resolution, aims, limited)
         if found.solved:
             return found
-        names = [aim.quantity.text for aim, value in zip(self.aims, aims, strict=True) if not np.isfinite(value)]
-        names += [
-            limit.quantity.text for limit, value in zip(self.limits, limited, strict=True) if not np.isfinite(value)
-        ]
+        names = [aim.quantity.text for aim, value in zip(self.aims, aims, strict=True) if np.isnan(value)]
+        names += [limit.quantity.text for limit, value in zip(self.limits, limited, strict=True) if np.isnan(value)]
         return replace(found, message=f"its result has no {', '.join(names)}")
 
     def _failed(self, place: FloatArray, resolution: str, message: str) -> Design:

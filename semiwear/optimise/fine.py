@@ -3,7 +3,7 @@
 Errors of the coarse grid are told by the designs that were solved finely, more by the nearer ones, and the search
 goes on with them (Alexandrov and Lewis 2001, Optimization and Engineering 2, 413-430). Every second time, and where
 it finds nothing better, a design elsewhere is solved finely that may be, if errors differ there by as much as they do
-among these.
+among these. One that cannot be solved finely counts as failed from then on, and so do those next to it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Found:
     Attributes
     ----------
     own, doubled : Design
-        The best design at the resolution of the scene, and at twice that.
+        The best design at the resolution of the scene, and at twice that; either may have failed.
     kept : bool
         Whether all limits are kept at twice the resolution.
     """
@@ -63,7 +63,7 @@ def search_finely(designs: Designs, goal: Goal, most: int) -> Found:
     found = [_finely(designs, search(designs, goal, most))]
     while len(found) < _TURNS:
         known = [one for one in found if one.solved]
-        design = _next(designs, goal, known, most // 4) if known else None
+        design = _next(designs, goal, known, most // 4) if known else _away(designs, goal, found)
         if design is None or any(np.array_equal(design.place, one.coarse.place) for one in found):
             break
         found.append(_finely(designs, design))
@@ -85,7 +85,9 @@ def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> De
         return design
     others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
     others = [one for one in others if np.abs(places - one.place).max(axis=1).min() >= _ELSEWHERE]
-    errors = values_of(designs, corrected, at) - values_of(designs, replace(corrected, correction=None), at)
+    before = values_of(designs, replace(corrected, correction=None), at)
+    after = values_of(designs, corrected, at)
+    errors = np.subtract(after, before, out=np.zeros_like(after), where=np.isfinite(after) & np.isfinite(before))
     if least[0] > 0.0:  # none keeps the limits: the coarse grid may be right elsewhere
         errors = np.vstack([errors, np.zeros_like(errors[:1])])
     hoped = ranks_of(values_of(designs, corrected, others) - 0.5 * np.ptp(errors, axis=0))
@@ -94,20 +96,33 @@ def _next(designs: Designs, goal: Goal, known: Sequence[_Fine], most: int) -> De
     return others[hoped.index(min(hoped))]
 
 
+def _away(designs: Designs, goal: Goal, failed: Sequence[_Fine]) -> Design | None:
+    """The best design on the coarse grid ever farther from those that could not be solved; None without one."""
+    others = [one for one in designs.tried if one.resolution == COARSE and one.solved]
+    places = np.stack([one.coarse.place for one in failed])
+    away = np.array([np.abs(places - one.place).max(axis=1).min() for one in others])
+    least = min(_ELSEWHERE * 2.0 ** (len(failed) - 1), 0.5 * away.max(initial=0.0))
+    others = [one for one, far in zip(others, away, strict=True) if far >= least > 0.0]
+    ranks = ranks_of(values_of(designs, goal, others))
+    return others[ranks.index(min(ranks))] if ranks else None
+
+
 def _finely(designs: Designs, design: Design) -> _Fine:
     return _Fine(design, designs.solved([design.place], DOUBLED)[0])
 
 
 def _corrected(designs: Designs, goal: Goal, known: Sequence[_Fine]) -> Goal:
     """The goal with what fine grids say, within a margin of its limits."""
-    wrong = [
-        np.concatenate([one.doubled.aims - one.coarse.aims, one.doubled.limited - one.coarse.limited])
-        for one in known
-    ]
+    fine, coarse = (
+        np.stack([np.concatenate([one.aims, one.limited]) for one in told])
+        for told in ([one.doubled for one in known], [one.coarse for one in known])
+    )
+    whole = np.isfinite(fine) & np.isfinite(coarse)
+    wrong = np.subtract(fine, coarse, out=np.zeros_like(fine), where=whole)  # of a life without end nothing is wrong
     places = np.stack([one.coarse.place for one in known])
     inwards = np.array([-size_of(limit) if limit.at_most else size_of(limit) for limit in designs.limits])
     margin = _MARGIN * sum(designs.violation(one.doubled, goal.bounds) > 0.0 for one in known)
-    correction = Correction(designs.space, places, np.stack(wrong))
+    correction = Correction(designs.space, places, wrong)
     return replace(goal, bounds=goal.bounds + margin * inwards, correction=correction)
 
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from semiwear.optimise.designs import COARSE, OWN, RESOLUTIONS, Aim, Design, Designs
+from semiwear.optimise.designs import COARSE, DOUBLED, OWN, RESOLUTIONS, Aim, Design, Designs
 from semiwear.optimise.fine import Found
 from semiwear.optimise.quantity import Limit, Quantity
+from semiwear.optimise.search import finite_of
 from semiwear.results.provenance import version
 from semiwear.scene import Scene
 from semiwear.scene.values import is_number
 from semiwear.untyped import Table, Value
 
-__all__ = ["Optimum", "Told", "optimum_of"]
+__all__ = ["Optimum", "Told", "columns_of", "optimum_of"]
+
+_WHERE = {OWN: "at the resolution of the scene", DOUBLED: "at twice the resolution"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,9 @@ class Told:
 
     @property
     def error(self) -> float:
-        """By how much the best design's value changes with twice the resolution, relative."""
+        """By how much the best design's value changes with twice the resolution, relative; NaN where unknown."""
+        if self.best == self.doubled:  # a life without end, too
+            return 0.0
         away = abs(self.best - self.doubled)
         return away / abs(self.doubled) if self.doubled else away
 
@@ -66,6 +72,8 @@ class Optimum:
         All designs that were tried, along `sample`: varied fields, quantities, `resolution`, `feasible`, `message`.
     front : Dataset
         The best designs for two aims, none of which is better in both, along `sample`; one design for one aim.
+    unsolved : str
+        Why the best design could not be solved at the resolution of the scene, or at twice that; empty where it was.
     """
 
     scene: Scene
@@ -75,6 +83,7 @@ class Optimum:
     kept: bool
     designs: xr.Dataset
     front: xr.Dataset
+    unsolved: str = ""
 
     def __str__(self) -> str:
         width = max(len(key) for key in self.changes)
@@ -85,7 +94,7 @@ class Optimum:
             units = "" if one.quantity.units == "1" else f" {one.quantity.units}"
             limit = "" if one.limit is None else f"{'<=' if one.limit.at_most else '>='} {one.limit.bound:g}"
             rows.append(
-                (one.quantity.text, f"{one.before:.4g}{units}", f"{one.best:.4g}{units}", f"{one.error:.1%}", limit)
+                (one.quantity.text, f"{one.before:.4g}{units}", f"{one.best:.4g}{units}", _share(one.error), limit)
             )
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         cells = (zip(row, widths, strict=True) for row in rows)
@@ -100,6 +109,8 @@ class Optimum:
         """One sentence on the limits and the number of designs."""
         tried = {name: int((self.designs["resolution"] == k).sum()) for k, name in enumerate(RESOLUTIONS)}
         count = f"{tried[COARSE]} designs tried on a coarse grid, {tried[OWN]} on that of the scene"
+        if self.unsolved:
+            return f"{count}; NO design was found that can be solved finely: this one fails {self.unsolved}"
         if not any(one.limit is not None for one in self.told):
             return f"{count}; no limits were given"
         if self.kept:
@@ -108,6 +119,10 @@ class Optimum:
             f"{count}; NO design was found that keeps all limits at twice the resolution: this one comes nearest; "
             "widen the ranges of vary, or the limits"
         )
+
+
+def _share(error: float) -> str:
+    return "unknown" if np.isnan(error) else f"{error:.1%}"
 
 
 def _shown(value: object) -> str:
@@ -134,6 +149,7 @@ def optimum_of(designs: Designs, found: list[Found]) -> Optimum:
         kept=chosen.kept,
         designs=_dataset(designs, designs.tried),
         front=_dataset(designs, [one.own for one in found]),
+        unsolved="; ".join(f"{_WHERE[one.resolution]} ({one.message})" for one in (own, doubled) if not one.solved),
     )
 
 
@@ -143,7 +159,7 @@ def _nearest_to_both(designs: Designs, found: list[Found]) -> Found:
     if len(kept) == 1 or len(designs.aims) == 1:
         return kept[0]
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    values = signs * np.stack([one.doubled.aims for one in kept])
+    values = finite_of(signs * np.stack([one.doubled.aims for one in kept]))
     spread = np.ptp(values, axis=0)
     away = (values - values.min(axis=0)) / np.where(spread > 0.0, spread, 1.0)
     return kept[int(np.argmin(np.hypot(*away.T)))]
@@ -159,11 +175,12 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
         )
         for k, field in enumerate(designs.space.fields)
     }
-    quantities: dict[str, tuple[str, np.ndarray, dict[str, str]]] = {}
-    for k, aim in enumerate(designs.aims):
-        quantities[aim.quantity.text] = _column(aim.quantity, np.array([one.aims[k] for one in tried]))
-    for k, limit in enumerate(designs.limits):
-        quantities[limit.quantity.text] = _column(limit.quantity, np.array([one.limited[k] for one in tried]))
+    judged = [aim.quantity for aim in designs.aims] + [limit.quantity for limit in designs.limits]
+    values = np.array([[*one.aims, *one.limited] for one in tried]).reshape(len(tried), len(judged))
+    names = columns_of(designs.aims, designs.limits)
+    quantities = {
+        name: _column(quantity, column) for name, quantity, column in zip(names, judged, values.T, strict=True)
+    }
     feasible = np.array([designs.violation(one, designs.bounds) <= 0.0 for one in tried])
     own = {
         "resolution": (
@@ -183,6 +200,23 @@ def _dataset(designs: Designs, tried: list[Design]) -> xr.Dataset:
         "source": f"semiwear {version()}",
     }
     return xr.Dataset({**quantities, **own}, coords=fields, attrs=attrs)
+
+
+def columns_of(aims: Sequence[Aim], limits: Sequence[Limit]) -> list[str]:
+    """Names of aims and then of limited quantities in the dataset of designs.
+
+    Of two bodies or wear states an upper limit, or an aim that is to be small, looks at the greater value, a lower
+    limit at the less: where one quantity is looked at in both ways the later column says which value it holds.
+    """
+    looks = [(aim.quantity.text, aim.minimise) for aim in aims]
+    looks += [(limit.quantity.text, limit.at_most) for limit in limits]
+    first: dict[str, bool] = {}
+    for text, greater in looks:
+        first.setdefault(text, greater)
+    return [
+        text if first[text] == greater else f"{text} ({'greatest' if greater else 'least'})"
+        for text, greater in looks
+    ]
 
 
 def _labels(values: list[Value]) -> np.ndarray:

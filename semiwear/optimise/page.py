@@ -14,7 +14,7 @@ import xarray as xr
 
 from semiwear.html_text import folded_html
 from semiwear.optimise.designs import COARSE, RESOLUTIONS
-from semiwear.optimise.optimum import Optimum
+from semiwear.optimise.optimum import Optimum, columns_of
 from semiwear.optimise.quantity import Quantity
 from semiwear.plot import wear_map
 from semiwear.plot.style import SIZE, styled
@@ -80,7 +80,8 @@ def _summary(best: Optimum) -> str:
     lines = []
     for one in best.told:
         limit = "" if one.limit is None else f"{'<=' if one.limit.at_most else '>='} {one.limit.bound:g}"
-        change = f"{one.best / one.before - 1.0:+.1%}" if one.before else NONE
+        known = one.before and np.isfinite([one.before, one.best]).all()
+        change = f"{one.best / one.before - 1.0:+.1%}" if known else NONE
         name, units = one.quantity.text, unit_text(one.quantity.units) or NONE
         cells = [
             name,
@@ -88,7 +89,7 @@ def _summary(best: Optimum) -> str:
             figure_text(one.before),
             figure_text(one.best),
             change,
-            f"{one.error:.1%}",
+            f"{one.error:.1%}" if np.isfinite(one.error) else NONE,
             limit or NONE,
         ]
         lines.append(cells)
@@ -186,7 +187,8 @@ def draw_front(best: Optimum, ax: Axes) -> Axes:
 
 
 def _numbers(best: Optimum) -> str:
-    names = [*_field_names(best.designs), *(one.quantity.text for one in best.told)]
+    limits = [one.limit for one in best.told if one.limit is not None]
+    names = [*_field_names(best.designs), *columns_of(best.aims, limits)]
     rows = []
     for k in range(min(best.designs.sizes["sample"], _MOST_ROWS)):
         one = best.designs.isel(sample=k)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -21,7 +22,9 @@ _TIMES = ("end", "unworn", "worst")
 _BODIES = ("pinion", "gear")
 _STEPS = "wear_step"
 _TEXT = re.compile(r"\s*(?P<name>\w+)\s*(\[(?P<which>[\w\s,]*)\])?\s*")
-_LIMIT = re.compile(r"\s*(?P<sign><=|>=)\s*(?P<value>[-+]?[0-9.]+(e[-+]?[0-9]+)?)\s*", re.IGNORECASE)
+_LIMIT = re.compile(
+    r"\s*(?P<sign><=|>=)\s*(?P<value>[-+]?([0-9]+[.]?[0-9]*|[.][0-9]+)(e[-+]?[0-9]+)?)\s*", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Quantity:
         return self.variable.units
 
     def value(self, measured: Measured, *, low_is_good: bool) -> float:
-        """The number in a solved scene; NaN where its result has none.
+        """The number in a solved scene; NaN where its result has none, infinite for a life without end.
 
         Parameters
         ----------
@@ -77,7 +80,7 @@ class Quantity:
             dims.remove("body")
         if _STEPS in dims and self.time != "worst":
             values = values.take(0 if self.time == "unworn" else -1, axis=dims.index(_STEPS))
-        known = values[np.isfinite(values)]
+        known = values[~np.isnan(values)]
         if not known.size:
             return float("nan")
         return float(known.max() if low_is_good else known.min())
@@ -158,7 +161,7 @@ def limits_of(subject_to: object, problems: list[Problem]) -> tuple[Limit, ...]:
         quantity = quantity_of(field, name, problems)
         for one in (told,) if isinstance(told, str) or not isinstance(told, Sequence) else told:
             match = _LIMIT.fullmatch(one) if isinstance(one, str) else None
-            if match is None:
+            if match is None or not isfinite(float(match["value"])):
                 unit = f" in {quantity.units}" if quantity and quantity.units != "1" else ""
                 problems.append(
                     Problem(field, shown(one), 'text such as "<= 2.5" or ">= 1e8"', f"give a sign and a number{unit}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from semiwear.scene import Scene
 from semiwear.scene.values import is_whole, shown
 from semiwear.simulate import Progress
 from semiwear.sweep.bar import hearing
+from semiwear.sweep.settled import settled
 from semiwear.threads import available_threads
 
 __all__ = ["Search", "optimise", "plan_search"]
@@ -60,7 +61,9 @@ def optimise(
     subject_to : mapping, optional
         Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
     most : int, optional
-        Designs to be tried at most on the coarse grid for each search. Default: 20, and 15 more for each field.
+        About how many designs are tried on the coarse grid for each search: the scan takes a power of two of them and
+        the scene itself, and every design that is solved finely is followed by a quarter as many. Default: 20, and 15
+        more for each field.
     workers : int, optional
         Processes of the scan; 0: in this process. Default: one a core.
     progress : Progress or bool, optional
@@ -76,6 +79,11 @@ def optimise(
     SceneError
         With everything that is wrong with the arguments, before anything runs; also where no design can be solved.
 
+    Notes
+    -----
+    With ``numerics.accuracy`` the scene's numbers are chosen once, for the scene as it is: the search, and the best
+    design, have these. A life without end is the greatest of all.
+
     Examples
     --------
     >>> import semiwear as sw
@@ -90,6 +98,7 @@ def optimise(
     with hearing(progress) as hears:
         counter = _Counter(hears, planned.designs * (1 if len(planned.aims) == 1 else 2 + _FRONT))
         count = available_threads() if workers is None else workers
+        scene = settled(scene)
         designs = Designs(scene, planned.space, planned.aims, planned.limits, count, counter.add)
         return optimum_of(designs, _front(designs, planned.designs))
 
@@ -161,10 +170,17 @@ def _aims(minimise: object, maximise: object, problems: list[Problem]) -> tuple[
             quantity = quantity_of(field, text, problems)
             if quantity is not None:
                 found.append(Aim(quantity, field == "minimise"))
+    if len(found) == 2 and _same(*found):
+        fix = "leave one of them out; a limit of it goes into subject_to"
+        problems.append(Problem("maximise", shown(found[1].quantity.text), "another quantity than the first", fix))
     if not problems and len(found) not in (1, 2):
         fix = 'such as minimise="wear_depth_max"; what else matters goes into subject_to'
         problems.append(Problem("minimise", f"{len(found)} quantities", "one or two, with maximise", fix))
     return tuple(found)
+
+
+def _same(one: Aim, other: Aim) -> bool:
+    return replace(one.quantity, text="") == replace(other.quantity, text="")
 
 
 class _Counter:
@@ -193,7 +209,9 @@ def _front(designs: Designs, most: int) -> list[Found]:
     sign = 1.0 if designs.aims[1].minimise else -1.0
     first, second = (sign * float(one.doubled.aims[1]) for one in found)
     between = []
-    for share in np.arange(1, _FRONT + 1) / (_FRONT + 1):
+    # no bound lies between ends of which one is not solved, or a life without end
+    shares = np.arange(1, _FRONT + 1) / (_FRONT + 1) if np.isfinite([first, second]).all() else ()
+    for share in shares:
         goal = Goal(0, designs.bounds, first + share * (second - first))
         between.append(search_finely(designs, goal, left // 2))
     return _undominated(designs, [found[0], *between, found[1]])
@@ -205,7 +223,8 @@ def _undominated(designs: Designs, found: list[Found]) -> list[Found]:
     On the finer grid, and of those on the grid of the scene, on which they are told.
     """
     signs = np.array([1.0 if aim.minimise else -1.0 for aim in designs.aims])
-    kept = [one for one in found if one.kept] or found
+    kept = [one for one in found if one.kept] or [one for one in found if one.doubled.solved] or found
+    kept = [one for one in kept if one.own.solved] or kept
     chosen = list({one.own.place.tobytes(): one for one in kept}.values())
     for name in ("doubled", "own"):
         values = signs * np.stack([getattr(one, name).aims for one in chosen])

@@ -14,15 +14,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 
-from semiwear.arrays import FloatArray
+from semiwear.arrays import BoolArray, FloatArray
 from semiwear.optimise.correction import Correction
-from semiwear.optimise.designs import COARSE, Design, Designs, size_of
+from semiwear.optimise.designs import COARSE, DOUBLED, Design, Designs, size_of
 from semiwear.optimise.space import Space
-from semiwear.optimise.surrogate import Surrogate
+from semiwear.optimise.surrogate import Surrogate, inputs_of
 
-__all__ = ["Goal", "best", "ranks_of", "scan", "search", "values_of"]
+__all__ = ["Goal", "best", "finite_of", "ranks_of", "scan", "search", "values_of"]
 
 
 _SEED = 20011
@@ -115,12 +116,15 @@ def search(designs: Designs, goal: Goal, most: int) -> Design:
 def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, step: int) -> FloatArray | None:
     """The best new design that a surrogate sees, about `centre` or far from all that are known; None without one."""
     tried = [design for design in designs.tried if design.resolution == COARSE]
-    solved = [design for design in tried if design.solved]
-    failed = [design.place for design in tried if not design.solved]
+    fails = [not one.solved or doubt for one, doubt in zip(tried, _may_fail_finely(designs, tried), strict=True)]
+    solved = [design for design, fail in zip(tried, fails, strict=True) if not fail]
+    failed = [design.place for design, fail in zip(tried, fails, strict=True) if fail]
+    if not solved:
+        return None
     surrogate = Surrogate(
         designs.space,
         np.stack([design.place for design in solved]),
-        values_of(designs, goal, solved),
+        finite_of(values_of(designs, goal, solved)),
         np.reshape(failed, (-1, len(designs.space.fields))),
     )
     if step % _EVERY == _FAR_TURN:
@@ -138,6 +142,17 @@ def _next(designs: Designs, goal: Goal, centre: FloatArray, region: _Region, ste
             break
         found, radius = seen, _ZOOM * radius
     return None if found is centre else found
+
+
+def finite_of(values: FloatArray) -> FloatArray:
+    """Values for a surrogate (n, values): of a life without end one beyond all others by as much as these spread."""
+    found = values.copy()
+    for column in found.T:
+        known = column[np.isfinite(column)]
+        low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
+        spread = high - low or abs(high) or 1.0
+        np.clip(column, low - spread, high + spread, out=column)
+    return found
 
 
 def _about(space: Space, centre: FloatArray, radius: float, *, choices: bool) -> FloatArray:
@@ -167,11 +182,26 @@ def _best_of(surrogate: Surrogate, places: FloatArray, margin: float) -> FloatAr
 def best(designs: Designs, goal: Goal, ends: Sequence[FloatArray] = ()) -> Design | None:
     """The best design that is known on the coarse grid: the least violation where no one keeps the limits.
 
-    Of those that lie elsewhere than about some places; None where there is none.
+    Of those that lie elsewhere than about some places; None where there is none. Those next to one that could not
+    be solved at twice the resolution come last.
     """
     tried = [design for design in designs.tried if design.resolution == COARSE and _elsewhere(design, ends)]
-    ranks = ranks_of(values_of(designs, goal, tried))
+    values = values_of(designs, goal, tried)
+    values[_may_fail_finely(designs, tried)] = np.inf
+    ranks = ranks_of(values)
     return tried[ranks.index(min(ranks))] if ranks else None
+
+
+def _may_fail_finely(designs: Designs, tried: Sequence[Design]) -> BoolArray:
+    """Whether, of the designs at twice the resolution, the one next to each could not be solved."""
+    fine = [design for design in designs.tried if design.resolution == DOUBLED]
+    failed = [design.place for design in fine if not design.solved]
+    if not failed or not tried:
+        return np.zeros(len(tried), dtype=bool)
+    solved = [design.place for design in fine if design.solved]
+    at = inputs_of(designs.space, np.stack([design.place for design in tried]))
+    far = [cdist(at, inputs_of(designs.space, np.stack(one))).min(axis=1) for one in (failed, solved) if one]
+    return np.asarray(far[0] < far[1] if solved else far[0] == 0.0)
 
 
 def _elsewhere(design: Design, ends: Sequence[FloatArray]) -> bool:
@@ -186,7 +216,8 @@ def ranks_of(values: FloatArray) -> list[tuple[float, float]]:
 def values_of(designs: Designs, goal: Goal, tried: Sequence[Design]) -> FloatArray:
     """Of each design the aim, lower is better, and the excess over every limit over its size, (n, 1 + limits).
 
-    Corrected as the goal says; infinite where a design could not be solved.
+    Corrected as the goal says; infinite where a design could not be solved. A life without end is -inf where it is to
+    be great.
     """
     aims, limited = (
         np.array([getattr(one, name) for one in tried]).reshape(len(tried), len(told))
@@ -202,4 +233,4 @@ def values_of(designs: Designs, goal: Goal, tried: Sequence[Design]) -> FloatArr
     if goal.other is not None:
         columns.append(((signs * aims)[:, 1 - goal.aim, None] - goal.other) / (abs(goal.other) or 1.0))
     found = np.hstack(columns)
-    return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, np.inf)
+    return np.where(np.isnan(found).any(axis=1, keepdims=True), np.inf, found)

@@ -22,6 +22,7 @@ _MOST_CURVES = 7
 _MOST_COLUMNS = 9
 _MOST_WRITTEN = 64  # cells of a map whose numbers are written
 _BODY = "gear"
+_TELLS = (0, 4)  # status: done, and endless, whose life is infinite
 
 
 def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArray:
@@ -42,7 +43,7 @@ def scene_values(found: xr.Dataset, name: str, body: str = _BODY) -> xr.DataArra
         array = array.isel(wear_step=last).drop_vars("wear_step", errors="ignore")
     if array.dims != found["status"].dims:
         raise SemiwearError(f"{name} has more than one value a scene: {', '.join(map(str, array.dims))}")
-    array = array.where(found["status"] == 0)  # a run that stopped midway has no end
+    array = array.where(found["status"].isin(_TELLS))  # a run that stopped midway has no end
     array.attrs = dict(found[name].attrs)
     if "body" in found[name].dims:
         array.attrs["long_name"] = f"{array.attrs.get('long_name', name)} ({body})"
@@ -81,7 +82,7 @@ def _view(found: xr.Dataset, name: str, body: str, wanted: tuple[str | None, str
     chosen = chosen or order[:1]
     rest = _held(values, [dim for dim in dims if dim not in chosen])
     held = ", ".join(f"{dim} {_text(values[dim].values[k], values[dim])}" for dim, k in rest.items())
-    failed = (found["status"] != 0).isel(rest).transpose(*chosen)
+    failed = (~found["status"].isin(_TELLS)).isel(rest).transpose(*chosen)
     return _View(values.isel(rest).transpose(*chosen), failed.values, held)
 
 

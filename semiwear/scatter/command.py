@@ -28,7 +28,7 @@ from semiwear.plot.style import SIZE, step_colours, styled
 from semiwear.report.markup import figure_text, table, unit_text
 from semiwear.report.pictures import figure_uri
 from semiwear.scatter.run import Sampling, read_scatter
-from semiwear.scatter.statistics import SHARES, Scatter
+from semiwear.scatter.statistics import SHARES, Scatter, end_text, varies
 from semiwear.scene.values import is_number, shown
 from semiwear.sweep.command import Ended, Prepared, prepare_sweep
 from semiwear.sweep.page import QUANTITIES
@@ -62,6 +62,10 @@ def prepare_study(study: Study, workers: int | str | None) -> Prepared:
     problems: list[Problem] = []
     if study.vary:
         problems.append(Problem("vary", "beside [scatter]", "one of the two", "make two studies of it"))
+    for name in ("wear_states", "combine"):
+        if name in study.options:
+            fix = "remove it: samples stand side by side, and of each the end of its run counts"
+            problems.append(Problem(name, shown(study.options[name]), "left out beside [scatter]", fix))
     distributions = _fields(given["scatter"], problems)
     numbers = {one.name: given[one.name] for one in fields(Sampling) if one.name in given}
     sampling = Sampling(**{**numbers, "correlation": _correlation(given, problems)})
@@ -145,7 +149,7 @@ def _varying(told: Scatter) -> list[str]:
     names = []
     for name in told.quantities:
         values = told.values(name)
-        if np.ptp(values) > 1e-9 * np.abs(values).max():
+        if varies(values, 1e-9):
             names.append(name)
     main = list(QUANTITIES)
     return sorted(names, key=lambda name: main.index(name.split()[0]) if name.split()[0] in main else len(main))
@@ -156,7 +160,10 @@ def _quantiles(told: Scatter) -> str:
     for name in _varying(told):
         found = [told.quantile(name, share) for share in SHARES]
         units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
-        cells = [f"{figure_text(one.value)} ({_end(one.low)} to {_end(one.high)})" for one in found]
+        words = [
+            [end_text(end, told.values(name), figure_text) for end in (one.value, one.low, one.high)] for one in found
+        ]
+        cells = [f"{value} ({low} to {high})" for value, low, high in words]
         errors = [figure_text(told.errors[name])] if told.errors else []
         rows.append([name, units or "–", *cells, *errors])
     heads = ["quantity", "unit", *(f"{100 * share:.0f} % fall short of" for share in SHARES)]
@@ -166,21 +173,19 @@ def _quantiles(told: Scatter) -> str:
     return solved + table(caption, heads, rows)
 
 
-def _end(value: float) -> str:
-    return figure_text(value) if np.isfinite(value) else "too few samples"
-
-
 def _histograms(told: Scatter) -> str:
     figures = []
     for name in _varying(told)[:_MOST_PICTURES]:
         values = told.values(name)
+        values = values[np.isfinite(values)]
         units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
 
         def draw_on(axes, values=values, name=name, units=units):  # type: ignore[no-untyped-def]
             (ax,) = axes
             ax.hist(values, bins="auto", color="#0B5394", alpha=0.8)
             for share in SHARES:
-                ax.axvline(told.quantile(name, share).value, color="#A63C00", lw=1.0)
+                if np.isfinite(value := told.quantile(name, share).value):
+                    ax.axvline(value, color="#A63C00", lw=1.0)
             ax.set(xlabel=f"{name} ({units})" if units else name, ylabel="Samples")
 
         with styled():

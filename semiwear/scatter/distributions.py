@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
-from math import inf, isfinite, log
+from math import inf, log
+from sys import float_info
 from typing import Protocol
 
 import numpy as np
@@ -244,7 +245,7 @@ def _not_numbers(field: str, raw: Normal | LogNormal | Uniform | Triangular) -> 
     for one in fields(raw):
         value = getattr(raw, one.name)
         plain = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not plain or np.isnan(value) or not (isfinite(value) or value == one.default):
+        if not plain or not (value == one.default or abs(value) <= float_info.max):  # a whole number may be greater
             found.append(Problem(f"{field}, {one.name}", shown(value), "a finite number", "give a number"))
     return found
 

@@ -53,12 +53,12 @@ def emulated_samples(
     samples : Dataset
         With `emulated` saying which are.
     errors : dict of str to float
-        Stated error of each quantity, in its unit.
+        Stated error of each quantity, in its unit; empty where all samples were solved.
 
     Raises
     ------
     SemiwearError
-        The error of a quantity stays above what was asked.
+        The error of a quantity stays above what was asked, or a life has no end.
     """
     columns = [
         np.log(values[:, k]) if isinstance(one, LogNormal) else values[:, k]
@@ -69,13 +69,25 @@ def emulated_samples(
     while True:
         found = solve(count)
         good = found["status"].values == Status.DONE
+        _require_ends(found)
         told, errors, shares = _emulated(found, inputs, good)
         far = {name: share for name, share in shares.items() if not share <= asked}
         if not far:
-            return _whole(found, told, values, distributions), errors
+            whole = _whole(found, told, values, distributions)
+            return whole, errors if count < len(values) else {}
         if 2 * count > most:
             raise SemiwearError(_refusal(far, asked, count))
         count *= 2
+
+
+def _require_ends(found: xr.Dataset) -> None:
+    """Refuse lives without end: no emulator of the others tells where they lie."""
+    count = int((found["status"].values == Status.ENDLESS).sum())
+    if count:
+        raise SemiwearError(
+            f"emulate: {count} of {found.sizes['sample']} solved samples wear no further, and their lives have no "
+            "end, which no emulator tells: leave emulate out, or a life out of measure"
+        )
 
 
 def _emulated(

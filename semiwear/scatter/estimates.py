@@ -17,6 +17,7 @@ f(A) and f(B) together. Intervals are percentiles of a bootstrap over samples.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.stats import beta, binom
@@ -35,7 +36,7 @@ class Estimate:
     Attributes
     ----------
     value, low, high : float
-        An end is infinite where the samples are too few to tell it.
+        An end is infinite where the samples are too few to tell it, and where lives have no end.
     """
 
     value: float
@@ -49,7 +50,7 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
     Parameters
     ----------
     values : array (sample,)
-        Without missing ones; one or more.
+        Without missing ones; one or more. Infinite ones, of lives without end, count as longer than all others.
     share, confidence : float
         Each above 0 and below 1.
     """
@@ -58,7 +59,11 @@ def quantile(values: FloatArray, share: float, confidence: float) -> Estimate:
     # the k-th least is above the quantile where fewer than k samples are below it: binomial
     low = int(binom.ppf(miss, n, share))
     high = int(binom.ppf(1.0 - miss, n, share)) + 1
-    value = float(np.quantile(ordered, share, method="median_unbiased"))
+    # between a life and one without end there is no middle
+    method: Literal["median_unbiased", "inverted_cdf"] = (
+        "median_unbiased" if np.isfinite(ordered).all() else "inverted_cdf"
+    )
+    value = float(np.quantile(ordered, share, method=method))
     return Estimate(
         value,
         float(ordered[low - 1]) if low >= 1 else -np.inf,
@@ -97,7 +102,8 @@ def indices(first: FloatArray, second: FloatArray, mixed: FloatArray, confidence
     Parameters
     ----------
     first, second : array (sample,)
-        The quantity for two independent sets of samples; rows in which a value is missing do not count.
+        The quantity for two independent sets of samples; rows in which a value is missing or infinite do
+        not count.
     mixed : array (field, sample)
         For the first set with one field's values from the second one.
     confidence : float

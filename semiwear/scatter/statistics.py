@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,12 +16,14 @@ from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
+from semiwear.sweep.outcome import Status
 
-__all__ = ["SHARES", "Scatter", "quantities_of"]
+__all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
 
 SHARES = (0.1, 0.5, 0.9)
 """Shares of all that fall short of a quantile; of a life these are B10, B50, B90."""
 
+_ENDS = {"meshes_to_end": "the life ends", "meshes_to_limit": "the depth that ends the life is reached"}
 _LEAST = 8  # samples in the shortest part of a sequence whose quantiles are told
 _SAME = 1e-12  # relative
 _REF = "samples of this study"
@@ -62,10 +64,10 @@ class Scatter:
     @cached_property
     def quantities(self) -> dict[str, np.ndarray]:
         """Values of every quantity, one a sample; of both bodies as ``"root_stress_max pinion"``."""
-        return {name: values for name, values in quantities_of(self.samples) if np.isfinite(values).any()}
+        return {name: values for name, values in quantities_of(self.samples) if not np.isnan(values).all()}
 
     def values(self, name: str) -> np.ndarray:
-        """Values of a quantity in the independent samples that were solved.
+        """Values of a quantity in the independent samples that were solved; infinite for lives without end.
 
         Raises
         ------
@@ -77,7 +79,7 @@ class Scatter:
             told = f"did you mean {meant!r}?" if meant else f"there are {', '.join(self.quantities)}"
             raise SemiwearError(f"no quantity {name!r} in the samples: {told}")
         found = self.quantities[name][: self.independent]
-        return np.asarray(found[np.isfinite(found)])
+        return np.asarray(found[~np.isnan(found)])
 
     def quantile(self, name: str, share: float) -> Estimate:
         """The value that a share of all falls short of; 0.1 for the life B10.
@@ -109,13 +111,15 @@ class Scatter:
     def reached_before(self, meshes: Sequence[float]) -> xr.Dataset:
         """Probability that the life, or else the run, ends before so many meshes, over `before_meshes`.
 
-        That is of reaching the depth of ``[effects.run_life]`` where lives were measured, else of the run's end.
+        That is of the first failure where lives end at it, of reaching the depth of ``[effects.run_life]`` where
+        other lives were measured, else of the run's end; NaN where every sample failed.
         """
-        life = "meshes_to_limit" in self.quantities
-        found = [self.probability("meshes_to_limit" if life else "meshes", below=one) for one in meshes]
+        name = next((name for name in _ENDS if name in self.quantities), "meshes")
+        nothing = Estimate(np.nan, np.nan, np.nan)  # where every sample failed
+        found = [self.probability(name, below=one) if self.quantities else nothing for one in meshes]
         names = {"probability": "value", "probability_low": "low", "probability_high": "high"}
         data = {name: ("before_meshes", [getattr(one, part) for one in found]) for name, part in names.items()}
-        ends = "the depth that ends the life is reached" if life else "the run ends"
+        ends = _ENDS.get(name, "the run ends")
         return xr.Dataset(data, {"before_meshes": np.array(meshes, dtype=float)}, {"ends": ends})
 
     def quantiles(self, shares: Sequence[float] = SHARES) -> xr.Dataset:
@@ -123,8 +127,18 @@ class Scatter:
         names = list(self.quantities)
         found = [[self.quantile(name, share) for share in shares] for name in names]
         dims = ("quantity", "share")
-        told = {part: (dims, [[getattr(one, part) for one in row] for row in found]) for part in _PARTS}
-        data = xr.Dataset(told, {"quantity": names, "share": list(shares), "units": ("quantity", self._units(names))})
+        shape = len(names), len(shares)
+        told = {
+            part: (dims, np.reshape([[getattr(one, part) for one in row] for row in found], shape)) for part in _PARTS
+        }
+        data = xr.Dataset(
+            told,
+            {
+                "quantity": np.array(names, dtype=np.str_),
+                "share": list(shares),
+                "units": ("quantity", np.array(self._units(names), dtype=np.str_)),
+            },
+        )
         return data.assign_attrs(confidence=self.confidence, references=_REF)
 
     @property
@@ -140,7 +154,7 @@ class Scatter:
         for i, name in enumerate(names):
             for k, count in enumerate(drawn):
                 values = self.quantities[name][:count]
-                values = values[np.isfinite(values)]
+                values = values[~np.isnan(values)]
                 for j, share in enumerate(shares):
                     if values.size:
                         one = self._widened(name, quantile(values, share, self.confidence))
@@ -174,11 +188,12 @@ class Scatter:
             parts = self.quantities[name].reshape(2 + len(fields), count)[:, rows]
             found.append(indices(parts[0], parts[1], parts[2:], self.confidence))
         dims = ("quantity", "field")
-        data = {"first_order": (dims, [one.first_order for one in found])}
-        data["total"] = (dims, [one.total for one in found])
+        told = {"first_order": [one.first_order for one in found], "total": [one.total for one in found]}
         for k, end in enumerate(("low", "high")):
-            data[f"first_order_{end}"] = (dims, [one.first_order_interval[:, k] for one in found])
-            data[f"total_{end}"] = (dims, [one.total_interval[:, k] for one in found])
+            told[f"first_order_{end}"] = [one.first_order_interval[:, k] for one in found]
+            told[f"total_{end}"] = [one.total_interval[:, k] for one in found]
+        shape = len(names), len(fields)
+        data = {name: (dims, np.reshape(values, shape)) for name, values in told.items()}
         return xr.Dataset(data, {"quantity": names, "field": fields}).assign_attrs(
             confidence=self.confidence, missing_because="the quantity does not vary from sample to sample"
         )
@@ -199,21 +214,25 @@ class Scatter:
         )
 
     def __str__(self) -> str:
-        failed = int((self.samples["status"].values[: self.independent] != 0).sum())
+        status = self.samples["status"].values[: self.independent]
+        endless = int((status == Status.ENDLESS).sum())
+        failed = int((status != Status.DONE).sum()) - endless
         lines = [
             f"{self.independent} samples of {', '.join(self.fields)}"
             + (f"; {failed} failed and do not count" if failed else "")
+            + (f"; {endless} wear no further, their lives are longer than all others" if endless else "")
         ]
         share = f"{100.0 * self.confidence:g} %"
         for name, units in zip(self.quantities, self._units(list(self.quantities)), strict=True):
             values = self.values(name)
-            if np.ptp(values) <= _SAME * np.abs(values).max():
+            if not varies(values, _SAME):
                 continue
             told = []
             for one in SHARES:
                 found = self.quantile(name, one)
                 label = f"B{100 * one:.0f}" if name.startswith(("meshes", "hours")) else f"{100 * one:.0f} %"
-                told.append(f"{label} {found.value:.4g} ({_end(found.low)} to {_end(found.high)})")
+                low, high = (end_text(end, values, "{:.4g}".format) for end in (found.low, found.high))
+                told.append(f"{label} {end_text(found.value, values, '{:.4g}'.format)} ({low} to {high})")
             unit = "" if units == "1" else f" [{units}]"
             if self.errors:
                 told.append(f"emulated within {self.errors[name]:.2g}")
@@ -223,8 +242,18 @@ class Scatter:
         return "\n".join(textwrap.fill(line, 118, subsequent_indent="    ") for line in lines)
 
 
-def _end(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "too few samples"
+def varies(values: np.ndarray, share: float) -> bool:
+    """Whether samples of a quantity differ by more than a share of the greatest, or are lives without end."""
+    if not values.size:
+        return False
+    return not np.isfinite(values).all() or bool(np.ptp(values) > share * np.abs(values).max())
+
+
+def end_text(value: float, values: np.ndarray, text: Callable[[float], str]) -> str:
+    """A quantile of samples, or an end of its interval, in words where it is infinite."""
+    if np.isfinite(value):
+        return text(value)
+    return "without end" if value > 0.0 and np.isinf(values).any() else "too few samples"
 
 
 _PARTS = ("value", "low", "high")
@@ -233,7 +262,7 @@ _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Quantities of a sweep along `sample` that have one value a scene, or one a body; NaN where a scene failed."""
-    done = samples["status"].values == 0
+    done = np.isin(samples["status"].values, [status for status in Status if status.tells])
     for name in map(str, samples.data_vars):
         array = samples[name]
         if name in _NO_QUANTITY or array.dtype.kind != "f":

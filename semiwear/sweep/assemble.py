@@ -16,7 +16,7 @@ from semiwear.scene import Scene
 from semiwear.scene.declare import meaning_of
 from semiwear.scene.schema import SCHEMAS, parent
 from semiwear.scene.units import unit_of
-from semiwear.sweep.measure import MESHES, Measure, Measured
+from semiwear.sweep.measure import MESHES, Measure, Measured, is_numeric
 from semiwear.sweep.outcome import Outcome, Status
 from semiwear.sweep.scenes import Member
 from semiwear.sweep.store import Store
@@ -25,7 +25,7 @@ from semiwear.sweep.variation import SAMPLE, Axis, Variation
 __all__ = ["INVERSE_TO_COEFFICIENT", "assembled"]
 
 INVERSE_TO_COEFFICIENT = (MESHES, "/life/meshes_to_limit", "/life/hours_to_limit")
-"""Variables that are inverse to the wear coefficient where all else does not know it."""
+"""Variables that are inverse to the wear coefficient where all else does not know it (`shared_solution`)."""
 
 _STEPS = "wear_step"
 _STATUS = "what became of the scene"
@@ -95,6 +95,8 @@ def _layout_of(measure: Measure, outcomes: Iterator[Outcome]) -> _Layout:
     for outcome in outcomes:
         found = outcome.measured
         for path, array in found.variables.items():
+            if not is_numeric(array):  # text in a store of earlier sweeps
+                continue
             seen.add(path)
             for dim, size in zip(_dims(path, measure), array.shape, strict=True):
                 sizes[dim] = max(sizes.get(dim, 0), size)
@@ -139,7 +141,7 @@ class _Table:
         self.status[k], self.messages[k], self.seconds[k] = outcome.status, outcome.message, outcome.seconds
         found = outcome.measured
         for path, values in found.variables.items():
-            if path not in self.arrays:
+            if path not in self.arrays or not is_numeric(values):
                 continue
             factor = stretch if path in INVERSE_TO_COEFFICIENT else 1.0
             places = [self._places(dim, values.shape[i], found) for i, dim in enumerate(_dims(path, self._measure))]
@@ -196,7 +198,7 @@ def _attributes(entry: Variable, table: _Table, path: str) -> dict[str, object]:
     missing = np.isnan(table.arrays[path])
     if not missing.any():
         return told
-    done = table.status == Status.DONE
+    done = np.isin(table.status, [status for status in Status if status.tells])
     reasons = [] if done.all() else ["the scene failed (status, message)"]
     within = missing[done]
     if within.size and within.any():

@@ -26,9 +26,10 @@ from semiwear.targets import PAGES, file_target, require_apart
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Ended", "Prepared", "prepare_sweep", "run_study", "store_of"]
+__all__ = ["Ended", "Prepared", "Solved", "prepare_sweep", "run_study", "store_of"]
 
 _MOST_TOLD = 10
+_MOST_DIGITS = 9  # of a number of processes
 _ANSWER = 10.0  # s, of a scheduler
 
 
@@ -57,6 +58,21 @@ class Ended:
     dataset: xr.Dataset
     said: str = ""
     sections: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What is told of a study that was solved and written.
+
+    Attributes
+    ----------
+    text : str
+    scenes : dict of str to int
+        Numbers of scenes by what became of them.
+    """
+
+    text: str
+    scenes: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -100,8 +116,8 @@ def prepare_sweep(study: Study, workers: int | str | None) -> Prepared:
 def run_study(
     study: str, output: str, *, workers: str | None, scheduler: str | None, resume: bool, report: str | None,
     progress: Progress, further: tuple[str, ...] = (), prepare: Callable[[Study, int | str | None], Prepared],
-) -> str:  # fmt: skip
-    """Solve a study file and write its dataset, and its page if one is asked for; what came of it, as text.
+) -> Solved:  # fmt: skip
+    """Solve a study file and write its dataset, and its page if one is asked for; what came of it.
 
     `prepare` makes a job of the file, in which names in `further` may stand as well.
 
@@ -122,7 +138,8 @@ def run_study(
         try:
             ready = prepare(read, count)
         except SceneError as error:
-            problems += error.problems
+            unread = any(problem.field.startswith("vary.") for problem in problems)
+            problems += [one for one in error.problems if not (unread and one.field == "vary" and not read.vary)]
     if problems or ready is None:
         raise SceneError(problems, study)
     _require_outputs(ready.study, output, report)
@@ -138,7 +155,7 @@ def run_study(
     lines = [_told(ended.scenes), *filter(None, [ended.said]), f"sweep: {output}; its scenes: {store}"]
     if report:
         lines.append(f"report: {write_sweep_report(ended.scenes, report, ended.sections)}")
-    return "\n".join(lines)
+    return Solved("\n".join(lines), dict(_counts(ended.scenes)))
 
 
 def _problems_of_targets(output: str, report: str | None) -> list[Problem]:
@@ -161,7 +178,7 @@ def _workers(given: str | None, scheduler: str | None, problems: list[Problem]) 
     if scheduler is not None:
         problems.append(Problem("--workers", given, "left out beside --scheduler", "leave one of them out"))
         return None
-    return int(given) if given.isdigit() else given
+    return int(given) if given.isdecimal() and len(given) <= _MOST_DIGITS else given
 
 
 @contextmanager
@@ -197,12 +214,17 @@ def _require_outputs(study: Study, output: str, report: str | None) -> None:
     require_apart({**outputs, "the scenes of -o": store_of(output)}, inputs)
 
 
+def _counts(found: xr.Dataset) -> list[tuple[str, int]]:
+    """Numbers of scenes by what became of them, where there are any."""
+    counts = [(kind.name.lower(), int((found["status"].values == kind).sum())) for kind in Status]
+    return [(name, count) for name, count in counts if count]
+
+
 def _told(found: xr.Dataset) -> str:
     """Numbers of scenes by what became of them, and why some failed."""
     status = found["status"]
     names = [kind.name.lower() for kind in Status]
-    counts = [(name, int((status.values == value).sum())) for value, name in enumerate(names)]
-    lines = [f"{status.size} scenes: " + ", ".join(f"{count} {name}" for name, count in counts if count)]
+    lines = [f"{status.size} scenes: " + ", ".join(f"{count} {name}" for name, count in _counts(found))]
     if "emulated" in found:
         count = int(found["emulated"].sum())
         lines[0] += f"; of these {status.size - count} were solved and {count} emulated"

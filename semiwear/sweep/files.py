@@ -32,7 +32,7 @@ def sweep_target(field: str, path: str | os.PathLike[str]) -> Path:
     """
     given = Path(path)
     if given.suffix.casefold() != _ZARR:
-        if given.suffix.casefold() not in RESULTS:
+        if given.suffix.casefold() not in RESULTS and given.name and not given.is_dir():
             allowed = "the name of a netCDF file or a zarr folder, *.nc or *.zarr"
             raise SceneError.of(field, os.fspath(path), allowed, f"call it {given.with_suffix('.nc')}")
         return file_target(field, path, RESULTS)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +13,7 @@ from semiwear.results import COORDINATES, GROUPS, VARIABLES
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
 
-__all__ = ["MESHES", "STATES", "Measure", "Measured", "measure_of", "read_off"]
+__all__ = ["MESHES", "STATES", "Measure", "Measured", "is_numeric", "measure_of", "read_off"]
 
 STATES = ("all", "last")
 MESHES = "/history/meshes"
@@ -78,7 +78,7 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
     if wear_states not in STATES:
         fix = '"all" for every wear state, "last" for the end of the run'
         problems.append(Problem("wear_states", shown(wear_states), '"all" or "last"', fix))
-    wanted = _USUAL if names is None else (names,) if isinstance(names, str) else tuple(names)
+    wanted = _wanted(names, problems)
     groups = [group for group in GROUPS if group != _OTHER]
     known = {name: f"/{group}/{name}" for group, name in VARIABLES if group != _OTHER}
     paths: set[str] = set()
@@ -93,12 +93,22 @@ def measure_of(names: str | Sequence[str] | None, wear_states: str) -> Measure:
             fix = f"did you mean {meant}?" if meant else "see semiwear/results/schema.py, or sw.results.VARIABLES"
             allowed = f"a group ({', '.join(groups)}) or a variable of a result"
             problems.append(Problem("measure", shown(name), allowed, fix))
-    if not wanted:
+    if not wanted and not problems:
         fix = "leave it out for the quantities of /history and the life"
         problems.append(Problem("measure", "nothing", "one or more names", fix))
     if problems:
         raise SceneError(problems, "sweep")
     return Measure(tuple(path for path in known.values() if path in paths), wear_states == "last")
+
+
+def _wanted(names: object, problems: list[Problem]) -> tuple[object, ...]:
+    if names is None or isinstance(names, str):
+        return _USUAL if names is None else (names,)
+    if not isinstance(names, Iterable) or isinstance(names, bytes | Mapping):
+        fix = f'give e.g. ["{_USUAL[0]}", "wear_depth"]'
+        problems.append(Problem("measure", shown(names), "the name of a group or variable, or a list of names", fix))
+        return ()
+    return tuple(names)
 
 
 def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
@@ -109,7 +119,7 @@ def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
         if group not in tree.children or name not in tree[group].data_vars:
             continue
         array = tree[group].dataset[name]
-        if array.dtype.kind not in "fiub":  # text, such as the place of a least safety: a table has numbers alone
+        if not is_numeric(array.values):
             continue
         for dim in map(str, array.dims):
             if dim != _STEPS and dim in array.coords:
@@ -118,6 +128,11 @@ def read_off(tree: xr.DataTree, measure: Measure) -> Measured:
     if "history" in tree.children:
         found[MESHES] = _kept(tree["history"].dataset["meshes"].values, COORDINATES["meshes"].dims, measure)
     return Measured(found, coords)
+
+
+def is_numeric(values: np.ndarray) -> bool:
+    """Whether an array holds numbers, not text such as the place of a least safety: a table has numbers alone."""
+    return values.dtype.kind in "fiub"
 
 
 def _kept(values: np.ndarray, dims: tuple[str, ...], measure: Measure) -> np.ndarray:

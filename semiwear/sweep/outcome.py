@@ -7,17 +7,18 @@ import time
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
+import numpy as np
 from xarray import DataTree
 
 from semiwear.accuracy import simulate
 from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
-from semiwear.errors import ConvergenceError, SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, EndlessWearError, SceneError, SemiwearError
 from semiwear.life import life_group
 from semiwear.plan import plan
 from semiwear.plan.choices import kernels_of
 from semiwear.simulate import simulate as simulate_as_given
-from semiwear.sweep.measure import Measured, read_off
+from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
@@ -27,12 +28,18 @@ _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
 
 class Status(IntEnum):
-    """End of a scene: solved, or why not."""
+    """End of a scene: solved, or why not. One that is endless is solved: its wear never gets where it is to end."""
 
     DONE = 0
     REFUSED = 1
     FAILED = 2
     LOST = 3
+    ENDLESS = 4
+
+    @property
+    def tells(self) -> bool:
+        """Whether the numbers of a scene count; of an endless one its life, or run, is infinite."""
+        return self in (Status.DONE, Status.ENDLESS)
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,8 @@ class Outcome:
         Why it failed; empty where it is done.
     seconds : float
     measured : Measured
-        Of a run that stopped midway the wear states that it has; empty of others that failed.
+        Of a run that stopped midway the wear states that it has; empty of others that failed. A life without end is
+        infinite.
     lasting : bool
         Whether the same would come of it again: what failed for want of memory, say, is not kept in a store.
     """
@@ -71,6 +79,10 @@ def solve(task: Task) -> Outcome:
             reasons = "; ".join(str(problem) for problem in error.problems)
             return Outcome(task.key, Status.REFUSED, reasons, time.perf_counter() - begin)
         except ConvergenceError as error:
+            if isinstance(error, EndlessWearError) and (error.life or task.measure.last):
+                return Outcome(
+                    task.key, Status.ENDLESS, str(error), time.perf_counter() - begin, _endless(task, error)
+                )
             # a run that stopped midway has no end
             stopped = None if task.measure.last else error.result
             kept = Measured() if stopped is None else read_off(stopped, task.measure)
@@ -88,6 +100,20 @@ def solve_on_one_thread(task: Task) -> Outcome:
     numerics = task.scene.numerics
     scene = replace(task.scene, numerics=replace(numerics, threads=numerics.threads or 1))
     return solve(replace(task, scene=scene))
+
+
+def _endless(task: Task, error: EndlessWearError) -> Measured:
+    """The run of a scene whose life has no end, or what is known of a run that has none."""
+    measure, scene = task.measure, task.scene
+    if error.life:
+        # under an accuracy it may be a pilot's run that stopped
+        whole = error.result if scene.numerics.accuracy is None else None
+        kept = Measured() if whole is None else read_off(whole, measure)
+        timed = () if scene.operation.pinion_speed_rpm is None else ("/life/hours_to_limit",)
+        never = {path for path in ("/life/meshes_to_limit", *timed) if path in measure.variables}
+    else:
+        kept, never = Measured(), {MESHES}
+    return replace(kept, variables=kept.variables | {path: np.asarray(np.inf) for path in sorted(never)})
 
 
 def _is_life(task: Task) -> bool:
@@ -110,4 +136,5 @@ def _life(task: Task) -> Measured:
         physics = replace(plan(task.scene), compared=task.compared)
         teeth = physics.loaded_teeth()
         arrays = life_group(physics, teeth, physics.wear_stepper(teeth))
-    return Measured({f"/life/{name}": array for name, array in arrays.items()})
+    told = {f"/life/{name}": array for name, array in arrays.items() if is_numeric(array)}
+    return Measured({path: told[path] for path in task.measure.variables if path in told})

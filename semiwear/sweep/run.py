@@ -19,7 +19,7 @@ from semiwear.sweep.assemble import assembled
 from semiwear.sweep.bar import hearing
 from semiwear.sweep.cluster import on_cluster
 from semiwear.sweep.measure import Measure, measure_of
-from semiwear.sweep.outcome import Outcome, Status
+from semiwear.sweep.outcome import Outcome
 from semiwear.sweep.processes import Crew
 from semiwear.sweep.scenes import Member, Task, gather
 from semiwear.sweep.store import Store, open_store
@@ -84,11 +84,13 @@ def sweep(
     -------
     Dataset
         Along a dimension for each field, named by the last part of its key, or along `sample`. Variables are named as
-        in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed or
-        lost (its process died twice), `message` why, `seconds` how long it took. Values of scenes that failed are
-        NaN, but for the wear states of a run that stopped midway: those it has are kept, and `last_wear_step` is the
-        last of them (with ``wear_states="last"`` it has none). All but `seconds` are the same to the last bit
-        wherever and in whatever order scenes were solved, on one kind of processor.
+        in a result. `status` says of each scene whether it is done, refused (its combination is illegal), failed,
+        lost (its process died twice) or endless (it wears no further before the depth of its life, which is infinite
+        then, or, with ``wear_states="last"``, before its last control depth), `message` why, `seconds` how long it
+        took. Values of scenes that failed are NaN, but for the wear states of a run that stopped midway: those it
+        has are kept, and `last_wear_step` is the last of them (with ``wear_states="last"`` it has none). All but
+        `seconds` are the same to the last bit wherever and in whatever order scenes were solved, on one kind of
+        processor.
 
     Raises
     ------
@@ -216,13 +218,13 @@ def solve_job(job: Job, store: Store, progress: Progress) -> None:
             missing.append(task)
         else:
             done += scenes[key]
-            failed += scenes[key] * (kept.status is not Status.DONE)
+            failed += scenes[key] * (not kept.status.tells)
     total = len(job.members)
     progress.step(done, total, _told(failed))
     for outcome in _outcomes(job, missing):
         store.put(outcome)
         done += scenes[outcome.key]
-        failed += scenes[outcome.key] * (outcome.status is not Status.DONE)
+        failed += scenes[outcome.key] * (not outcome.status.tells)
         progress.step(done, total, _told(failed))
 
 

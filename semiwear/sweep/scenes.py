@@ -12,6 +12,7 @@ from semiwear.errors import Problem, SceneError
 from semiwear.plan import Compared
 from semiwear.scene import BodyCoefficients, Scene
 from semiwear.scene.external import file_digests
+from semiwear.scene.rating_tables import RatingTable
 from semiwear.sweep.measure import Measure
 from semiwear.sweep.variation import Variation
 from semiwear.untyped import Table
@@ -19,6 +20,7 @@ from semiwear.untyped import Table
 __all__ = ["Member", "Task", "gather", "geometry_of", "scenes_of", "shared_by", "shared_solution"]
 
 _COEFFICIENT = "wear.coefficient_mm2_per_N"
+_ENDS = frozenset({"/life/meshes_to_end", "/life/hours_to_end", "/life/ended_by"})
 _MOST_SHOWN = 20
 
 
@@ -73,7 +75,10 @@ def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
     found: list[Scene | SceneError] = []
     for changes in variation.changes():
         try:
-            found.append(replace(base.replace(changes), _check=scene._check))
+            one = replace(base.replace(changes), _check=scene._check)
+            if one.wear is None:
+                raise SceneError.of("wear", None, "a table [wear]", "loaded_contact is for scenes without wear")
+            found.append(one)
         except SceneError as error:
             found.append(error)
     errors = [one for one in found if isinstance(one, SceneError)]
@@ -86,7 +91,8 @@ def scenes_of(scene: Scene, variation: Variation) -> list[Scene | SceneError]:
 def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Callable[[Scene], list[Problem]]:
     """Limits of the teeth, found once for scenes that differ only in what these limits do not look at.
 
-    That is how the pair is loaded, of what it is made, how fast and how long it wears, and which effects act.
+    That is how the pair is loaded, of what it is made, how fast and how long it wears, and which effects
+    act, unless one names a file.
     """
 
     @lru_cache(maxsize=256)
@@ -97,17 +103,23 @@ def _remembered(check: Callable[[Scene], Iterable[Problem]], base: Scene) -> Cal
         wear = scene.wear
         if wear is not None and base.wear is not None:
             wear = replace(wear, coefficient_mm2_per_N=base.wear.coefficient_mm2_per_N, until=base.wear.until)
+        # of effects limits look at the files with deviations alone
+        effects = scene.effects if _names_files(scene) or _names_files(base) else base.effects
         operation = replace(base.operation, loaded_flank=scene.operation.loaded_flank)
         return list(
             found(
                 replace(
                     scene, title=base.title, operation=operation, material=base.material, wear=wear,
-                    effects=base.effects, _check=None,
+                    effects=effects, _check=None,
                 )
             )
         )  # fmt: skip
 
     return problems
+
+
+def _names_files(scene: Scene) -> bool:
+    return any(getattr(table, "file", None) is not None for _, table in scene.effects.present())
 
 
 def gather(scene: Scene, variation: Variation, measure: Measure) -> tuple[list[Member], dict[str, Task]]:
@@ -144,10 +156,13 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
     Wear knows the coefficient k only times the number N of meshes: every law of the coefficient is a factor on k N.
     A run that ends at given depths, and a life, therefore find the same k N for every k, and the same contact. A run
     of a given number of meshes does not; nor do two bodies that wear with another ratio of their coefficients. Such a
-    scene comes back as it is.
+    scene comes back as it is; so does one of which damage of failure modes is measured: Miner's sum counts meshes N,
+    not k N.
     """
     ours, theirs = scene.wear, base.wear
     if ours is None or theirs is None or ours.coefficient_mm2_per_N == theirs.coefficient_mm2_per_N:
+        return scene, 1.0
+    if _measures_damage(scene, measure):
         return scene, 1.0
     if ours.until.control_depths_um is None and not measure.life_alone:
         return scene, 1.0
@@ -160,6 +175,15 @@ def shared_solution(scene: Scene, base: Scene, measure: Measure) -> tuple[Scene,
         return scene, 1.0
     ours = replace(ours, data=None, coefficient_mm2_per_N=_of_worn(pairs, ours.worn_bodies))
     return replace(scene, wear=ours), stretch
+
+
+def _measures_damage(scene: Scene, measure: Measure) -> bool:
+    """Whether what is measured knows of failure modes, which the scene rates."""
+    if not any(isinstance(table, RatingTable) for table in vars(scene.effects).values()):
+        return False
+    life = scene.effects.run_life
+    ends = _ENDS if life is not None and life.ends_at == "first_failure" else frozenset[str]()
+    return any(path.startswith("/ratings/") or path in ends for path in measure.variables)
 
 
 def _of_worn(pairs: list[tuple[float, float]], bodies: tuple[str, ...]) -> float | BodyCoefficients:

@@ -11,8 +11,10 @@ from __future__ import annotations
 import io
 import json
 import os
+import time
 import uuid
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
@@ -29,6 +31,7 @@ __all__ = ["FileStore", "MemoryStore", "Store", "identity", "kept_scenes", "open
 
 _VERSION = 1
 _HEAD, _ENDING, _PART = "sweep.json", ".npz", ".part"
+_LEFT = 3600.0  # s after which no sweep is still writing a part
 _COORDINATE = "coordinate "
 _REMEDY = "give another folder, or delete this one to compute everything anew"
 
@@ -110,8 +113,7 @@ def open_store(path: str | os.PathLike[str] | None) -> Store:
         if folder.exists() and not (folder.is_dir() and _is_store(folder)):
             raise ResultFileError(f"{folder}: not a store of a sweep; give a path where it may make a folder")
         folder.mkdir(parents=True, exist_ok=True)
-        for left in folder.glob(f"*{_PART}"):
-            left.unlink(missing_ok=True)  # of a sweep that was killed as it wrote
+        _remove_left(folder)
         if (folder / _HEAD).exists():
             _require_same(folder)
         else:
@@ -122,6 +124,14 @@ def open_store(path: str | os.PathLike[str] | None) -> Store:
             "write"
         ) from error
     return FileStore(folder)
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove parts of a sweep that was killed as it wrote, not those that another one is writing."""
+    for left in folder.glob(f"*{_PART}"):
+        with suppress(FileNotFoundError):
+            if time.time() - left.stat().st_mtime > _LEFT:
+                left.unlink()
 
 
 def kept_scenes(path: str | os.PathLike[str]) -> int:
@@ -157,6 +167,13 @@ def _differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 
 
 def _write(file: Path, content: bytes) -> None:
+    try:
+        _write_once(file, content)
+    except FileNotFoundError:  # a sweep of an earlier version that opens the store removes what others are writing
+        _write_once(file, content)
+
+
+def _write_once(file: Path, content: bytes) -> None:
     part = file.with_name(f"{file.name}.{uuid.uuid4().hex}{_PART}")
     try:
         with part.open("wb") as opened:

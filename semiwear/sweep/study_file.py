@@ -20,6 +20,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from sys import float_info
 
 import numpy as np
 
@@ -33,12 +34,14 @@ from semiwear.scene.values import is_number, is_whole, shown
 from semiwear.sources import no_pipe
 from semiwear.untyped import Table, Value
 
-__all__ = ["Study", "flat_fields", "read_study"]
+__all__ = ["OPTIONS", "Study", "flat_fields", "read_study"]
 
-_OPTIONS = ("measure", "wear_states", "combine")
-_NAMES = ("scene", *_OPTIONS, "set", "vary")
+OPTIONS = ("measure", "wear_states", "combine")
+"""Further arguments of `sweep`, which may stand in a study file."""
+
 _OF_FIELDS = ("design", "unknown", "vary")  # tables for one command each, and for all
 _RANGE = frozenset({"from", "to", "count"})
+_DISTRIBUTION = "distribution"
 _MOST_BYTES = 10_000_000
 _MOST_VALUES = 100_000
 _REMOVED = "none"
@@ -71,7 +74,12 @@ class Study:
     tables: Table = field(default_factory=dict)
 
 
-def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems: list[Problem]) -> Study | None:
+def read_study(
+    path: str | os.PathLike[str],
+    further: tuple[str, ...],
+    problems: list[Problem],
+    options: tuple[str, ...] = OPTIONS,
+) -> Study | None:
     """Read a study file.
 
     Parameters
@@ -81,6 +89,8 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems:
         Names of further tables and values that may stand at the top level, which the caller reads.
     problems : list of Problem
         All that is wrong with the file and with the scene that it names is added.
+    options : tuple of str
+        Which further arguments of `sweep` may stand there. Default: all.
 
     Returns
     -------
@@ -93,7 +103,7 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems:
     except SceneError as error:
         problems += error.problems
         return None
-    names = (*_NAMES, *further)
+    names = ("scene", *options, "set", "vary", *further)
     for name in data:
         if name not in names:
             meant = _meant(name, data[name], names)
@@ -104,9 +114,9 @@ def read_study(path: str | os.PathLike[str], further: tuple[str, ...], problems:
     scene = _scene(source, data.get("scene"), changes, problems)
     if scene is None:
         return None
-    options = {name: data[name] for name in _OPTIONS if name in data}
+    found = {name: data[name] for name in options if name in data}
     tables = {name: data[name] for name in further if name in data}
-    return Study(source, scene, str(data["scene"]), vary, options, tables)
+    return Study(source, scene, str(data["scene"]), vary, found, tables)
 
 
 def _meant(name: str, value: Value, names: Sequence[str]) -> str | None:
@@ -137,7 +147,10 @@ def _table(data: Mapping[str, Value], name: str, problems: list[Problem]) -> Tab
 
 
 def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[str, Value]]:
-    """Fields by dotted key, however the file nests them; a table that names nothing of a scene is a value."""
+    """Fields by dotted key, however the file nests them.
+
+    A table that is empty, a range, a distribution, or what a field of a scene takes is a value.
+    """
     for name, value in table.items():
         key = f"{path}.{name}" if path else name
         if isinstance(value, Mapping) and value and _nests(key, value):
@@ -147,16 +160,18 @@ def flat_fields(table: Mapping[str, Value], path: str = "") -> Iterator[tuple[st
 
 
 def _nests(key: str, value: Mapping[str, Value]) -> bool:
-    """Whether a table holds fields or tables of a scene under its key."""
-    names = {name for schema in SCHEMAS.values() for name in (*schema.rules, *schema.tables)}
-    return any(known.startswith(f"{key}.{name}") for name in value for known in names)
+    """Whether a table holds fields or tables of a scene under its key, be they misspelt."""
+    is_field = any(key in schema.rules for schema in SCHEMAS.values())
+    return not (is_field or set(value) <= _RANGE or _DISTRIBUTION in value)
 
 
 def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, list[Value]]:
     found = {}
     for key, value in flat_fields(table):
         if isinstance(value, Mapping) and set(value) & _RANGE:
-            found[key] = _range(key, value, problems)
+            values = _range(key, value, problems)
+            if values is not None:
+                found[key] = values
         elif isinstance(value, list):
             found[key] = [_or_none(key, one) for one in value]
         else:
@@ -164,16 +179,16 @@ def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, lis
     return found
 
 
-def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value]:
+def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value] | None:
     allowed = "a list of values, or {from = ..., to = ..., count = ...}: numbers at equal distances"
     numbers = [value.get("from"), value.get("to")]
-    plain = all(is_number(one) for one in numbers)
+    plain = all(is_number(one) and abs(one) <= float_info.max for one in numbers)
     count = value.get("count")
     whole = is_whole(count) and 1 <= count <= _MOST_VALUES
     if set(value) != _RANGE or not plain or not whole:
         fix = f"give from, to and count (a whole number, 1 to {_MOST_VALUES})"
         problems.append(Problem(f"vary.{key}", shown(dict(value)), allowed, fix))
-        return [0.0]
+        return None
     return [float(one) for one in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]  # type: ignore[arg-type]
 
 

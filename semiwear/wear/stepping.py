@@ -25,7 +25,7 @@ from semiwear.arrays import FloatArray, IntArray
 from semiwear.contact.footprint import depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
-from semiwear.errors import ConvergenceError
+from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
 from semiwear.wear.mapping import InterpolatedWear, WearMapping, WeightedLoads, driving_wear_at, line_load_of
@@ -435,7 +435,7 @@ class _Step:
         else:
             rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_at(*start))
         if rate <= 0.0:
-            raise ConvergenceError(
+            raise EndlessWearError(
                 f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import semiwear as sw
-from semiwear.errors import ConvergenceError
+from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.life import _life_along, _Told, _under, _Way, _zero_of, find_life, step_lengths_to
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.plan import Compared, Plan, plan
@@ -116,7 +116,7 @@ def test_another_torque_has_the_life_at_which_it_reaches_the_limit(made, more):
 
 @pytest.mark.parametrize(("deepest", "words"), [(0.0, "at 0 um of 60 um"), (0.03, "at 30 um of 60 um")])
 def test_a_flank_that_stops_wearing_before_the_limit_says_where(made, deepest, words):
-    with pytest.raises(ConvergenceError, match=f"the gear wears no further {words}"):
+    with pytest.raises(EndlessWearError, match=f"the gear wears no further {words}"):
         step_lengths_to(made(lambda n: min(2e-9 * n, deepest)), DRIVEN, 0.06)
 
 

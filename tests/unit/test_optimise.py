@@ -252,6 +252,68 @@ def test_quantities_by_body_and_time() -> None:
     assert limit.quantity.value(measured, low_is_good=False) == 110.0
 
 
+@pytest.mark.parametrize("text", ["<= 1.2.3", "<= 1e999", "<= .", ">= nan"])
+def test_a_limit_is_a_finite_number(text: str) -> None:
+    problems: list = []
+    assert limits_of({"load_share_max": text}, problems) == ()
+    assert "give a sign and a number" in str(problems[0])
+
+
+def test_one_quantity_is_not_to_be_small_and_great(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError, match="another quantity than the first"):
+        sw.optimise(scene, {PINION: (0, 60)}, minimise="load_share_max", maximise=" load_share_max")
+
+
+def test_both_values_of_a_quantity_that_is_looked_at_both_ways_are_told(
+    scene: sw.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def solve(task: Task) -> Outcome:
+        changed = task.scene.effects.modification
+        relief = 0.0 if changed is None or changed.pinion is None else changed.pinion.tip_relief_um
+        stress = {"/history/root_stress_max": np.array([100.0 + relief, 200.0 - relief])}
+        return Outcome(task.key, Status.DONE, measured=Measured(stress, {"body": np.array(["pinion", "gear"])}))
+
+    for module in (designs_module, import_module("semiwear.sweep.processes")):
+        monkeypatch.setattr(module, "solve", solve)
+    limits = {"root_stress_max": [">= 120", "<= 180"]}
+    best = sw.optimise(scene, {PINION: (0, 60)}, minimise="root_stress_max", subject_to=limits, most=8, workers=0)
+    greatest, least = best.designs["root_stress_max"].values, best.designs["root_stress_max (least)"].values
+    np.testing.assert_allclose(greatest + least, 300.0)
+    assert (greatest >= least).all() and (greatest > least).any()
+    assert best.told[0].best == best.front["root_stress_max"].values[0]
+
+
+def test_an_accuracy_settles_the_numbers_once(
+    scene: sw.Scene, formulas: dict[str, Formula], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = scene.replace({"numerics.face_slices": 70})
+    tree = xr.DataTree(xr.Dataset(attrs={"scene_toml": chosen.to_toml()}))
+    monkeypatch.setattr(import_module("semiwear.sweep.settled"), "simulate", lambda _: tree)
+    formulas["/history/load_share_max"] = bowl
+    asked = scene.replace({"numerics.accuracy": 0.05})
+    best = sw.optimise(asked, {PINION: (0, 60)}, minimise="load_share_max", most=4, workers=0)
+    assert best.scene.numerics.accuracy is None and best.scene.numerics.face_slices == 70
+    assert at_resolution(best.scene, DOUBLED).numerics.face_slices == 140
+
+
+def test_designs_that_cannot_be_solved_finely_are_told(
+    scene: sw.Scene, formulas: dict[str, Formula], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = designs_module.solve
+
+    def solve(task: Task) -> Outcome:
+        if task.scene.numerics.face_slices >= 61:
+            return Outcome(task.key, Status.FAILED, "no load sharing")
+        return known(task)
+
+    for module in (designs_module, import_module("semiwear.sweep.processes")):
+        monkeypatch.setattr(module, "solve", solve)
+    formulas["/history/load_share_max"] = bowl
+    best = sw.optimise(scene, {PINION: (0, 60)}, minimise="load_share_max", most=6, workers=0)
+    assert not best.kept and "NO design was found that can be solved finely" in str(best)
+    assert "at twice the resolution (no load sharing)" in best.verdict and "unknown" in str(best)
+
+
 def test_resolutions(scene: sw.Scene) -> None:
     coarse, own, doubled = (at_resolution(scene, name).numerics for name in (COARSE, OWN, DOUBLED))
     assert own == scene.numerics
@@ -282,10 +344,10 @@ def test_a_study_is_searched_written_and_reported(
         f"[design]\n{PINION} = {{from = 0, to = 60}}\n{GEAR} = [0, 20]\n"
     )
     best, designs, page = (tmp_path / name for name in ("best.toml", "designs.nc", "best.html"))
-    text = command.run_optimise(
+    told = command.run_optimise(
         str(study), str(best), workers=0, designs=str(designs), report=str(page), progress=NoProgress()
     )
-    assert "best design: least wear_depth_max" in text
+    assert "best design: least wear_depth_max" in told.text and told.best.kept
     scene = sw.load_scene(best)
     assert scene.effects.modification is not None
     assert scene.effects.modification.pinion.tip_relief_um == pytest.approx(42.0, abs=3.0)

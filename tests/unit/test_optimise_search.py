@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -12,7 +13,7 @@ from semiwear.optimise.correction import Correction
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, Aim, Design, Designs
 from semiwear.optimise.fine import search_finely
 from semiwear.optimise.quantity import Limit, quantity_of
-from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, best, search, values_of
+from semiwear.optimise.search import Goal, _about, _best_of, _next, _Region, best, finite_of, search, values_of
 from semiwear.optimise.space import space_of
 from tests.scenes import SHIPPED
 
@@ -315,6 +316,37 @@ def test_a_search_anew_that_finds_the_same_or_nothing_finely_solved_ends_it(monk
     searched(monkeypatch, designs, [0.9, 0.9], most)
     assert not search_finely(designs, Goal(0, designs.bounds), 20).kept
     assert len(most) == 1 + solved
+
+
+def test_a_design_that_fails_finely_gives_way_to_the_next_best_one():
+    """The best lies at 0.9; what lies beyond 0.6 cannot be solved on the fine grid, nor can what is next to it."""
+    designs = Tried(
+        lambda place, at: ([np.nan if at == DOUBLED and place[0] > 0.6 else 1.0 + (place[0] - 0.9) ** 2], [])
+    )
+    designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7, 0.9)], COARSE)
+    found = search_finely(designs, FREE, 8)
+    assert found.kept and found.own.solved and found.doubled.solved
+    assert 0.4 < found.doubled.place[0] <= 0.6
+    assert sum(not one.solved for one in designs.tried) > 0
+
+
+def test_nothing_that_can_be_solved_finely_is_told_after_all_turns():
+    designs = Tried(lambda place, at: ([np.nan if at == DOUBLED else place[0]], []))
+    designs.solved([np.array([place, 0.5]) for place in np.linspace(0.0, 1.0, 20)], COARSE)
+    found = search_finely(designs, FREE, 4)
+    assert not found.kept and not found.doubled.solved
+    assert sum(one.resolution == DOUBLED for one in designs.tried) == 16
+
+
+def test_a_life_without_end_is_the_best_and_goes_into_no_surrogate():
+    lives = (Aim(replace(WEAR, text="life"), minimise=False),)
+    designs = Tried(lambda place, _: ([np.inf if place[0] > 0.8 else 1e7 * (1.0 + place[0])], []), aims=lives)
+    designs.solved([np.array([place, 0.5]) for place in (0.1, 0.3, 0.5, 0.7)], COARSE)
+    found = search_finely(designs, FREE, 12)
+    assert np.isinf(found.doubled.aims[0]) and found.own.place[0] > 0.8
+    assert values_of(designs, FREE, [found.doubled])[0, 0] == -np.inf
+    spread = finite_of(np.array([[-np.inf, 1.0], [2.0, np.inf], [4.0, 3.0]]))
+    np.testing.assert_array_equal(spread, [[0.0, 1.0], [2.0, 5.0], [4.0, 3.0]])
 
 
 def test_no_more_than_sixteen_designs_are_solved_finely(monkeypatch):

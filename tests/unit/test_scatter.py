@@ -14,10 +14,11 @@ from scipy import stats
 
 import semiwear as sw
 from semiwear.cli import main
-from semiwear.errors import SceneError, SemiwearError
+from semiwear.errors import ConvergenceError, EndlessWearError, SceneError, SemiwearError
 from semiwear.scatter.design import design
 from semiwear.scatter.estimates import indices, probability, quantile
 from semiwear.sweep.files import open_sweep
+from semiwear.sweep.outcome import Status
 from tests.scenes import SHIPPED, TINY
 from tests.strategies.results import synthetic_tree
 
@@ -345,7 +346,7 @@ def test_a_study_file_may_give_distributions(solved, sweep_study, tmp_path, monk
     monkeypatch.setattr(command, "_MOST_PICTURES", 1)
     assert sweep_study(STUDY, "--report", "study.html") == 0
     told = capsys.readouterr().out
-    assert "32 samples of" in told and "B10" in told and "is reached before 1e+07 meshes: 0 %" in told
+    assert "32 samples of" in told and "B10" in told and "the life ends before 1e+07 meshes: 0 %" in told
     found = open_sweep("study.nc")
     assert found["quantile_value"].dims == ("quantity", "share") and "total" in found
     assert list(found["probability"].values) == [0.0, 1.0] and 0.0 < float(found["probability_high"][0]) < 0.2
@@ -437,3 +438,74 @@ def test_a_study_whose_emulator_is_too_rough_says_so(solved, noisy, sweep_study,
     assert sweep_study(EMULATED.replace("128", "64")) != 0
     assert "after 64 solved samples errors are above 0.05 of a standard deviation" in capsys.readouterr().err
     assert len(list((tmp_path / "study.nc.scenes").glob("*.npz"))) == 64 and not (tmp_path / "study.nc").exists()
+
+
+# ---------------------------------------------------------------------- lives without end
+
+
+def test_the_order_statistic_of_lives_some_of_which_have_no_end():
+    lives = np.array([4.0, np.inf, 1.0, 3.0, np.inf, 2.0, np.inf, np.inf])
+    assert quantile(lives, 0.25, 0.5).value == 2.0
+    assert quantile(lives, 0.5, 0.5).value == 4.0
+    above = quantile(lives, 0.6, 0.5)
+    assert above.value == np.inf and above.high == np.inf and above.low == 4.0
+
+
+@pytest.fixture
+def endless(monkeypatch, solved):
+    """Scenes below some torque whose control point wears no further."""
+    known = outcome.simulate
+
+    def simulate(scene):
+        if scene.operation.pinion_torque_Nm < 1600.0:
+            raise EndlessWearError("wears no further")
+        return known(scene)
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+
+
+def test_samples_that_never_get_there_outlive_all_others(endless):
+    found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, measure="history", crew=0)
+    assert (found.samples["status"].values == Status.ENDLESS).sum() == 32
+    assert len(found.values("meshes")) == 64 and len(found.values("load_share_max")) == 32
+    before = found.probability("meshes", below=1e20)
+    assert before.value == 0.5 and before.low < 0.5 < before.high
+    assert float(found.reached_before([1e20])["probability"][0]) == 0.5
+    assert found.quantile("meshes", 0.6).value == np.inf
+    assert "32 wear no further" in str(found) and "without end" in str(found) and "failed" not in str(found)
+    assert np.isinf(found.quantiles().value.sel(quantity="meshes", share=0.9))
+
+
+def test_lives_without_end_are_not_emulated(endless):
+    with pytest.raises(SemiwearError, match="wear no further"):
+        sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=64, emulate=0.5, measure="history", crew=0)
+
+
+def test_the_first_failure_ends_a_life_before_its_depth(solved):
+    found = sw.scatter(SCENE, {TORQUE: sw.Normal(1600, 80)}, samples=4, measure=["history", "life"], crew=0)
+    ends = found.values("meshes_to_end")
+    assert not (ends == found.values("meshes_to_limit")).any()
+    reached = found.reached_before([ends.max() * 1.001, ends.min() * 0.999])
+    assert reached["probability"].values.tolist() == [1.0, 0.0] and reached.attrs["ends"] == "the life ends"
+
+
+def test_samples_that_are_all_solved_have_the_intervals_of_solved_ones(solved):
+    fields = {TORQUE: sw.Normal(1600, 80), OFFSET: sw.Uniform(-0.05, 0.05)}
+    whole = sw.scatter(SCENE, fields, samples=32, measure="history", crew=0)
+    found = sw.scatter(SCENE, fields, samples=32, emulate=0.5, measure="history", crew=0)
+    assert not found.samples["emulated"].any() and not found.errors
+    assert found.quantile("load_share_max", 0.5) == whole.quantile("load_share_max", 0.5)
+
+
+@pytest.mark.parametrize("sensitivity", ["true", "false"])
+def test_a_study_of_which_every_sample_fails_tells_why(solved, sweep_study, monkeypatch, capsys, sensitivity):
+    def simulate(scene):
+        raise ConvergenceError("load sharing stopped")
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    study = STUDY.replace("sensitivity = true", f"sensitivity = {sensitivity}")
+    assert sweep_study(study, "--report", "study.html") == 0
+    assert "load sharing stopped" in capsys.readouterr().out
+    found = open_sweep("study.nc")
+    assert (found["status"] == Status.FAILED).all() and "load sharing stopped" in str(found["message"].values[0])
+    assert found.sizes["quantity"] == 0 and np.isnan(found["probability"]).all()

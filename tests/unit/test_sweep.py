@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
@@ -14,7 +16,7 @@ import xarray as xr
 
 import semiwear as sw
 from semiwear.check import geometric_problems
-from semiwear.errors import ConvergenceError, ResultFileError, SceneError
+from semiwear.errors import ConvergenceError, EndlessWearError, ResultFileError, SceneError
 from semiwear.plan import Compared
 from semiwear.plot.sweeps import scene_values
 from semiwear.results import VARIABLES
@@ -25,6 +27,7 @@ from semiwear.sweep.measure import MESHES, Measure, measure_of, read_off
 from semiwear.sweep.names import short_names
 from semiwear.sweep.scenes import Task, geometry_of, scenes_of, shared_by
 from semiwear.sweep.shares import Shares
+from semiwear.sweep.store import open_store
 from semiwear.sweep.variation import read_variation
 from tests.scenes import SHIPPED, TINY, UNTIL_MESHES
 from tests.strategies.results import synthetic_tree
@@ -480,3 +483,73 @@ def test_numbers_and_coordinates_are_read_off_and_text_is_not(last):
     }  # fmt: skip
     assert {path: values.tolist() for path, values in found.variables.items()} == expected
     assert {name: values.tolist() for name, values in found.coords.items()} == {"body": ["pinion", "gear"]}
+
+
+# ---------------------------------------------------------------------- lives without end
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_life_without_end_is_infinite_and_the_run_is_told(solved, monkeypatch, last):
+    known = outcome.simulate
+
+    def simulate(scene):
+        tree = known(scene)
+        if scene.operation.pinion_torque_Nm < 1000.0:
+            del tree["life"]
+            raise EndlessWearError("the gear wears no further", tree, life=True)
+        return tree
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    found = sweep({TORQUE: [800, 1600]}, wear_states="last" if last else "all")
+    assert found["status"].values.tolist() == [outcome.Status.ENDLESS, outcome.Status.DONE]
+    assert str(found["message"].values[0]) == "the gear wears no further"
+    assert np.isinf(found["meshes_to_limit"][0]) and np.isfinite(found["meshes_to_limit"][1])
+    assert np.isfinite(scene_values(found, "root_stress_max")).all()
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_run_without_end_has_infinite_meshes_where_its_end_is_measured(solved, monkeypatch, last):
+    def simulate(scene):
+        raise EndlessWearError("the control point wears no further")
+
+    monkeypatch.setattr(outcome, "simulate", simulate)
+    found = sweep({TORQUE: [800, 1600]}, wear_states="last" if last else "all", measure="history")
+    assert (found["status"] == (outcome.Status.ENDLESS if last else outcome.Status.FAILED)).all()
+    assert ("meshes" in found) == last
+    assert not last or np.isinf(found["meshes"]).all()
+
+
+# ---------------------------------------------------------------------- stores that several sweeps write to
+
+
+def test_parts_that_another_sweep_is_writing_are_left(tmp_path):
+    open_store(tmp_path / "store")
+    fresh, left = (tmp_path / "store" / f"{name}.npz.part" for name in ("fresh", "left"))
+    for part in (fresh, left):
+        part.write_bytes(b"")
+    os.utime(left, (0.0, time.time() - 4000.0))
+    open_store(tmp_path / "store")
+    assert fresh.exists() and not left.exists()
+
+
+def test_a_part_that_was_removed_is_written_once_more(tmp_path, monkeypatch):
+    store, replaced = open_store(tmp_path / "store"), []
+    known = os.replace
+
+    def replace_late(part, file):
+        replaced.append(part)
+        if len(replaced) == 1:
+            os.unlink(part)
+        known(part, file)
+
+    monkeypatch.setattr(os, "replace", replace_late)
+    store.put(outcome.Outcome("key", outcome.Status.REFUSED, "no"))
+    assert len(replaced) == 2 and store.get("key").message == "no"
+
+
+def test_files_with_deviations_are_looked_at_for_every_scene(tmp_path):
+    file = tmp_path / "deviations.csv"
+    file.write_text("nothing of the kind")
+    base, key = replace(SCENE, _check=geometric_problems), "effects.modification.gear"
+    scenes = scenes_of(base, read_variation(base, {key: [None, {"file": str(file)}]}, "grid"))
+    assert isinstance(scenes[0], sw.Scene) and isinstance(scenes[1], SceneError)

@@ -43,6 +43,7 @@ def test_ends_alone_are_those_of_whole_runs():
     for scene, measure in ((SCENE, ["history", "flank", "engagement"]), (rated, ["history", "ratings"])):
         found = sw.sweep(scene, {TORQUE: [900.0]}, measure=measure, wear_states="last", workers=0)
         tree = sw.simulate(scene.replace({TORQUE: 900.0}))
+        assert not found["status"].values.any(), found["message"].values
         for name in map(str, found.data_vars):
             group = next((group for group in measure if name in tree[group].variables), None)
             if group is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from html.parser import HTMLParser
 from importlib import import_module
@@ -285,3 +286,67 @@ def test_the_code_of_the_guide_uses_names_that_there_are(solved, tmp_path, monke
     exec(code[0], space)
     assert space["found"]["status"].shape == (30, 3)
     assert sum(line != "" for line in code[0].splitlines()) == 5
+
+
+# ---------------------------------------------------------------------- what is wrong with a file, once and well
+
+
+def problems_in(folder: Path, text: str, capsys, *options: str) -> str:
+    (folder / "bad.toml").write_text(text)
+    assert main(["sweep", "bad.toml", "-o", "bad.nc", *options]) == 2
+    return str(capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(
+    "text, parts",
+    [
+        ("[vary]\noperation.pinion_torqe_Nm = [1, 2]", ("did you mean pinion_torque_Nm?",)),
+        ("[vary.operation]\npinion_torqe_Nm = {from = 1, to = 2, count = 2}", ("did you mean pinion_torque_Nm?",)),
+        (f"[set]\noperation.pinion_torqe_Nm = 5\n[vary]\n{TORQUE} = [1]", ("did you mean pinion_torque_Nm?",)),
+        (
+            '[scatter]\noperation.pinion_torqe_Nm = {distribution = "normal", mean = 1, deviation = 1}',
+            ("did you mean pinion_torque_Nm?",),
+        ),
+        (f"[vary]\n{TORQUE} = {{from = 1, to = {'9' * 401}, count = 3}}", ("vary.operation.pinion_torque_Nm",)),
+        (f"[vary]\n{TORQUE} = {{from = 1, cuont = 3}}", ("vary.operation.pinion_torque_Nm",)),
+        (f"measure = 5\n[vary]\n{TORQUE} = [1]", ("measure: found 5", "or a list of names")),
+        ('[vary]\nwear = ["none"]', ("a table [wear]",)),
+        (
+            f'[scatter]\n{TORQUE} = {{distribution = "normal", mean = {"9" * 401}, deviation = 1}}',
+            ("mean", "a finite number"),
+        ),
+    ],
+)
+def test_what_is_wrong_with_fields_is_one_problem(study, solved, capsys, text, parts):
+    told = problems_in(study, f'scene = "face_gear_25x160"\n{text}\n', capsys)
+    assert "1 problem\n" in told and not solved
+    for part in parts:
+        assert part in told
+
+
+def test_options_of_a_sweep_are_not_ignored_elsewhere(study, solved, capsys):
+    scatter = f'[scatter]\n{TORQUE} = {{distribution = "normal", mean = 1600, deviation = 1}}\n'
+    head = 'scene = "face_gear_25x160"\nwear_states = "last"\ncombine = 5\n'
+    told = problems_in(study, head + scatter, capsys)
+    assert "2 problems" in told and "wear_states" in told and "combine" in told and "beside [scatter]" in told
+    (study / "best.toml").write_text(head + f'minimise = "wear_depth_max"\n[design]\n{TORQUE} = [1, 2]\n')
+    assert main(["optimise", "best.toml", "-o", "found.toml"]) == 2
+    told = capsys.readouterr().err
+    assert "2 problems" in told and "wear_states" in told and "combine" in told
+
+
+@pytest.mark.parametrize("workers", ["\u00b2", "9" * 5000])
+def test_odd_numbers_of_processes_are_refused(study, solved, capsys, workers):
+    assert "workers" in problems_in(study, STUDY, capsys, "--workers", workers)
+
+
+@pytest.mark.parametrize("output", [".", "/"])
+def test_a_folder_is_no_dataset(study, solved, capsys, output):
+    assert main(["sweep", "study.toml", "-o", output]) == 2
+    assert main(["report", output]) != 0
+    assert "it is a folder" in capsys.readouterr().err and not solved
+
+
+def test_the_numbers_of_scenes_by_their_ends_are_for_machines_too(study, solved, capsys):
+    assert main(["sweep", "study.toml", "-o", "study.nc", "--workers", "0", "--json", "-q"]) == 0
+    assert json.loads(capsys.readouterr().out)["scenes"] == {"done": 16, "failed": 2}
