@@ -31,8 +31,8 @@ def ratings_section(tree: xr.DataTree) -> str:
     maps = "".join(_map(tree, str(mode)) for mode in modes)
     caption = (
         "Safety of each failure mode over what it requires, pinion and gear; the stretch in which a mode has the "
-        "least is shaded in its colour. A cross: here it falls below what is required. Safeties that add up damage "
-        "begin at static strength and fall along life curves."
+        "least is shaded in its colour, and a cross marks where one falls below what is required. Safeties that add "
+        "up damage begin at static strength and fall along life curves."
     )
     text = first_failure_text(ratings)
     life = element("article", picture("Safeties over the life", uri, text, caption, _SIZE), class_="card full")
