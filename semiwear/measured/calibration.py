@@ -319,7 +319,7 @@ def calibrate(
     ]
     depth = max(_spread(part, motions) for part in worn)
     family = wear_family(scene, body, float(np.clip(depth / _STEPS, *_DEPTHS)))
-    _wear_past(family, worn, motions, robust, progress or NoProgress())
+    _wear_past(family, worn, motions, progress or NoProgress(), robust=robust)
     fits = tuple(
         fit_part(
             family.curve(reading_of(family, part)), part, motions, robust=robust, confidence=confidence, field=name
@@ -368,7 +368,12 @@ def _spread(part: MeasuredWear, motions: tuple[str, ...]) -> float:
 
 
 def _wear_past(
-    family: WearFamily, worn: Sequence[MeasuredWear], motions: tuple[str, ...], robust: bool, progress: Progress
+    family: WearFamily,
+    worn: Sequence[MeasuredWear],
+    motions: tuple[str, ...],
+    progress: Progress,
+    *,
+    robust: bool = False,
 ) -> None:
     """Wear on until every part is fitted best well before the end, with the weights that fit it.
 

@@ -375,7 +375,7 @@ def test_the_progress_ends_with_all_steps_done(monkeypatch):
     calibration = importlib.import_module("semiwear.measured.calibration")
     monkeypatch.setattr(calibration, "reading_of", lambda *_: SimpleNamespace(nodes=np.zeros((1, 2))))
     monkeypatch.setattr(calibration, "datum_modes", lambda *_: (None, np.zeros((1, 1))))
-    monkeypatch.setattr(calibration, "best_meshes", lambda *_: (0.0, None))
+    monkeypatch.setattr(calibration, "weighted_meshes", lambda *_: (0.0, None))
     family = SimpleNamespace(extend=lambda: None, greatest=0.01, meshes=[1.0], curve=lambda _: None)
     part = SimpleNamespace(inside=np.array([True]), depth=np.array([1.0]))
     told = []
