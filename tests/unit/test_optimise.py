@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
+from semiwear.cli import main
 from semiwear.optimise import command
 from semiwear.optimise import designs as designs_module
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
@@ -367,3 +369,20 @@ def test_a_study_is_searched_written_and_reported(
         "did you mean wear_depth_max?",
     ):  # fmt: skip
         assert part in str(caught.value), part
+
+
+def test_machines_are_told_whether_limits_are_kept(
+    formulas: dict[str, Formula], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nmost = 4\nset.wear.until.meshes = 1e6\n'
+        f'subject_to.wear_depth_max = "<= 1"\n[design]\n{PINION} = {{from = 0, to = 60}}\n'
+    )
+    assert main(["optimise", str(study), "-o", str(tmp_path / "best.toml"), "--workers", "0", "--json", "-q"]) == 0
+    end = json.loads(capsys.readouterr().out)
+    assert end["limits_kept"] is False and end["aims"] == ["least wear_depth_max"] and end["unsolved"] is None
+    aim, limit = end["quantities"]
+    assert aim["best"] == limit["best"] == pytest.approx(5.2, abs=0.5) and limit["limit"] == "wear_depth_max <= 1 um"
+    assert list(end["changes"]) == [PINION]
