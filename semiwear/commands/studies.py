@@ -48,7 +48,7 @@ def optimise(options: argparse.Namespace) -> Table:
         }
         for one in best.told
     ]
-    found = {"changes": best.changes, "aims": list(map(str, best.aims)), "quantities": quantities}
+    found: Table = {"changes": best.changes, "aims": list(map(str, best.aims)), "quantities": quantities}
     found |= {"limits_kept": best.kept, "unsolved": best.unsolved or None}
     files = {"best": options.output, "designs": options.designs, "report": options.report}
     return {**files, **found, "seconds": spent}

@@ -96,7 +96,7 @@ def run_inference(
     """
     problems = target_problems("-o", output, sweep_target)
     problems += target_problems("--report", report, partial(file_target, endings=PAGES))
-    read = read_study(study, _NAMES, problems)
+    read = read_study(study, _NAMES, problems, options=())
     if read is None:
         raise SceneError(problems, study)
     given, lives, unknown = _observations(read, problems), _lives(read, problems), _unknown(read, problems)

@@ -43,7 +43,7 @@ _SCENES = (".toml",)
 
 @dataclass(frozen=True)
 class Searched:
-    """What is told of a search whose best design was written.
+    """A search whose best design was written, and what is told of it.
 
     Attributes
     ----------

@@ -62,7 +62,7 @@ class Ended:
 
 @dataclass(frozen=True)
 class Solved:
-    """What is told of a study that was solved and written.
+    """A study that was solved and written, and what is told of it.
 
     Attributes
     ----------

@@ -181,7 +181,7 @@ def _lists(table: Mapping[str, Value], problems: list[Problem]) -> dict[str, lis
 
 def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> list[Value] | None:
     allowed = "a list of values, or {from = ..., to = ..., count = ...}: numbers at equal distances"
-    numbers = [value.get("from"), value.get("to")]
+    numbers: list[Value] = [value.get("from"), value.get("to")]
     plain = all(is_number(one) and abs(one) <= float_info.max for one in numbers)
     count = value.get("count")
     whole = is_whole(count) and 1 <= count <= _MOST_VALUES
@@ -189,7 +189,7 @@ def _range(key: str, value: Mapping[str, Value], problems: list[Problem]) -> lis
         fix = f"give from, to and count (a whole number, 1 to {_MOST_VALUES})"
         problems.append(Problem(f"vary.{key}", shown(dict(value)), allowed, fix))
         return None
-    return [float(one) for one in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]  # type: ignore[arg-type]
+    return [float(one) for one in np.linspace(float(numbers[0]), float(numbers[1]), int(str(count)))]
 
 
 def _or_none(key: str, value: Value) -> Value:

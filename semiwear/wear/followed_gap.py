@@ -59,4 +59,6 @@ class FollowedGap:
     def margin(self) -> float:
         """Wear of both flanks together after which their nodes are looked for anew [mm]."""
         bends = self.teeth.fine.curvature[self.line_load > 0.0]
+        if bends.size == 0:  # nothing wears, and nothing need be followed
+            return 0.0
         return float(_FOLLOWED * depth_of(float(np.median(bends)), self.teeth.half_width))

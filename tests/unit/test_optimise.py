@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from importlib import import_module
@@ -12,6 +13,7 @@ import pytest
 import xarray as xr
 
 import semiwear as sw
+from semiwear.cli import main
 from semiwear.optimise import command
 from semiwear.optimise import designs as designs_module
 from semiwear.optimise.designs import COARSE, DOUBLED, OWN, at_resolution
@@ -379,8 +381,25 @@ def test_the_study_file_of_the_guide_can_run(formulas: dict[str, Formula], tmp_p
     best = tmp_path / "best.toml"
     text = command.run_optimise(
         str(tmp_path / "study.toml"), str(best), workers=0, designs=None, report=None, progress=NoProgress()
-    )
+    ).text
     assert "transmission_error_amplitude[worst]" in text and "<= 30" in text
     scene = sw.load_scene(best)
     assert scene.wear is not None and scene.wear.until.meshes == 2e7
     assert scene.gear_pair.pinion_tip_edge_radius_mm in (0.2, 0.4)
+
+
+def test_machines_are_told_whether_limits_are_kept(
+    formulas: dict[str, Formula], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    formulas["/history/wear_depth_max"] = bowl
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'scene = "face_gear_25x160"\nminimise = "wear_depth_max"\nmost = 4\nset.wear.until.meshes = 1e6\n'
+        f'subject_to.wear_depth_max = "<= 1"\n[design]\n{PINION} = {{from = 0, to = 60}}\n'
+    )
+    assert main(["optimise", str(study), "-o", str(tmp_path / "best.toml"), "--workers", "0", "--json", "-q"]) == 0
+    end = json.loads(capsys.readouterr().out)
+    assert end["limits_kept"] is False and end["aims"] == ["least wear_depth_max"] and end["unsolved"] is None
+    aim, limit = end["quantities"]
+    assert aim["best"] == limit["best"] == pytest.approx(5.2, abs=0.5) and limit["limit"] == "wear_depth_max <= 1 um"
+    assert list(end["changes"]) == [PINION]
