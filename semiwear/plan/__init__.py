@@ -148,7 +148,7 @@ class Plan:
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
         low, high = pair.face_limits
-        middle = middle_contact(flank_pair(scene.gear_pair, Placement()))
+        middle = middle_contact(self.flank_pair(Placement()))
         lever = float(pair.lever_arm(middle.position)[0])
         across = float(middle.curvature[0, 1])
         usual, greatest = (

@@ -94,6 +94,15 @@ def test_half_width_of_reference_is_that_of_a_line(spur, shipped):
     assert ellipse.half_width == pytest.approx(0.525, abs=0.002)
 
 
+def test_half_width_of_reference_is_that_of_the_loaded_flank(helical):
+    """A left-hand pair on its coast flanks is a right-hand one on its drive flanks, with offset faces, too."""
+    right = helical.replace({"gear_pair.face_offset_mm": 1.5, "numerics.harmonics": 3})
+    left = right.replace({"gear_pair.hand": "left", "operation.loaded_flank": "coast"})
+    one, two = (plan(scene).loaded_teeth(roll_positions=np.zeros(1)) for scene in (right, left))
+    assert two.half_width == one.half_width
+    assert two.problem.usual_half_width == one.problem.usual_half_width
+
+
 def test_pressure_along_the_path(spur, loaded):
     """Hertz, with the radii of curvature of ISO 21771 at every roll position and the line load found there."""
     pair = pair_of(spur)
