@@ -29,16 +29,16 @@ _OUTWARDS = (2.0, 4.0)  # usual steps away from a base circle: as far as contact
 
 @dataclass(frozen=True)
 class LeastPlaces:
-    """Where the separation is least in each slice, (roll, face) all.
+    """Where the separation is least in slices: of all, (roll, face), or of some of them in a row.
 
     Attributes
     ----------
     at, step : arrays [mm]
         Middle of the five places of the differences, and their distance.
     met : Meeting
-        At the five places, (5, roll, face).
-    derivatives : (5, roll, face) array
-        Value of the separation at `at`, and its derivatives by the profile coordinate.
+        At the five places, in front of the slices.
+    derivatives : array
+        Value of the separation at `at`, and its first four derivatives by the profile coordinate, likewise in front.
     profile : array [mm]
         The least place, near `at`.
     """

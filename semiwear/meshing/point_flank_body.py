@@ -22,6 +22,7 @@ from semiwear.meshing.point_flank_kernels import surface_points, touch
 __all__ = ["FlankBody", "Touch", "frame_about"]
 
 _GUESSES = 12  # places each way that the affine guess is fitted to
+_INVOLUTE = 1e-3  # of the change of a flank's squared radius: an involute's is straight over the arc, to that
 
 
 def frame_about(direction: FloatArray) -> FloatArray:
@@ -171,6 +172,19 @@ class FlankBody:
         """Radius about the axis and place along it [mm]."""
         points = self.evaluate(u, v)[0]
         return np.hypot(points[..., 0], points[..., 1]), points[..., 2]
+
+    @cached_property
+    def base_profile(self) -> float:
+        """Profile coordinate at which the involute begins that the flank is in its middle [mm]; -inf if it is none.
+
+        With the arc s from there an involute has r^2 = r_b^2 + 2 r_b s.
+        """
+        u, middle = np.linspace(0.0, 1.0, _GUESSES), np.array(0.5)
+        arc = self.profile_at(u, self.profile_length(middle))
+        square = self.radius_and_axial(u, middle)[0] ** 2
+        slope, start = np.polyfit(arc, square, 1)
+        is_involute = np.abs(start + slope * arc - square).max() <= _INVOLUTE * np.ptp(square)
+        return float((0.25 * slope**2 - start) / slope) if is_involute else -np.inf
 
     # ---- turned about its axis
 

@@ -156,8 +156,8 @@ class PointFlankMesh:
 
     @property
     def base_profiles(self) -> tuple[float, float]:
-        """Points say nothing of base circles."""
-        return -np.inf, -np.inf
+        """On the base circles of flanks whose points are those of involutes [mm]."""
+        return self.flanks.driving.base_profile, self.flanks.driven.base_profile
 
     @property
     def roll_per_time(self) -> float:

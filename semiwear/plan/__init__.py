@@ -374,7 +374,7 @@ class Plan:
 
     def _half_width(self, torque: float, pair: FlankPair) -> float:
         """Half-width of the contact of whole flanks at the pitch point under a torque [N m]."""
-        middle, (low, high) = middle_contact(flank_pair(self.scene.gear_pair, Placement())), pair.face_limits
+        middle, (low, high) = middle_contact(self.flank_pair(Placement())), pair.face_limits
         load = 1e3 * torque / float(pair.lever_arm(middle.position)[0])
         return _half_width_at_pitch_point(load, middle.curvature[0], high - low, self.modulus)
 
