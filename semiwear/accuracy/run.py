@@ -78,7 +78,8 @@ def simulate(
         If the scene has no wear, or `fidelity` is unknown.
     ConvergenceError
         If a load or wear step cannot be solved, or the accuracy is not reached; it names the place and what to
-        change, and its `result` holds what was found.
+        change, and its `result` holds what was found. Where the scene gives all numbers that play a part, they are
+        only judged: the attribute `accuracy` of the result says what was asked for and what is estimated.
     ResultFileError
         If the checkpoint is of another run, damaged, in use, or cannot be written.
 
@@ -144,7 +145,7 @@ class _Search:
             if chosen_resolution(self.parts, factors, allowed) == values:
                 break
         _tell(tree, errors, self.asked)
-        if worst(errors) > self.asked:
+        if worst(errors) > self.asked and self.open:
             name = max(errors, key=lambda key: errors[key])
             raise ConvergenceError(
                 f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.3g} of the greatest value of "

@@ -81,10 +81,10 @@ class PointGrid:
     profile_length : (F,) array [mm] or None
         By which the coordinate across the tooth grows from the first row to the last, evenly. None: the arc length.
     sections : tuple of PlacedSection
-    counts : (P, F) bool array or None
-        Points that were measured; others fill the grid and say nothing. None: all.
     attributes : mapping
         What else a file says of itself: `teeth`, and what `export_flank` tells for information.
+    counts : (P, F) bool array or None
+        Points that were measured; others fill the grid and say nothing. None: all.
     """
 
     points: FloatArray
@@ -92,8 +92,8 @@ class PointGrid:
     face: FloatArray | None = None
     profile_length: FloatArray | None = None
     sections: tuple[PlacedSection, ...] = ()
-    counts: BoolArray | None = None
     attributes: Mapping[str, Value] = field(default_factory=dict)
+    counts: BoolArray | None = None
 
 
 # ---- writing

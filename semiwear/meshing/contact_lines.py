@@ -272,7 +272,7 @@ def trace_contact_lines(pair: FlankPair, roll: FloatArray, face: FloatArray, *, 
         lever_arm=pair.lever_arm(position),
         driving_profile=met.driving_profile[2] + driving_slope * moved,
         driving_slope=driving_slope,
-        driving_face=driving_face,
+        driving_face=np.ascontiguousarray(driving_face),
         low_edge_radius=np.where(low > borders.root, _rounded(borders.driving_tip_edge_radius, pair.base_pitch), 0.0),
         high_edge_radius=np.full(low.shape, _rounded(borders.tip_edge_radius, pair.base_pitch)),
     )

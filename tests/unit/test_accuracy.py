@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -554,14 +555,13 @@ def test_a_number_just_above_the_coarsest_is_judged_by_a_finer_one(positions):
 
 
 @pytest.mark.slow
-def test_numbers_that_are_all_given_and_too_coarse_are_refused_with_what_was_found():
+def test_numbers_that_are_all_given_are_judged():
     given = {"face_slices": 11, "roll_positions": 8, "profile_points": 31, "harmonics": 5, "wear_steps": 1}
     scene = sw.load_scene("spur_fzg_c").replace(
         {"numerics.accuracy": 0.001} | {f"numerics.{name}": value for name, value in given.items()}
     )
-    with pytest.raises(sw.ConvergenceError, match=r"accuracy 0.001 not reached.*leave out numbers") as caught:
-        sw.simulate(scene)
-    assert "0.001 asked for" in caught.value.result.attrs["accuracy"]
+    asked, estimated = re.findall(r"[\d.]+", sw.simulate(scene).attrs["accuracy"])
+    assert asked == "0.001" and float(estimated) > 0.05
 
 
 @pytest.mark.slow
