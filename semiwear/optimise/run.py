@@ -25,7 +25,7 @@ __all__ = ["Search", "optimise", "plan_search"]
 
 
 _MOST_FIELDS = 12
-_COUNT, _COUNT_A_FIELD = 20, 15  # designs that are tried
+_COUNT, _COUNT_A_FIELD = 20, 25  # designs that are tried
 _FRONT = 5  # designs between the two ends of a front
 _SCAN = 4  # designs for each field, and as many more
 
@@ -62,7 +62,7 @@ def optimise(
         Limits, such as ``{"transmission_error_amplitude[worst]": "<= 2.5"}``, in the units of results.
     most : int, optional
         About how many designs are tried on the coarse grid for each search: the scan takes a power of two of them and
-        the scene itself, and every design that is solved finely is followed by a quarter as many. Default: 20, and 15
+        the scene itself, and every design that is solved finely is followed by a quarter as many. Default: 20, and 25
         more for each field.
     workers : int, optional
         Processes of the scan; 0: in this process. Default: one a core.
