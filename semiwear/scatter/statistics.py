@@ -16,7 +16,7 @@ from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
-from semiwear.sweep.outcome import Status
+from semiwear.sweep.outcome import Status, telling
 
 __all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
 
@@ -262,7 +262,7 @@ _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Quantities of a sweep along `sample` that have one value a scene, or one a body; NaN where a scene failed."""
-    done = np.isin(samples["status"].values, [status for status in Status if status.tells])
+    done = telling(samples["status"].values)
     for name in map(str, samples.data_vars):
         array = samples[name]
         if name in _NO_QUANTITY or array.dtype.kind != "f":

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import ArrayLike
 from xarray import DataTree
 
 from semiwear.accuracy import simulate
+from semiwear.arrays import BoolArray
 from semiwear.compile_ahead import compile_ahead
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.errors import ConvergenceError, EndlessWearError, SceneError, SemiwearError
@@ -22,7 +24,7 @@ from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
-__all__ = ["Outcome", "Status", "solve", "solve_on_one_thread"]
+__all__ = ["Outcome", "Status", "solve", "solve_on_one_thread", "telling"]
 
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
@@ -40,6 +42,11 @@ class Status(IntEnum):
     def tells(self) -> bool:
         """Whether the numbers of a scene count; of an endless one its life, or run, is infinite."""
         return self in (Status.DONE, Status.ENDLESS)
+
+
+def telling(status: ArrayLike) -> BoolArray:
+    """Whether the numbers of scenes with these ends count, of the same shape."""
+    return np.isin(status, [one for one in Status if one.tells])
 
 
 @dataclass(frozen=True)
