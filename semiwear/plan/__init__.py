@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from semiwear.arrays import BoolArray, FloatArray
-from semiwear.closed_forms.hertz import effective_modulus, elliptic_contact, line_contact_half_width
+from semiwear.closed_forms.hertz import effective_modulus, line_contact_half_width
 from semiwear.compliance.blas_threads import one_blas_thread
 from semiwear.contact.fidelity import Fidelity
 from semiwear.contact.footprint import footprints
@@ -37,15 +37,16 @@ from semiwear.plan.choices import Choice, parts_deep_steps, physics_choices
 from semiwear.plan.compared import Compared
 from semiwear.plan.effects_table import effects_table, seconds_of_effects
 from semiwear.plan.kept_lines import contact_lines, middle_contact
+from semiwear.plan.load_cases import WearingTorques, load_cases, pushed_back
 from semiwear.plan.named_data import data_choices
 from semiwear.plan.ratings import Known, Ratings, named_modes, rated_contact, rated_states
 from semiwear.plan.teeth import elastic, tooth_compliance
 from semiwear.scene import Placement, Scene
 from semiwear.scene.external import file_digests
 from semiwear.wear.adaptive import AdaptiveStepper
-from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WearMapping
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear
 from semiwear.wear.step_count import PLAIN_STEPS, depth_of_step, steps_of_life
-from semiwear.wear.stepping import ControlPoint, LoadCase, WearState, WearStepper
+from semiwear.wear.stepping import ControlPoint, WearState, WearStepper
 from semiwear.wear.two_stage import TwoStageStepper
 from semiwear.wear.worn import WearMultipliers
 
@@ -61,7 +62,6 @@ _FINE_PER_POSITION = 3  # roll positions on which wear is summed, to one that is
 _FINE_ROLLS = (48, 96)  # of them to a mesh cycle; more where more are solved
 _REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
 _WEAR_TO_COME = 8.3e-3  # of the base pitch
-_FLATTEST = 1e-8  # ratio of principal curvatures: less makes no ellipse that a face could hold
 
 
 @dataclass(frozen=True)
@@ -147,13 +147,10 @@ class Plan:
         _ = self.input_files  # as they are when they are read
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
-        low, high = pair.face_limits
-        middle = middle_contact(self.flank_pair(Placement()))
-        lever = float(pair.lever_arm(middle.position)[0])
-        across = float(middle.curvature[0, 1])
+        wearing, (low, high) = self._wearing_torques(pair), pair.face_limits
         usual, greatest = (
-            1e3 * one / lever / (0.5 * (high - low))
-            for one in (self._mean_wearing_torque, max(scene.operation.pinion_torque_Nm, *self._torques))
+            wearing.load(one) / (0.5 * (high - low))
+            for one in (wearing.mean_over_wear, max(scene.operation.pinion_torque_Nm, *wearing.torques))
         )
         reach = _REACH * usual_approach(greatest, modulus) + _WEAR_TO_COME * pair.base_pitch
         reach += effects.most_set_back(scene)
@@ -163,8 +160,9 @@ class Plan:
         shape = self._shape(pair, rolls, face)
         lines = shape.lines
         elastic_teeth = tooth_compliance(scene, pair, contact_lines(pair, rolls, face)[1], self.compared)
+        across = wearing.middle.curvature[0, 1]
         half_width = float(line_contact_half_width(np.array(usual), np.array(across), modulus))
-        whole = self._half_width(scene.operation.pinion_torque_Nm, pair)
+        whole = wearing.half_width(scene.operation.pinion_torque_Nm)
         patches = numerics.fidelity == "patch"
         problem = ContactProblem(
             lines=lines,
@@ -205,16 +203,17 @@ class Plan:
         swept = InterpolatedWear()
         if hardness is not None:
             swept = InterpolatedWear(hardness[DRIVEN].advance, hardness[DRIVING].advance)
-        mapping: WearMapping = MarchedWear(swept) if numerics.wear_mapping == "marched" else swept
+        wearing = self._wearing_torques(teeth.pair)
+        spread = self.scene.effects.load_spectrum is not None
         return WearStepper(
             teeth,
             WearMultipliers(k[DRIVEN], k[DRIVING] * ratio),
             numerics.wear_scheme != "explicit",
-            mapping,
-            cases=self._load_cases(teeth),
+            MarchedWear(swept) if numerics.wear_mapping == "marched" else swept,
+            cases=load_cases(teeth, wearing, effects.pitch_sequences(self.scene, teeth.pair, teeth.rolls.pairs)),
             factor=self._coefficient_factor(teeth),
             depth_factor=hardness[DRIVEN].factor if hardness is not None else None,
-            spreading=self._spreading(teeth),
+            spreading=replace(teeth, half_width=wearing.mean_half_width) if spread else None,
         )
 
     def wear_steps(self, stepper: WearStepper) -> WearStepper | TwoStageStepper | AdaptiveStepper:
@@ -303,7 +302,7 @@ class Plan:
         grid = flank_grid(pair, face, scene.numerics.profile_points)
         sequences = effects.pitch_sequences(scene, pair, rolls.pairs)
         if sequences:
-            fine = _pushed_back(fine, sequences[0].gap)
+            fine = pushed_back(fine, sequences[0].gap)
             lines = fine.every(rolls.substeps)
         modification = None
         if effects.deviates(scene):
@@ -331,64 +330,8 @@ class Plan:
         least = least * (reference_lever(pair) / shape.lines.lever_arm)
         return float(least.min(axis=1).reshape(rolls.pairs, -1).min(axis=0).mean())
 
-    def _load_cases(self, teeth: LoadedTeeth) -> tuple[LoadCase, ...]:
-        """Load cases of the wear: every torque of a spectrum with every sequence of pitch errors."""
-        spectrum = self.scene.effects.load_spectrum
-        sequences = effects.pitch_sequences(self.scene, teeth.pair, teeth.rolls.pairs)
-        if spectrum is None and not sequences:
-            return ()
-        mean = float(np.dot(self._torques, self._shares))
-        following = [(teeth, sequences[0].share if sequences else 1.0)]
-        following += [
-            (_with_pitch(teeth, sequence.gap - sequences[0].gap), sequence.share) for sequence in sequences[1:]
-        ]
-        return tuple(
-            LoadCase(
-                share * often,
-                replace(
-                    case,
-                    problem=case.problem.under(np.full(teeth.rolls.phase.size, 1e3 * torque)),
-                    half_width=self._half_width(torque, teeth.pair),
-                ),
-                mean / torque,
-            )
-            for case, often in following
-            for torque, share in zip(self._torques, self._shares, strict=True)
-        )
-
-    @property
-    def _torques(self) -> tuple[float, ...]:
-        """Torques under which the flanks wear [N m]."""
-        spectrum = self.scene.effects.load_spectrum
-        return (self.scene.operation.pinion_torque_Nm,) if spectrum is None else spectrum.torques_Nm
-
-    @property
-    def _shares(self) -> tuple[float, ...]:
-        spectrum = self.scene.effects.load_spectrum
-        return (1.0,) if spectrum is None else spectrum.shares
-
-    @property
-    def _mean_wearing_torque(self) -> float:
-        """Mean of the torques over the wear that they cause, which grows with each of them [N m]."""
-        return float(np.average(self._torques, weights=np.multiply(self._torques, self._shares)))
-
-    def _half_width(self, torque: float, pair: FlankPair) -> float:
-        """Half-width of the contact of whole flanks at the pitch point under a torque [N m]."""
-        middle, (low, high) = middle_contact(self.flank_pair(Placement())), pair.face_limits
-        load = 1e3 * torque / float(pair.lever_arm(middle.position)[0])
-        return _half_width_at_pitch_point(load, middle.curvature[0], high - low, self.modulus)
-
-    def _spreading(self, teeth: LoadedTeeth) -> LoadedTeeth | None:
-        """The teeth with a footprint that spreads the wear of a spectrum; None without one.
-
-        The square of its width is the mean of the squares under all torques, over the wear that each causes: that of
-        their sum.
-        """
-        if self.scene.effects.load_spectrum is None:
-            return None
-        widths = [self._half_width(torque, teeth.pair) for torque in self._torques]
-        wear = np.multiply(self._torques, self._shares)
-        return replace(teeth, half_width=float(np.sqrt(np.average(np.square(widths), weights=wear))))
+    def _wearing_torques(self, pair: FlankPair) -> WearingTorques:
+        return WearingTorques(self.scene, pair, middle_contact(self.flank_pair(Placement())), self.modulus)
 
     def _coefficient_factor(self, teeth: LoadedTeeth) -> ContactFactor | None:
         laws = effects.contact_laws(self.scene, teeth.problem.modulus)
@@ -436,15 +379,6 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     return Plan(scene, (*physics_choices(scene), *data_choices(scene)), seconds)
 
 
-def _half_width_at_pitch_point(load: float, curvature: FloatArray, face_width: float, modulus: float) -> float:
-    """Hertz half-width of all the load [N] on one pair [mm]: elliptic, or of a line if that leaves the face."""
-    across = float(curvature[1])
-    ellipse = elliptic_contact(load, max(float(curvature[0]), _FLATTEST * across), across, modulus)
-    if 2.0 * ellipse.major_half_axis <= face_width:
-        return ellipse.minor_half_axis
-    return float(line_contact_half_width(np.array(load / face_width), np.array(across), modulus))
-
-
 def _fidelity(patches: bool, smooth: bool) -> Fidelity:
     """Patches, whose solver is loaded only where they are asked for, or lines."""
     if not patches:
@@ -466,17 +400,3 @@ def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: Floa
     positions = scene.numerics.roll_positions
     fine = min(max(_FINE_PER_POSITION * positions, _FINE_ROLLS[0]), _FINE_ROLLS[1])
     return even_roll_grid(start, pairs, positions, fine)
-
-
-def _pushed_back(lines: ContactLines, offset: FloatArray) -> ContactLines:
-    """Lines whose tooth pairs are farther apart by an offset each [mm]."""
-    separation = lines.separation.copy()
-    separation[0] += np.repeat(offset, lines.roll.size // offset.size)[:, None]
-    return replace(lines, separation=separation)
-
-
-def _with_pitch(teeth: LoadedTeeth, offset: FloatArray) -> LoadedTeeth:
-    """The same teeth with tooth pairs pushed back by an offset each [mm]."""
-    fine = _pushed_back(teeth.fine, offset)
-    lines = fine.every(teeth.rolls.substeps)
-    return replace(teeth, fine=fine, lines=lines, problem=teeth.problem.on_lines(lines))
