@@ -130,11 +130,8 @@ def bending_curve(
     mean_stress : float
         Y_M, which counts throughout.
     """
-    cycles, factors = np.array(life_points(group, factor_at_end)).T
-    reference = cycles[-2]
-    share = np.clip(np.log(cycles / cycles[0]) / np.log(reference / cycles[0]), 0.0, 1.0)
-    stress = limit * _STRESS_CORRECTION * mean_stress * factors * (notch * surface_and_size) ** share
-    return LifeCurve.below_static(cycles, stress)
+    stress = limit * _STRESS_CORRECTION * mean_stress
+    return LifeCurve.of_factors(life_points(group, factor_at_end), stress, notch * surface_and_size)
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,23 @@ class LifeCurve:
             x, y = np.append([x[0], np.exp(falls)], x[last + 1 :]), np.append([y[0], y[0]], y[last + 1 :])
         return cls(tuple(x.tolist()), tuple(y.tolist()))
 
+    @classmethod
+    def of_factors(cls, points: ArrayLike, stress: float, influence: float) -> LifeCurve:
+        """The curve through life factors, `below_static`.
+
+        Parameters
+        ----------
+        points : (point, 2) array
+            Load cycles and life factors; the last point but one is at the reference number of cycles.
+        stress : float [MPa]
+            For a life factor of 1.
+        influence : float
+            Counts in full from the reference number of cycles on and not at all in static strength.
+        """
+        cycles, factors = np.array(points).T
+        share = np.clip(np.log(cycles / cycles[0]) / np.log(cycles[-2] / cycles[0]), 0.0, 1.0)
+        return cls.below_static(cycles, stress * factors * influence**share)
+
     @property
     def static(self) -> float:
         """Stress above which one cycle breaks [MPa]."""

@@ -141,12 +141,7 @@ def pitting_curve(limit: float, group: str, factor_at_end: float, influence: flo
     hardening : float
         Work hardening factor Z_W, which counts throughout.
     """
-    points = life_points(group, factor_at_end)
-    cycles, factors = np.array(points).T
-    reference = cycles[-2]
-    share = np.clip(np.log(cycles / cycles[0]) / np.log(reference / cycles[0]), 0.0, 1.0)
-    stress = limit * hardening * factors * influence**share
-    return LifeCurve.below_static(cycles, stress)
+    return LifeCurve.of_factors(life_points(group, factor_at_end), limit * hardening, influence)
 
 
 @dataclass(frozen=True)

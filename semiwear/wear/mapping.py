@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -33,7 +32,6 @@ __all__ = [
     "Growth",
     "InterpolatedWear",
     "MarchedWear",
-    "WearMapping",
     "WeightedLoads",
     "driving_wear_at",
     "line_load_of",
@@ -59,47 +57,6 @@ class WeightedLoads:
     teeth: LoadedTeeth
     loads: TeethLoads
     weight: float | FloatArray = 1.0
-
-
-class WearMapping(Protocol):
-    """Wear depths on the flanks from loads at roll positions."""
-
-    def of_mesh(
-        self,
-        teeth: LoadedTeeth,
-        motion: Sweep,
-        worn: Worn,
-        weighted_loads: Sequence[WeightedLoads],
-        slices: IntArray,
-    ) -> FloatArray:
-        """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
-
-    def followed(
-        self,
-        teeth: LoadedTeeth,
-        motion: Sweep,
-        worn: Worn,
-        weighted_loads: Sequence[WeightedLoads],
-        multipliers: WearMultipliers,
-        cycles: CyclesTo,
-    ) -> StepInfluence:
-        """Influence of loads on the wear of a step, from flanks that loads near its own wear in so many cycles."""
-
-    def worn(
-        self,
-        influence: StepInfluence,
-        weighted_loads: Sequence[WeightedLoads],
-        multipliers: WearMultipliers,
-        slices: IntArray,
-    ) -> tuple[Worn, FloatArray]:
-        """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
-
-        Returns
-        -------
-        worn : Worn
-        on_edges : (body,) array [mm^3]
-            What the contact in these slices wears off beyond the nodes of each flank: off the roundings of edges.
-        """
 
 
 def line_load_of(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
@@ -145,7 +102,7 @@ class InterpolatedWear:
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
-        """As in `WearMapping`."""
+        """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
         removed = teeth.removed(*worn, slices)
         return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
 
@@ -158,7 +115,7 @@ class InterpolatedWear:
         multipliers: WearMultipliers,
         cycles: CyclesTo,
     ) -> StepInfluence:
-        """As in `WearMapping`."""
+        """Influence of loads on the wear of a step, from flanks that loads near its own wear in so many cycles."""
 
         def after(before: Worn, mesh: Worn, share: float) -> Worn:
             return self._after(before, mesh, multipliers, share)
@@ -172,7 +129,14 @@ class InterpolatedWear:
         multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
-        """As in `WearMapping`."""
+        """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
+
+        Returns
+        -------
+        worn : Worn
+        on_edges : (body,) array [mm^3]
+            What the contact in these slices wears off beyond the nodes of each flank: off the roundings of edges.
+        """
         mesh, taken = influence.mesh(line_load_of(weighted_loads), slices)
         on_edges = np.zeros(len(BODIES))
         on_edges[DRIVEN] = multipliers.driven * taken[DRIVEN, 1]
@@ -208,7 +172,7 @@ class MarchedWear:
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
-        """As in `WearMapping`; the loads were solved on this flank."""
+        """As of `InterpolatedWear`; the loads were solved on this flank."""
         return _marched(weighted_loads, _chosen(teeth, slices))[0]
 
     def followed(
@@ -220,7 +184,7 @@ class MarchedWear:
         multipliers: WearMultipliers,
         cycles: CyclesTo,
     ) -> StepInfluence:
-        """As in `WearMapping`."""
+        """As of `InterpolatedWear`."""
         return self.swept.followed(teeth, motion, worn, weighted_loads, multipliers, cycles)
 
     def worn(
@@ -230,7 +194,7 @@ class MarchedWear:
         multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
-        """As in `WearMapping`; a single cycle is a plain explicit step."""
+        """As of `InterpolatedWear`; a single cycle is a plain explicit step."""
         teeth, motion, worn = influence.teeth, influence.motion, influence.start
         chosen, multiplier = _chosen(teeth, slices), multipliers.driven
         mesh, beyond = _marched(weighted_loads, chosen)

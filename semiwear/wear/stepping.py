@@ -28,7 +28,7 @@ from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError, EndlessWearError
 from semiwear.meshing.flank_pair import DRIVEN, DRIVING
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
-from semiwear.wear.mapping import InterpolatedWear, WearMapping, WeightedLoads, driving_wear_at, line_load_of
+from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, driving_wear_at, line_load_of
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
 from semiwear.wear.swept_line import Sweep, sweep, worn_sweep
@@ -72,7 +72,7 @@ class WearStepper:
     coefficients : WearMultipliers
         Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
     implicit : bool
-    mapping : WearMapping
+    mapping : InterpolatedWear or MarchedWear
         From loads to wear depths on the flanks.
     cases : tuple of LoadCase
         What the teeth wear under; empty for `teeth` alone.
@@ -91,7 +91,7 @@ class WearStepper:
     teeth: LoadedTeeth
     coefficients: WearMultipliers
     implicit: bool = True
-    mapping: WearMapping = field(default_factory=InterpolatedWear)
+    mapping: InterpolatedWear | MarchedWear = field(default_factory=InterpolatedWear)
     cases: tuple[LoadCase, ...] = ()
     factor: CoefficientFactor | None = None
     depth_factor: DepthFactor | None = None
