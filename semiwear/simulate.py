@@ -107,7 +107,7 @@ def _simulated(
         for step in _wear_steps(physics, teeth, physics.wear_steps(stepper), states, kept):
             states.append(step.state)
             seconds = {_WEARING: clock.since(_WEARING)} | physics.clock.seconds
-            kept.add(KeptStep(step.total, seconds, state_arrays(stepper, step.state)))
+            kept.add(KeptStep(step.total, seconds, state_arrays(step.state)))
             if step.done:
                 progress.step(step.done, step.total, step.text)
                 _LOG.info("wear step %d of %d: %s", step.done, step.total, step.text)

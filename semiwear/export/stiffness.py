@@ -32,7 +32,6 @@ from semiwear.results.missing import group_of
 
 __all__ = ["mesh_stiffness", "stiffness_over_angle"]
 
-_ARCSEC = 180.0 * 3600.0 / pi
 _STEP = 0.01  # of the torque
 _ABOUT = {
     "mesh_stiffness": ("N/mm", "load over the approach along the line of action that it causes"),

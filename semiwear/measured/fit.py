@@ -216,12 +216,12 @@ def fit_part(
     derivatives = np.column_stack([curve.slope(meshes), flat])
     at_start = meshes <= 2.0 * _SHORTEST * curve.meshes[-1] or not np.any(derivatives[:, 0])
     if at_start or not within:
-        _no_information(measured, rest, predicted, np.inf, field)
+        _no_information(rest, predicted, np.inf, field)
     on_grid = measured.on_grid
     noise = estimate(on_grid(rest), on_grid(derivatives), on_grid(weights), *measured.places)
     error = float(noise.errors[0])
     if half_interval(error, noise.freedom, confidence) >= 1.0:
-        _no_information(measured, rest, predicted, error, field)
+        _no_information(rest, predicted, error, field)
     bare = _beside(flat, weights)(np.sqrt(weights) * wear)
     total = float(bare @ bare)
     return PartFit(
@@ -239,9 +239,7 @@ def fit_part(
     )
 
 
-def _no_information(
-    measured: MeasuredWear, rest: FloatArray, predicted: FloatArray, error: float, field: str
-) -> None:
+def _no_information(rest: FloatArray, predicted: FloatArray, error: float, field: str) -> None:
     noise, depth = _UM * float(np.sqrt(np.mean(rest**2))), _UM * float(np.ptp(predicted))
     told = "" if not np.isfinite(error) else f", so that k would be uncertain by {100.0 * error:.0f} %"
     raise SceneError.of(

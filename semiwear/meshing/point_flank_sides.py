@@ -69,7 +69,7 @@ def side_problems(table: FlankPointsPair, index: int, body: FlankBody, grid: Poi
     return [Problem(key, found, f"a flank that leans to its tip; {rows}", fix)]
 
 
-def unit_problems(table: FlankPointsPair, bodies: list[FlankBody]) -> list[Problem]:
+def unit_problems(bodies: list[FlankBody]) -> list[Problem]:
     """Both bodies have about the same pitch, and parallel axes are as far apart as the flanks' radii say."""
     radii = [float(np.mean(np.hypot(*np.moveaxis(body.surface.points[..., :2], -1, 0)))) for body in bodies]
     pitches = [2.0 * pi * radius / body.teeth for radius, body in zip(radii, bodies, strict=True)]

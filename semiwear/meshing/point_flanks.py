@@ -85,7 +85,7 @@ def _flanks_or_problems(
             bodies.append(body)
             grids.append(grid)
     if len(bodies) == len(BODIES) and not problems:
-        problems += unit_problems(table, bodies)
+        problems += unit_problems(bodies)
     if problems:
         return tuple(problems)
     try:

@@ -32,7 +32,6 @@ from semiwear.simulate import Progress
 from semiwear.sweep.files import sweep_target, write_sweep
 from semiwear.sweep.study_file import flat_fields, read_study
 from semiwear.targets import PAGES, file_target, naming, require_apart, target_problems
-from semiwear.untyped import Table
 
 __all__ = ["Searched", "run_optimise"]
 
@@ -115,7 +114,7 @@ def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, f
         fix = "name fields with {from = ..., to = ...}, or with a list of choices"
         problems.append(Problem("design", shown(design), "a table of fields", fix))
         return found
-    for key, told in flat_fields(_plain(design)):
+    for key, told in flat_fields(dict(design)):
         if isinstance(told, Mapping) and set(told) == {"from", "to"}:
             found[key] = told["from"], told["to"]
         elif isinstance(told, list):
@@ -124,7 +123,3 @@ def _ranges(design: object, problems: list[Problem]) -> dict[str, tuple[float, f
             allowed = "{from = ..., to = ...}, or a list of choices"
             problems.append(Problem(f"design.{key}", shown(told), allowed, "give both ends of the range"))
     return found
-
-
-def _plain(design: Mapping[str, object]) -> Table:
-    return dict(design)

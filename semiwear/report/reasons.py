@@ -149,7 +149,7 @@ def _wear(rows: list[Difference], results: TwoResults, of_fidelity: bool) -> lis
             "Wear follows load, which the two share differently between an edge and the flank beside it (above), and "
             "each wear step builds on the last."
         )
-    return [*sentences, _engagements(rows, results)]
+    return [*sentences, _engagements(rows)]
 
 
 def _wear_of(rows: list[Difference], body: str) -> list[str]:
@@ -170,7 +170,7 @@ def _wear_of(rows: list[Difference], body: str) -> list[str]:
     return sentences
 
 
-def _engagements(rows: list[Difference], results: TwoResults) -> str:
+def _engagements(rows: list[Difference]) -> str:
     """That the same wear at the control point took other numbers of engagements."""
     meshes = [row for row in rows if row.units == "1"]
     control = [row for row in rows if row.where == "control point" and abs(row.size) <= _SAME_DEPTH]

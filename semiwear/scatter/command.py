@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -35,6 +36,9 @@ from semiwear.sweep.page import QUANTITIES
 from semiwear.sweep.run import Job
 from semiwear.sweep.study_file import Study, flat_fields
 from semiwear.untyped import Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["SCATTER", "prepare_study"]
 
@@ -180,17 +184,14 @@ def _histograms(told: Scatter) -> str:
         values = values[np.isfinite(values)]
         units = unit_text(str(told.samples[name.partition(" ")[0]].attrs.get("units", "")))
 
-        def draw_on(axes, values=values, name=name, units=units):  # type: ignore[no-untyped-def]
-            (ax,) = axes
+        def draw_on(ax, values=values, name=name, units=units):  # type: ignore[no-untyped-def]
             ax.hist(values, bins="auto", color="#0B5394", alpha=0.8)
             for share in SHARES:
                 if np.isfinite(value := told.quantile(name, share).value):
                     ax.axvline(value, color="#A63C00", lw=1.0)
             ax.set(xlabel=f"{name} ({units})" if units else name, ylabel="Samples")
 
-        with styled():
-            uri = figure_uri(SIZE, 1, draw_on)
-        figures.append(_figure(uri, f"Distribution of {name}", "Lines: 10, 50 and 90 % fall short of it."))
+        figures.append(_figure(draw_on, f"Distribution of {name}", "Lines: 10, 50 and 90 % fall short of it."))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
@@ -200,8 +201,7 @@ def _convergence(told: Scatter) -> str:
     for name in _varying(told)[:_MOST_SETTLING]:
         one = found.sel(quantity=name).isel(share=0)
 
-        def draw_on(axes, one=one, name=name):  # type: ignore[no-untyped-def]
-            (ax,) = axes
+        def draw_on(ax, one=one, name=name):  # type: ignore[no-untyped-def]
             drawn = one["samples_drawn"].values
             low, high = (np.where(np.isfinite(one[end].values), one[end].values, np.nan) for end in ("low", "high"))
             ax.fill_between(drawn, low, high, color="#0B5394", alpha=0.2)
@@ -209,10 +209,8 @@ def _convergence(told: Scatter) -> str:
             ax.set_xscale("log", base=2)
             ax.set(xlabel="Samples drawn", ylabel=name)
 
-        with styled():
-            uri = figure_uri(SIZE, 1, draw_on)
         caption = f"{100 * SHARES[0]:.0f} % fall short of it, with its interval."
-        figures.append(_figure(uri, f"Quantile of {name}", caption))
+        figures.append(_figure(draw_on, f"Quantile of {name}", caption))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
@@ -222,8 +220,7 @@ def _settling_indices(told: Scatter) -> str:
     every = [told.indices(count) for count in told.drawn]
     for name in _varying(told)[:_MOST_SETTLING]:
 
-        def draw_on(axes, name=name):  # type: ignore[no-untyped-def]
-            (ax,) = axes
+        def draw_on(ax, name=name):  # type: ignore[no-untyped-def]
             for field, colour in zip(told.fields, step_colours(len(told.fields)), strict=False):
                 one = [found.sel(quantity=name, field=field) for found in every]
                 value, low, high = ([float(o[key]) for o in one] for key in ("total", "total_low", "total_high"))
@@ -233,10 +230,8 @@ def _settling_indices(told: Scatter) -> str:
             ax.set(xlabel="Samples drawn of each set", ylabel="Share of the variance")
             ax.legend()
 
-        with styled():
-            uri = figure_uri(SIZE, 1, draw_on)
         caption = "Total Sobol' indices with their intervals."
-        figures.append(_figure(uri, f"What {name} depends on, from ever more samples", caption))
+        figures.append(_figure(draw_on, f"What {name} depends on, from ever more samples", caption))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
@@ -245,8 +240,7 @@ def _tornado(told: Scatter) -> str:
     for name in _varying(told)[:_MOST_PICTURES]:
         one = found.sel(quantity=name)
 
-        def draw_on(axes, one=one):  # type: ignore[no-untyped-def]
-            (ax,) = axes
+        def draw_on(ax, one=one):  # type: ignore[no-untyped-def]
             order = np.argsort(one["total"].values)
             place, fields = np.arange(order.size), one["field"].values[order]
             for shift, kind, colour in ((0.18, "total", "#0B5394"), (-0.18, "first_order", "#B07D00")):
@@ -259,13 +253,13 @@ def _tornado(told: Scatter) -> str:
             ax.set(xlabel="Share of the variance")
             ax.legend()
 
-        with styled():
-            uri = figure_uri(SIZE, 1, draw_on)
-        figures.append(_figure(uri, f"What {name} depends on", "Sobol' indices with their intervals."))
+        figures.append(_figure(draw_on, f"What {name} depends on", "Sobol' indices with their intervals."))
     return f'<div class="cards small">{"".join(figures)}</div>'
 
 
-def _figure(uri: str, title: str, caption: str) -> str:
+def _figure(draw_on: Callable[[Axes], None], title: str, caption: str) -> str:
+    with styled():
+        uri = figure_uri(SIZE, 1, lambda axes: draw_on(*axes))
     size = f'width="{SIZE[0] * 100:.0f}" height="{SIZE[1] * 100:.0f}"'
     return (
         f'<article class="card"><figure><h3>{escape(title)}</h3><img src="{uri}" alt="{escape(title)}" {size}>'

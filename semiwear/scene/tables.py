@@ -214,8 +214,8 @@ RESOLUTION = ("wear_steps", "roll_positions", "face_slices", "cells_per_half_wid
 """Fields of `Numerics` that an asked accuracy decides."""
 
 
-def _whole_or_auto(low: int, high: int) -> Rule:
-    return or_auto(between(whole, low, high, 'give "auto"'), f'"auto" or a whole number, {low} to {high}')
+def _whole_or_auto(most: int) -> Rule:
+    return or_auto(between(whole, 1, most, 'give "auto"'), f'"auto" or a whole number, 1 to {most}')
 
 
 @table
@@ -245,7 +245,7 @@ class Numerics:
         "for two, for more where it wears little; `explicit` is for comparison.",
         default="implicit",
     )
-    wear_steps: int | str = declared(_whole_or_auto(1, 10_000), "Steps up to `wear.until.meshes`.", default="auto")
+    wear_steps: int | str = declared(_whole_or_auto(10_000), "Steps up to `wear.until.meshes`.", default="auto")
     roll_positions: int = declared(
         between(whole, 8, 10_000, "24 is usual"), "Roll positions per mesh cycle.", default=24
     )
@@ -262,7 +262,7 @@ class Numerics:
     profile_points: int = declared(
         between(whole, 21, 10_000, "141 is usual"), "Points of the flank grid along the tooth height.", default=141
     )
-    tooth_pairs: int | str = declared(_whole_or_auto(1, 7), "Tooth pairs that may share the load.", default="auto")
+    tooth_pairs: int | str = declared(_whole_or_auto(7), "Tooth pairs that may share the load.", default="auto")
     tooth_compliance: str = declared(
         tooth_compliance(), "Finite prisms, local contact alone, or influence data from a file.", default="prism"
     )

@@ -40,7 +40,7 @@ def on_cluster(tasks: Sequence[Task], client: Client) -> Iterator[Outcome]:
     waiting = as_completed()
 
     def ask() -> None:
-        for worker in _workers(client):
+        for worker in sorted(client.nthreads()):
             ahead = sum(1 for _, other in asked.values() if other == worker)
             for _ in range(_AHEAD - ahead):
                 task = shares.take(worker)
@@ -89,10 +89,6 @@ def _outcome(task: Task, future: Future) -> Outcome:
     except KilledWorker as error:
         return Outcome(task.key, Status.LOST, f"its workers died: {error}", lasting=False)
     return found
-
-
-def _workers(client: Client) -> list[str]:
-    return sorted(client.nthreads())
 
 
 def _require_workers(client: Client) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -193,12 +193,8 @@ def _of_worn(pairs: list[tuple[float, float]], bodies: tuple[str, ...]) -> float
 
 
 def _digest(scene: Scene, measure: Measure) -> str:
-    told = [scene.to_toml(), sorted(_files(scene).items()), measure.variables, measure.last]
+    told = [scene.to_toml(), sorted(file_digests(scene.to_dict()).items()), measure.variables, measure.last]
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:32]
-
-
-def _files(scene: Scene) -> Mapping[str, str]:
-    return file_digests(scene.to_dict())
 
 
 def shared_by(task: Task) -> tuple[str, str]:

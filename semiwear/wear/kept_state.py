@@ -23,20 +23,8 @@ __all__ = ["restored_state", "state_arrays"]
 _NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # of a state
 
 
-def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray]:
-    """A wear state as arrays.
-
-    Parameters
-    ----------
-    stepper : WearStepper
-        The one that has just reached the state.
-    state : WearState
-
-    Returns
-    -------
-    dict of str to array
-        In mm, N, rad; from which `restored_state` makes the same state, bit for bit.
-    """
+def state_arrays(state: WearState) -> dict[str, np.ndarray]:
+    """A wear state as arrays [mm, N, rad], from which `restored_state` makes the same state, bit for bit."""
     arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
     arrays["stride"] = np.array(state.stride, dtype=float)
     arrays |= {f"volume.{entry.name}": getattr(state.volume, entry.name) for entry in fields(WearVolume)}
@@ -52,7 +40,8 @@ def state_arrays(stepper: WearStepper, state: WearState) -> dict[str, np.ndarray
 
 def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> WearState:
     """The wear state that `state_arrays` has taken apart; `KeyError` where an array is missing."""
-    contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(_all_teeth(stepper))]
+    all_teeth = (stepper.teeth, *(case.teeth for case in stepper.cases))
+    contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(all_teeth)]
     numbers = {name: float(arrays[name]) for name in _NUMBERS}
     stride = tuple(arrays["stride"].tolist())
     kept = sum(name.startswith("correction.") for name in arrays)
@@ -66,10 +55,6 @@ def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> We
         corrections=corrections,
         **numbers,
     )
-
-
-def _all_teeth(stepper: WearStepper) -> tuple[LoadedTeeth, ...]:
-    return (stepper.teeth, *(case.teeth for case in stepper.cases))
 
 
 def _contact(teeth: LoadedTeeth, arrays: Mapping[str, np.ndarray], k: int) -> LoadedState:

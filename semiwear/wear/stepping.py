@@ -26,8 +26,9 @@ from semiwear.contact.footprint import depth_of
 from semiwear.contact.loaded_teeth import LoadedState, LoadedTeeth
 from semiwear.contact.loads import TeethLoads
 from semiwear.errors import ConvergenceError, EndlessWearError
-from semiwear.meshing.flank_pair import DRIVEN, DRIVING
+from semiwear.meshing.flank_pair import DRIVEN
 from semiwear.wear.case_step import CaseStep, CoefficientFactor, DepthFactor
+from semiwear.wear.depth_search import next_trial, positions_at
 from semiwear.wear.mapping import InterpolatedWear, MarchedWear, WeightedLoads, driving_wear_at, line_load_of
 from semiwear.wear.state import ControlPoint, LoadCase, Trial, WearState
 from semiwear.wear.step_influence import Cycles, CyclesTo, StepInfluence
@@ -58,7 +59,6 @@ _DEPTH_RATIO = (0.8, 1.25)  # of what a step wears to what is foretold: beyond, 
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
 _SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
-_LEAST_SLOPE = 0.1  # of the driving flank's place against the driven one's: 1 where both roll alike
 
 
 @dataclass(frozen=True)
@@ -272,9 +272,10 @@ class _Step:
         self.motion: Sweep = worn_sweep(teeth, self._spread_contact)
         known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         factors = stepper.factor, stepper.depth_factor
+        motions = [sweep(teeth.lines, one.coarse.profile, teeth.pair.roll_per_time) for one in state.loaded]
         self.cases = [
-            CaseStep(stepper.coefficients, case, loaded, self._moved(loaded), *factors, correction)
-            for case, loaded, correction in zip(stepper.load_cases, state.loaded, known, strict=True)
+            CaseStep(stepper.coefficients, case, loaded, motion, *factors, correction)
+            for case, loaded, motion, correction in zip(stepper.load_cases, state.loaded, motions, known, strict=True)
         ]
         self.influence: StepInfluence | None = None
         self.foreseen: Sequence[TeethLoads] = ()
@@ -282,10 +283,6 @@ class _Step:
         self.hold = stepper.hold or _HOLDS[1]
         self.settled = bool(near or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
-
-    def _moved(self, loaded: LoadedState) -> Sweep:
-        """Motion of the contact lines at the solved positions."""
-        return sweep(self.teeth.lines, loaded.coarse.profile, self.teeth.pair.roll_per_time)
 
     @property
     def _spread_contact(self) -> LoadedState:
@@ -427,7 +424,7 @@ class _Step:
                 f"the control point (radius {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
                 f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
             )
-        positions = self._positions_at(point, slices) if nearby else None
+        positions = positions_at(teeth, self.spreading.half_width, self.state, point, slices) if nearby else None
         loads: list[TeethLoads] = [loaded.loads for loaded in self.state.loaded]
         start = (self.spreading, self.motion, self.state.worn, self.weighted_loads(loads), slices)
         if point.body == DRIVEN:
@@ -454,7 +451,7 @@ class _Step:
                 self.pace = trial / promised
                 return trial
             known.append((trial, value))
-            trial = _next_trial(known)
+            trial = next_trial(known)
             near = _NEARLY if iteration else _FORETOLD
             if nearby and not teeth.smooth and self.settled and self.follows(trial) and abs(value) <= near * wanted:
                 self.pace = trial / promised  # what is missed still is so little that loads stay as they are
@@ -471,38 +468,3 @@ class _Step:
             f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
         )
-
-    def _positions_at(self, point: ControlPoint, slices: IntArray) -> list[int]:
-        """Mesh positions whose footprints, in these slices, can reach the control point.
-
-        On the driving flank they are stations, which slices meet from beside.
-        """
-        teeth, lines, touched = self.teeth, self.teeth.lines, self.state.contact.coarse.profile
-        near = np.any([one.loads.force > 0.0 for one in self.state.loaded], axis=0)
-        if point.body == DRIVING:
-            face = teeth.grid.face
-            near &= np.abs(lines.driving_face - point.face) < face[1] - face[0]
-            place = lines.on_driving(touched) - np.interp(lines.driving_face, face, point.profile)
-            spacing = lines.spacing / np.maximum(np.abs(lines.driving_slope), _LEAST_SLOPE)
-            spacing = np.where(near, spacing, np.inf)
-        else:
-            near, place = near[:, slices], (touched - point.profile)[:, slices]
-            spacing = lines.spacing[:, slices]
-        reach = 3.0 * max(teeth.half_width, self.spreading.half_width) / float(spacing.min())
-        near &= np.abs(place) <= reach
-        rolls = np.flatnonzero(near.any(axis=1))
-        # loads are interpolated between positions, so the next ones count as well
-        rolls = np.unique(np.clip(np.concatenate([rolls - 1, rolls, rolls + 1]), 0, place.shape[0] - 1))
-        return [int(position) for position in np.unique(rolls % teeth.rolls.phase.size)]
-
-
-def _next_trial(known: list[tuple[float, float]]) -> float:
-    """Next argument on the way to the zero of a rising function: a secant between the nearest on either side."""
-    below = max(x for x, y in known if y < 0.0)
-    above = min((x for x, y in known if y >= 0.0), default=4.0 * max(x for x, _ in known))
-    (x_0, y_0), (x_1, y_1) = known[-2:]
-    secant = x_1 - y_1 * (x_1 - x_0) / (y_1 - y_0) if y_1 != y_0 else above
-    margin = 1e-3 * (above - below)
-    if below + margin < secant < above - margin or abs(y_1) < 1e-3 * abs(known[0][1]):
-        return min(max(secant, below), above)
-    return 0.5 * (below + above) if len(known) > 3 else min(max(secant, below + margin), above - margin)

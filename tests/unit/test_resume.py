@@ -90,7 +90,7 @@ def test_a_state_comes_back_bit_for_bit(small):
     state = replace(stepper.step(start, 1e8), error=0.1, stride=(0.2, 0.3), law_residual=0.4)
     plain = stepper.teeth.touch_solved(*state.worn)
     assert not np.array_equal(plain.gap, state.contact.coarse.gap), "no edge is pressed: the test shows nothing"
-    back = restored_state(stepper, state_arrays(stepper, state))
+    back = restored_state(stepper, state_arrays(state))
     for name in ("meshes", "pace", "error", "stride", "law_residual"):
         assert getattr(back, name) == getattr(state, name)
     assert (state.volume.driven > 0.0).all()
