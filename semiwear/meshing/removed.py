@@ -39,11 +39,6 @@ class Removed:
     windows: IntArray | None = None
 
     @classmethod
-    def alike(cls, grid: FlankGrid, depth: FloatArray, rolls: int) -> Removed:
-        """The same at every roll position: `depth` is (face, profile) [mm]."""
-        return cls(grid, depth[None], np.zeros(rolls, dtype=np.int64))
-
-    @classmethod
     def met(cls, grid: FlankGrid, depth: FloatArray, rolls: int) -> Removed:
         """From `depth` [mm] of one row, (1, face, profile), or of one for every roll position."""
         return cls(grid, depth, np.arange(rolls) if depth.shape[0] > 1 else np.zeros(rolls, dtype=np.int64))

@@ -21,7 +21,6 @@ from semiwear.scene.rating_tables import RatingTable
 from semiwear.wear.stepping import WearState, WearStepper
 
 if TYPE_CHECKING:
-    from semiwear.contact.film_thickness import FilmThickness
     from semiwear.contact.flash_temperature import FlashTemperature
     from semiwear.contact.friction import Friction
     from semiwear.ratings.mode import FailureMode
@@ -36,7 +35,7 @@ _AT_EVERY_STEP = "safety", "safety_height", "safety_face", "damage_sum"
 
 @dataclass(frozen=True)
 class RatedScene:
-    """A scene and its teeth, and models of the contact that its other effects bring.
+    """A scene and its teeth.
 
     Attributes
     ----------
@@ -46,18 +45,6 @@ class RatedScene:
 
     scene: Scene
     teeth: LoadedTeeth
-
-    def film(self) -> FilmThickness | None:
-        """The oil film of ``[effects.lubrication]``."""
-        return effects.film_thickness(self.scene, self.teeth.problem.modulus)
-
-    def flash(self) -> FlashTemperature | None:
-        """The heat of ``[effects.flash_temperature]``."""
-        return effects.flash_temperature(self.scene)
-
-    def friction(self) -> Friction:
-        """The friction that heats the flanks; the scene must have friction or flash temperature."""
-        return effects.friction_of_heat(self.scene)
 
 
 def _pitting(rated: RatedScene) -> FailureMode:
@@ -81,10 +68,10 @@ def _bending(rated: RatedScene) -> FailureMode:
     return Bending.of(table, normal_module(rated.scene, rated.teeth.pair))
 
 
-def _heat(rated: RatedScene) -> tuple[FlashTemperature, Friction]:
-    flash = rated.flash()
+def _heat(scene: Scene) -> tuple[FlashTemperature, Friction]:
+    flash = effects.flash_temperature(scene)
     assert flash is not None  # a need of the table
-    return flash, rated.friction()
+    return flash, effects.friction_of_heat(scene)
 
 
 def _micropitting(rated: RatedScene) -> FailureMode:
@@ -92,7 +79,7 @@ def _micropitting(rated: RatedScene) -> FailureMode:
 
     table = rated.scene.effects.micropitting
     assert table is not None
-    return Micropitting.of(table, *_heat(rated), effects.running_in(rated.scene, "micropitting"))
+    return Micropitting.of(table, *_heat(rated.scene), effects.running_in(rated.scene, "micropitting"))
 
 
 def _scuffing(rated: RatedScene) -> FailureMode:
@@ -100,7 +87,7 @@ def _scuffing(rated: RatedScene) -> FailureMode:
 
     table = rated.scene.effects.scuffing
     assert table is not None
-    return Scuffing.of(table, *_heat(rated))
+    return Scuffing.of(table, *_heat(rated.scene))
 
 
 def _flank_fracture(rated: RatedScene) -> FailureMode:

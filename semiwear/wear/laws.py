@@ -24,7 +24,6 @@ __all__ = [
     "LoadLaw",
     "LubricationLaw",
     "TemperatureLaw",
-    "WearLaws",
 ]
 
 
@@ -253,28 +252,3 @@ class HardnessLaw:
         hardness = np.sqrt(self._case**2 + (self._core**2 - self._case**2) * share)  # S is quadratic in the depth
         below = np.maximum(wear - above - across, 0.0)
         return np.minimum(wear, above) / self._case + 2.0 * within / (self._case + hardness) + below / self._core
-
-
-@dataclass(frozen=True, eq=False)
-class WearLaws:
-    """Everything that the wear coefficient depends on.
-
-    Attributes
-    ----------
-    contact : tuple of ContactLaw
-    depth : HardnessLaw, optional
-    """
-
-    contact: tuple[ContactLaw, ...]
-    depth: HardnessLaw | None = None
-
-    def __post_init__(self) -> None:
-        if not self.contact and self.depth is None:
-            raise ValueError("wear laws without any law: leave them out")
-
-    def contact_factor(self, conditions: ContactConditions) -> FloatArray:
-        """Product of the factors of all contact laws, (roll, face); 0 where there is no load."""
-        product = np.where(conditions.loaded, 1.0, 0.0)
-        for law in self.contact:
-            product = product * law.factor(conditions)
-        return product

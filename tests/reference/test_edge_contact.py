@@ -104,7 +104,7 @@ def solved_evenly(grid: FlankGrid, wear: np.ndarray, line_load: float) -> Solved
 
 def touched_by(lines, grid: FlankGrid, wear: np.ndarray, line_load: float, *, smooth: bool = False) -> Footprints:
     nothing = np.zeros(lines.profile.shape)
-    removed = Removed.alike(grid, wear, 1)
+    removed = Removed.met(grid, wear[None], 1)
     worn = Footprints(
         removed, lines.profile, nothing, nothing + CURVATURE, nothing + 0.3, nothing + 1.0, nothing, nothing
     )

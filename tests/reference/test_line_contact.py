@@ -266,7 +266,7 @@ def test_a_line_of_even_curvature_is_the_hertz_ellipse(shipped, slices):
         teeth.lines, profile=0.0 * one, separation=separation, spacing=one, length=step * one, arc=arc
     )
     problem = teeth.problem.on_lines(lines)
-    fresh = Removed.alike(teeth.grid, np.zeros((slices, 2)), 2)
+    fresh = Removed.met(teeth.grid, np.zeros((1, slices, 2)), 2)
     worn = Footprints(fresh, 0.0 * one, separation[0], across * one, 0.5 * one, 0.0 * one, separation[0], 0.0 * one)
     loads = LINE.solve(problem, worn)
     hertz = elliptic_contact(TOOTH_LOAD, along, across, problem.modulus)

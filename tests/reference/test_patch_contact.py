@@ -51,7 +51,7 @@ class Ellipse:
         problem = dataclasses.replace(teeth.problem.on_lines(lines), cells=PatchCells(lines, grid, cell))
         one = np.ones((2, slices))
         worn = Footprints(
-            Removed.alike(grid, np.zeros(grid.profile.shape), 2), 0.0 * one, lines.separation[0], across * one,
+            Removed.met(grid, np.zeros((1, *grid.profile.shape)), 2), 0.0 * one, lines.separation[0], across * one,
             self.hertz.minor_half_axis * one, 0.0 * one, lines.separation[0], 0.0 * one,
         )  # fmt: skip
         self.loads = PATCHES.solve(problem, worn)

@@ -390,7 +390,7 @@ def test_gap_of_cells_is_curvature_and_wear():
     cells = PatchCells(lines, grid, 0.11)
     wear = np.stack([1e-3 * (1.0 + np.sin(grid.profile[0] + phase)) for phase in (0.0, 1.0, 2.0)])
     rolls, faces = np.array([0, 1, 1]), np.array([2, 0, 1])
-    gap, reach = cells.gap(rolls, faces, 0.02, 40, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
+    gap, reach = cells.gap(rolls, faces, 0.02, 40, gap_of_flanks(lines, Removed.met(cells.grid, wear[None], 2)))
     away = (np.arange(40) - 19.5) * 0.11
     place = lines.profile[rolls, faces][:, None] + away
     fresh = 0.5 * 0.03 * away**2
@@ -409,8 +409,8 @@ def test_gap_does_not_depend_on_the_number_of_columns():
     cells = PatchCells(lines, even_grid(lines, 101), 0.11)
     wear = 1e-3 * np.random.default_rng(0).random(cells.grid.profile.shape)
     rolls, faces = np.array([0, 1]), np.array([0, 2])
-    wide, reach = cells.gap(rolls, faces, 0.02, 80, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
-    narrow, same = cells.gap(rolls, faces, 0.02, 8, gap_of_flanks(lines, Removed.alike(cells.grid, wear, 2)))
+    wide, reach = cells.gap(rolls, faces, 0.02, 80, gap_of_flanks(lines, Removed.met(cells.grid, wear[None], 2)))
+    narrow, same = cells.gap(rolls, faces, 0.02, 8, gap_of_flanks(lines, Removed.met(cells.grid, wear[None], 2)))
     assert same == reach
     np.testing.assert_array_equal(narrow, wide[:, 36:44])
 
@@ -438,7 +438,7 @@ def greatest(lines, grid, wear, line_load, margin=0.0):
     nothing = np.zeros(lines.profile.shape)
     curvature = np.maximum(lines.separation[2], 1e-6) / lines.spacing**2
     worn = Footprints(
-        Removed.alike(grid, wear, 1), lines.profile, nothing, curvature, nothing + 0.5, nothing, nothing, nothing
+        Removed.met(grid, wear[None], 1), lines.profile, nothing, curvature, nothing + 0.5, nothing, nothing, nothing
     )
     return solve_slices(lines, worn, nothing + line_load, MODULUS, margin)[0]
 
@@ -449,7 +449,7 @@ def test_a_parabola_needs_no_other_gap():
     nothing = np.zeros(lines.profile.shape)
     curvature = lines.separation[2] / lines.spacing**2
     worn = Footprints(
-        Removed.alike(grid, wear, 1),
+        Removed.met(grid, wear[None], 1),
         lines.profile,
         nothing + 5.0,
         curvature,

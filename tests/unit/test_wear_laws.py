@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import exp
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from semiwear.contact.conditions import ContactConditions
 from semiwear.contact.film_thickness import FilmThickness
 from semiwear.contact.flash_temperature import FlashTemperature
 from semiwear.contact.friction import Friction
-from semiwear.wear.laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw, WearLaws
+from semiwear.effect_clock import EffectClock
+from semiwear.wear import contact_factor
+from semiwear.wear.laws import HardnessLaw, LoadLaw, LubricationLaw, TemperatureLaw
 
 FILM = FilmThickness("dowson_higginson", 50.0, 20.0, roughness_um=0.5, effective_modulus=113e3)
 FLASH = FlashTemperature("tian_kennedy", 80.0, 46.0, 7830.0, 465.0)
@@ -90,13 +93,14 @@ def test_temperature_law():
     assert not np.any(TemperatureLaw(FLASH, RUBBING, 0.0, 20.0).factor(state) - 1.0)
 
 
-def test_laws_multiply():
+def test_laws_multiply(monkeypatch):
     state = conditions([0.0, 150.0, 300.0], speed=[1e3, 1e3, 2e3])
-    together = WearLaws((LAWS[0], LAWS[3], LAWS[4])).contact_factor(state)
-    np.testing.assert_allclose(together, LAWS[0].factor(state) * LAWS[3].factor(state) * LAWS[4].factor(state))
-    assert WearLaws((), HardnessLaw(700.0, 350.0, 0.5, 0.2)).contact_factor(state).tolist() == [[0.0, 1.0, 1.0]]
-    with pytest.raises(ValueError, match="leave them out"):
-        WearLaws(())
+    monkeypatch.setattr(contact_factor, "line_conditions", lambda *of_the_contact: state)
+    laws = {"load": LAWS[0], "lubrication": LAWS[3], "temperature": LAWS[4]}
+    teeth, contact = SimpleNamespace(problem=None), SimpleNamespace(coarse=None)
+    together = contact_factor.ContactFactor(laws, None, EffectClock())(teeth, None, contact)
+    product = LAWS[0].factor(state) * LAWS[3].factor(state) * LAWS[4].factor(state)
+    np.testing.assert_allclose(together, np.where(state.loaded, product, 1.0))
 
 
 DEPTH = st.floats(0.0, 2.0)
