@@ -24,7 +24,6 @@ from validation.iso_rating import IsoStresses, iso_stresses
 __all__ = ["TRENDS", "Compared", "compared", "drawn_scenes", "main", "trend_scenes"]
 
 _SEED = 6336
-_PRESSURE = 1000.0  # MPa: nominal contact stress that the torque of a drawn pair gives
 _CYCLES = 5e7
 
 PITTING = pitting_curve(1500.0, "hardened", 0.85, 1.0, 1.0)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi, radians
+from dataclasses import dataclass, replace
+from math import acos, cos, pi, radians, tan
 
 import numpy as np
 from hypothesis import assume, example, given, settings
@@ -74,6 +74,7 @@ def pinions(draw: st.DrawFn) -> InvoluteTooth:
         rack_addendum=draw(st.floats(0.6, 1.25)) * module,
         rack_tip_radius=draw(st.floats(0.0, 0.25)) * module,
         bore_radius=0.2 * module * teeth,
+        profile_shift=draw(st.floats(-0.4, 0.4)) * module,
     )
     assume(tooth.form_roll_angle > 0.0)
     return tooth
@@ -170,11 +171,29 @@ def test_pinion_profile_coordinates_agree(pinion: InvoluteTooth, share: float) -
     np.testing.assert_allclose(pinion.roll_from_profile(profile), roll, atol=1e-12)
 
 
+@given(pinions())
+def test_pinion_thickness_and_pitch_are_those_of_the_standard(pinion: InvoluteTooth) -> None:
+    """ISO 21771: s = m (pi/2 + 2 x tan(alpha)), s_a/d_a = s/d + inv(alpha) - inv(alpha_a), p_b = pi m cos(alpha)."""
+    alpha, at_tip = pinion.pressure_angle, acos(pinion.base_radius / pinion.tip_radius)
+    thickness = 0.5 * pi * pinion.module + 2.0 * pinion.profile_shift * tan(alpha)
+    at_pitch = -2.0 * pinion.pitch_radius * pinion.polar_angle(np.array(tan(alpha)))
+    np.testing.assert_allclose(at_pitch, thickness, rtol=1e-10)
+    half = 0.5 * thickness / pinion.pitch_radius + (tan(alpha) - alpha) - (tan(at_tip) - at_tip)
+    np.testing.assert_allclose(pinion.tip_half_thickness, half * pinion.tip_radius, atol=1e-10 * pinion.pitch_radius)
+    np.testing.assert_allclose(pinion.base_pitch, pi * pinion.module * cos(alpha), rtol=1e-12)
+
+
+@given(pinions())
+def test_a_rack_as_deep_as_the_undercut_depth_generates_down_to_the_base_circle(pinion: InvoluteTooth) -> None:
+    deeper = pinion.undercut_depth - pinion.straight_depth
+    limit = replace(pinion, rack_addendum=pinion.rack_addendum + deeper)
+    assert abs(limit.form_roll_angle) < 1e-12
+
+
 @settings(max_examples=40)
 @given(pinions())
 def test_pinion_outline_is_continuous_and_falls_to_the_root(pinion: InvoluteTooth) -> None:
     section = pinion.section()
-    np.testing.assert_allclose(section.flank[-1], section.fillet[0], rtol=0.0, atol=1e-10 * pinion.module)
     np.testing.assert_allclose(pinion.fillet()[0], section.flank[-1], rtol=0.0, atol=1e-10 * pinion.pitch_radius)
     flank_radius, fillet_radius = np.hypot(*section.flank.T), np.hypot(*section.fillet.T)
     assert np.all(np.diff(flank_radius) < 0.0)

@@ -30,6 +30,7 @@ from semiwear.contact.stripe import add_pairs, near_pairs, near_stripe, pairs_am
 from semiwear.meshing.removed import Removed
 from semiwear.plan import plan
 from semiwear.results.missing import away_from_edges
+from tests.scenes import TINY
 
 STEEL = effective_modulus(207000.0, 0.3, 207000.0, 0.3)
 TOOTH_LOAD = 1.6e6 / (0.5 * 6.35 * 25 * np.cos(np.radians(25.0)))  # N, 1600 N m on one tooth
@@ -344,6 +345,18 @@ class Assembled:
         )  # fmt: skip
         pairs = near_pairs(starts, lines.arc[at], lines.length[at], np.inf)
         add_pairs(self.matrix, pairs, near_stripe(pairs, width, factor, stripe_table()))
+
+
+def test_slices_that_yield_by_wear_far_more_than_by_strain_share_as_springs():
+    """A compliance c of wear, a thousand times what a slice yields by strain: c F = lever rotation - gap."""
+    teeth = plan(sw.load_scene("spur_fzg_c").replace(TINY)).loaded_teeth()
+    worn = teeth.touch_solved(np.zeros(teeth.grid.profile.shape))
+    problem = teeth.problem
+    usual = 1e3 * problem.typical_approach / (problem.usual_load * problem.lines.length.mean())
+    loads = LINE.solve(problem, worn, None, np.full(problem.lines.profile.shape, usual))
+    rotation = np.tile(loads.rotation, problem.pairs)[:, None]
+    spring = np.maximum(problem.lines.lever_arm * rotation - worn.gap, 0.0) / usual
+    np.testing.assert_allclose(loads.force, spring, rtol=0.0, atol=0.01 * spring.max())
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 
 from semiwear.results import build_tree, provenance
 
-PAPER_DEPTHS = 5.0 * np.arange(1, 13)
-
 SCENE = """\
 name = "face_gear_25x160"
 reference = "seed_paper"

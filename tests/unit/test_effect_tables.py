@@ -109,16 +109,6 @@ class TestEveryEffect:
         assert gone.replace({key: None}) == gone
         assert key not in gone.to_toml()
 
-    def test_screening_table_is_valid_and_does_something(self, ready: Scene, name: str) -> None:
-        if issubclass(EFFECTS[name], RatingTable):
-            pytest.skip("a screening does not add it: it needs data of the materials")
-        table = EFFECTS[name].screening_table(ready)
-        screened = ready.replace({f"effects.{name}": table})
-        assert screened.effects.get(name) is not None
-        assert parse_scene(screened.to_toml()) == screened
-        if name in ("misalignment", "modification.pinion", "modification.gear"):
-            assert screened.effects.get(name) != EFFECTS[name]()
-
     def test_instances_are_frozen_and_hashable(self, ready: Scene, name: str) -> None:
         table = ready.replace({f"effects.{name}": LEAST.get(name, {})}).effects.get(name)
         assert hash(table) == hash(table)
@@ -201,6 +191,17 @@ class TestPresence:
         values = {entry.name: 0.1 * (k + 1) for k, entry in enumerate(fields(Misalignment))}
         assert Misalignment(**values).placement == Placement(**values)
         assert Misalignment().placement.is_aligned
+
+
+# a screening adds no failure mode: it needs data of the materials
+@pytest.mark.parametrize("name", [name for name, table in EFFECTS.items() if not issubclass(table, RatingTable)])
+def test_screening_table_is_valid_and_does_something(ready: Scene, name: str) -> None:
+    table = EFFECTS[name].screening_table(ready)
+    screened = ready.replace({f"effects.{name}": table})
+    assert screened.effects.get(name) is not None
+    assert parse_scene(screened.to_toml()) == screened
+    if name in ("misalignment", "modification.pinion", "modification.gear"):
+        assert screened.effects.get(name) != EFFECTS[name]()
 
 
 class TestScreening:

@@ -241,6 +241,11 @@ def test_runs_of_other_lengths_and_grids_are_filled_up_with_a_reason(solved):
     assert list(found["control_depths_um"].values) == ["[2.0, 4.0]", "[1.0, 2.0, 3.0]"]
 
 
+def test_shorter_runs_alone_are_a_reason_and_the_only_one(solved):
+    found = sweep({DEPTHS: [[2, 4], [1, 2, 3]]}, measure="load_share_max")
+    assert found["load_share_max"].attrs["missing_because"] == "other scenes have more wear steps or a finer grid"
+
+
 def test_names_are_as_short_as_can_be_told_apart():
     keys = ("material.pinion.poissons_ratio", "material.gear.poissons_ratio", "wear.until.meshes", TORQUE)
     assert list(short_names(keys).values()) == [

@@ -86,3 +86,16 @@ def test_text_of_an_earlier_store_is_left_alone():
     store.put(Outcome("key", Status.DONE, measured=kept))
     found = assembled(SCENE, variation, replace(measure, last=True), [Member("key")], store)
     assert float(found["meshes_to_end"][0]) == 7.0 and "ended_by" not in found
+
+
+def test_values_stand_under_the_names_of_their_scene():
+    """A scene that rates fewer modes, or in another order, has its own numbers under each of them."""
+    variation, store = read_variation(SCENE, {TORQUE: [100.0, 200.0]}, "grid"), MemoryStore()
+    for key, modes in (("first", ["bending", "pitting"]), ("second", ["pitting", "scuffing"])):
+        values = np.array([{"bending": 1.0, "pitting": 2.0, "scuffing": 3.0}[mode] for mode in modes])
+        safety = np.broadcast_to(values[:, None, None], (2, 1, 2))
+        coords = {"mode": np.array(modes), "body": np.array(["pinion", "gear"])}
+        store.put(Outcome(key, Status.DONE, measured=Measured({"/ratings/safety": safety}, coords)))
+    found = assembled(SCENE, variation, measure_of("ratings", "all"), [Member("first"), Member("second")], store)
+    by_name = found["safety"].sel(mode=["bending", "pitting", "scuffing"])[:, :, 0, 0].values
+    np.testing.assert_array_equal(by_name, [[1.0, 2.0, np.nan], [np.nan, 2.0, 3.0]])
