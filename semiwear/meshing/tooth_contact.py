@@ -174,7 +174,7 @@ def _derivatives(
     Steps (2,) [mm] are shorter near a base circle, both in the same proportion.
     """
     longest = float(step.max())
-    shorter = short_steps(pair, profile, pair.meeting(face, profile, roll).driving_profile, longest) / longest
+    shorter = short_steps(pair, face, profile, roll, longest) / longest
     step = step[:, None] * np.maximum(shorter, _SHORTEST)
     offset = np.array([-1.0, 0.0, 1.0])
     f = face[:, None, None] + step[0][:, None, None] * offset[:, None]
@@ -240,15 +240,14 @@ def _middle_of_line(
         face: FloatArray, at: FloatArray, rolls: FloatArray, passes: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least place near `at`, its separation and its distance to the nearest border; -inf where there is none."""
-        met = pair.meeting(face, at, rolls).driving_profile
         for _ in range(passes):
-            short = short_steps(pair, at, met, step)
+            short = short_steps(pair, face, at, rolls, step)
             places = at[..., None] + short[..., None] * np.array([-1.0, 0.0, 1.0])
             near = pair.meeting(face[..., None], places, rolls[..., None])
             low, middle, high = np.moveaxis(near.separation, -1, 0)
             bend = low - 2.0 * middle + high
             move = np.where(bend > 0.0, 0.5 * short * (high - low) / np.where(bend > 0.0, bend, 1.0), np.inf)
-            at, met = at - np.where(bend > 0.0, move, 0.0), near.driving_profile[..., 1]
+            at = at - np.where(bend > 0.0, move, 0.0)
             if np.all((bend <= 0.0) | (np.abs(move) <= _CLOSE * step)):
                 break
         borders = pair.borders(face.ravel(), sharp=True)
