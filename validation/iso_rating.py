@@ -150,7 +150,8 @@ def _load_distribution(mesh: _Mesh) -> float:
     if overlap <= 0.0:
         return 1.0 if virtual < 2.0 else 0.7
     if overlap < 1.0:
-        return sqrt(1.0 - overlap + overlap / virtual)
+        alone = 1.0 if virtual < 2.0 else 0.5  # from two pairs on, half of what a spur tooth bears
+        return sqrt(alone * (1.0 - overlap) + overlap / virtual)
     return virtual**-0.5
 
 

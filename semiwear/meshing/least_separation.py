@@ -20,6 +20,7 @@ __all__ = ["LeastPlaces", "least_places", "short_steps", "with_far_terms"]
 
 _OF_ROOM = 0.125  # of the arc to the nearer base circle: longest step of differences
 _LEAST_STEP = 1e-3  # of the usual one: rounding leaves 1e-6 of the curvature
+_SLOWEST = 1e-6  # of driving arc per driven one: nothing is divided by zero within the base circle
 _USUAL_PASSES = 2
 _SHORT_PASSES = 10  # two or three of them do, but for first guesses within the base circle
 _CLOSE = 0.01  # of a step: nearer to the least place no further pass is made
@@ -89,23 +90,30 @@ def _places(at: FloatArray, step: FloatArray) -> FloatArray:
     return at + step * np.arange(-2.0, 3.0).reshape(-1, *[1] * at.ndim)
 
 
-def _room(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray) -> FloatArray:
-    """Arc to the nearer of both base circles [mm]; 0 within that of the driving body, where its flank has ended."""
+def _room(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray, slope: FloatArray) -> FloatArray:
+    """Way along the driven flank to the nearer of both base circles [mm], by how fast the driving flank is passed.
+
+    0 within the base circle of the driving body, where its flank has ended.
+    """
     driving, driven = pair.base_profiles
-    return np.asarray(np.minimum(np.abs(driving_profile - driving), np.abs(profile - driven)))
+    way = np.abs(driving_profile - driving) / np.maximum(np.abs(slope), _SLOWEST)
+    return np.asarray(np.minimum(way, np.abs(profile - driven)))
 
 
-def short_steps(pair: FlankPair, profile: FloatArray, driving_profile: FloatArray, usual: float) -> FloatArray:
+def short_steps(pair: FlankPair, face: FloatArray, profile: FloatArray, roll: FloatArray, usual: float) -> FloatArray:
     """Steps of differences [mm]: the usual one where base circles are far.
 
     Parameters
     ----------
     pair : FlankPair
-    profile, driving_profile : arrays [mm]
-        Places of the driven flank, and what they meet of the driving one.
+    face, profile, roll : arrays that broadcast [mm], [mm], [1]
+        Places of the driven flank, and when they meet the driving one.
     usual : float [mm]
     """
-    return np.clip(_OF_ROOM * _room(pair, profile, driving_profile), _LEAST_STEP * usual, usual)
+    short = _LEAST_STEP * usual
+    # towards the driven root, away from the driving base circle
+    below, here = pair.meeting(face, np.stack([profile - short, profile]), roll).driving_profile
+    return np.clip(_OF_ROOM * _room(pair, profile, here, (here - below) / short), short, usual)
 
 
 def _usual_move(derivatives: FloatArray) -> FloatArray:
@@ -176,7 +184,7 @@ def _refine(
     """Find least places near base circles with short steps, in place."""
     usual = float(found.step.max())
     at = found.profile
-    steps = short_steps(pair, at, pair.meeting(face, at, roll[:, None]).driving_profile, usual)
+    steps = short_steps(pair, face, at, roll[:, None], usual)
     rows, columns = np.nonzero(steps < usual)
     where = rows, columns
     at, step, roll, face = at[where], steps[where], roll[rows], face[columns]
@@ -186,7 +194,7 @@ def _refine(
         places = _places(at, step)
         met = pair.meeting(face, places, roll)
         derivatives = _five_points(met.separation, step)
-        room = _room(pair, places, met.driving_profile)
+        room = _room(pair, places, met.driving_profile, (met.driving_profile[2] - met.driving_profile[1]) / step)
         falls = derivatives[1] <= 0.0
         bracket.narrow(at, falls)
         outside = outside | (~falls & (room[2] == 0.0))
@@ -201,7 +209,7 @@ def _refine(
         rows, columns = rows[open_], columns[open_]
         where = rows, columns
         at, roll, face, bracket, outside = profile[open_], roll[open_], face[open_], bracket.of(open_), outside[open_]
-        step = short_steps(pair, at, pair.meeting(face, at, roll).driving_profile, usual)
+        step = short_steps(pair, face, at, roll, usual)
 
 
 def least_places(
@@ -258,7 +266,8 @@ def with_far_terms(
         return series
     profile, roll, face = found.profile[rows, columns], roll[rows], face[columns]
     both = profile + np.array([[-usual], [usual]])
-    room = _room(pair, both, pair.meeting(face, both, roll).driving_profile)
+    driving = pair.meeting(face, both, roll).driving_profile
+    room = _room(pair, both, driving, (driving[1] - driving[0]) / (2.0 * usual))
     away = np.where(room[1] > room[0], usual, -usual) * np.array(_OUTWARDS)[:, None]
     gap = pair.meeting(face, profile + away, roll).separation
     value, first, second = series[:3, rows, columns]

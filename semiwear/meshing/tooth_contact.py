@@ -31,12 +31,14 @@ __all__ = [
 
 _SLICES = 41  # of the grid that starts the search
 _SEARCH = (-3, 3, 16)  # first and last roll position between which a path is looked for, steps to a roll
+_VALLEY_PASSES = 2  # across the flank alone, in front of those along it
 _NEWTON_PASSES = 8
 _STEPS = (3e-4, 5e-4)  # of face width and height, for gradients: longer ones are off by their square
 _ON_BORDER = 1e-6  # of the flank's height
 _FLAT = 1e-5  # ratio of curvatures along and across below which flanks touch along a line
 _EVEN = 1e-7  # of the flank's height: change of the separation along such a line, from one slice to the next
 _HALVINGS = 20
+_THIRDS = 24  # of two distances of stations: to 1e-4 of one
 _SETTLED = 1e-10  # of face width and height: shorter steps are left
 _CLOSE = 1e-7  # of a step along the profile: likewise
 _BACK_TRACKS = 8  # halvings of a step that raises the separation
@@ -124,11 +126,13 @@ def contact_points(pair: FlankPair, roll: FloatArray) -> ContactPoints:
     height = float(np.mean(lines.high - lines.low))
     size = np.array([high - low, height])
     face, profile = held_face.copy(), held_profile.copy()
-    for _ in range(_NEWTON_PASSES):
+    for done in range(_NEWTON_PASSES):
         gradient, hessian, _ = _derivatives(pair, face, profile, roll, np.array(_STEPS) * size)
+        # whether flanks touch along a line shows in the valley alone, not beside it on a border
+        newton = _into_valley(gradient, hessian) if done < _VALLEY_PASSES else _newton(gradient, hessian)
         # no farther than a tenth of the flank in one pass
-        move = np.clip(_newton(gradient, hessian), -0.1 * size, 0.1 * size)
-        if np.all(np.abs(move) <= _SETTLED * size):
+        move = np.clip(newton, -0.1 * size, 0.1 * size)
+        if done >= _VALLEY_PASSES and np.all(np.abs(move) <= _SETTLED * size):
             break
         face, profile = _lowered(pair, face, profile, roll, move, height)
     straight = np.flatnonzero(_is_flat(hessian))
@@ -174,7 +178,7 @@ def _derivatives(
     Steps (2,) [mm] are shorter near a base circle, both in the same proportion.
     """
     longest = float(step.max())
-    shorter = short_steps(pair, profile, pair.meeting(face, profile, roll).driving_profile, longest) / longest
+    shorter = short_steps(pair, face, profile, roll, longest) / longest
     step = step[:, None] * np.maximum(shorter, _SHORTEST)
     offset = np.array([-1.0, 0.0, 1.0])
     f = face[:, None, None] + step[0][:, None, None] * offset[:, None]
@@ -240,15 +244,14 @@ def _middle_of_line(
         face: FloatArray, at: FloatArray, rolls: FloatArray, passes: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least place near `at`, its separation and its distance to the nearest border; -inf where there is none."""
-        met = pair.meeting(face, at, rolls).driving_profile
         for _ in range(passes):
-            short = short_steps(pair, at, met, step)
+            short = short_steps(pair, face, at, rolls, step)
             places = at[..., None] + short[..., None] * np.array([-1.0, 0.0, 1.0])
             near = pair.meeting(face[..., None], places, rolls[..., None])
             low, middle, high = np.moveaxis(near.separation, -1, 0)
             bend = low - 2.0 * middle + high
             move = np.where(bend > 0.0, 0.5 * short * (high - low) / np.where(bend > 0.0, bend, 1.0), np.inf)
-            at, met = at - np.where(bend > 0.0, move, 0.0), near.driving_profile[..., 1]
+            at = at - np.where(bend > 0.0, move, 0.0)
             if np.all((bend <= 0.0) | (np.abs(move) <= _CLOSE * step)):
                 break
         borders = pair.borders(face.ravel(), sharp=True)
@@ -260,13 +263,26 @@ def _middle_of_line(
     face = np.broadcast_to(stations, profile.shape)
     rolls = np.broadcast_to(roll[:, None], profile.shape)
     profile, separation, margin = valley(face, profile, rolls, _NEWTON_PASSES)
+    last = stations.size - 1
+    # a line shorter than the distance of stations shows where it lies deepest within the borders
+    lone = np.flatnonzero(np.all(margin < 0.0, axis=1))
+    if lone.size:
+        face, at = face.copy(), np.argmax(margin[lone], axis=1)
+        low, high = stations[np.maximum(at - 1, 0)], stations[np.minimum(at + 1, last)]
+        start = profile[lone, at]
+        for _ in range(_THIRDS):
+            thirds = low + (high - low) / 3.0, high - (high - low) / 3.0
+            lower, upper = (valley(third, start, roll[lone], _NEWTON_PASSES // 2)[2] for third in thirds)
+            low, high = np.where(upper > lower, thirds[0], low), np.where(upper > lower, high, thirds[1])
+        face[lone, at] = 0.5 * (low + high)
+        found = valley(face[lone, at], start, roll[lone], _NEWTON_PASSES)
+        profile[lone, at], separation[lone, at], margin[lone, at] = found
     least = np.min(np.where(margin >= 0.0, separation, np.inf), axis=1)
     counts = (margin >= 0.0) & (separation <= least[:, None] + even)
-    last = stations.size - 1
     first = np.argmax(counts, axis=1), last - np.argmax(counts[:, ::-1], axis=1)
     ends, gaps = [], []
     for index, towards in zip(first, (-1, 1), strict=True):
-        good, bad = stations[index], stations[np.clip(index + towards, 0, last)]
+        good, bad = face[rows, index], face[rows, np.clip(index + towards, 0, last)]
         start, gap_there = profile[rows, index], separation[rows, index]
         for _ in range(_HALVINGS):
             half = 0.5 * (good + bad)
@@ -281,7 +297,7 @@ def _middle_of_line(
     # flanks askew touch with one end of the line
     lean = gaps[1] - gaps[0]
     share = np.where(np.abs(lean) <= 2.0 * even, 0.5, np.where(lean < 0.0, 1.0, 0.0))
-    middle = np.where(found, ends[0] + share * (ends[1] - ends[0]), stations[index])
+    middle = np.where(found, ends[0] + share * (ends[1] - ends[0]), face[rows, index])
     return middle, valley(middle, profile[rows, index], roll, _NEWTON_PASSES)[0]
 
 
@@ -290,6 +306,14 @@ def _is_flat(hessian: FloatArray) -> BoolArray:
     across = hessian[:, 1, 1]
     determinant = hessian[:, 0, 0] * across - hessian[:, 0, 1] ** 2
     return (across > 0.0) & (np.abs(determinant) <= _FLAT * across**2)
+
+
+def _into_valley(gradient: FloatArray, hessian: FloatArray) -> FloatArray:
+    """Newton step by profile alone where the separation is convex across the flank, none elsewhere."""
+    across = hessian[:, 1, 1]
+    convex = across > 0.0
+    move = np.where(convex, -gradient[:, 1] / np.where(convex, across, 1.0), 0.0)
+    return np.stack([np.zeros_like(move), move], axis=-1)
 
 
 def _newton(gradient: FloatArray, hessian: FloatArray) -> FloatArray:

@@ -10,8 +10,10 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import semiwear as sw
-from semiwear.meshing.tooth_contact import contact_points
+from semiwear.meshing.cylindrical_pair import CylindricalMesh
+from semiwear.meshing.tooth_contact import contact_points, unloaded_contact
 from semiwear.plan import plan
+from semiwear.scene import CylindricalPair, Placement
 from tests.strategies import placements
 from tests.strategies.hard_cases import mirrored
 
@@ -130,3 +132,21 @@ def test_contact_scales_with_the_module(placement, factor):
     )
     assert float(two.undercut_radius) == pytest.approx(factor * float(one.undercut_radius), rel=1e-9)
     assert float(two.pointing_radius) == pytest.approx(factor * float(one.pointing_radius), rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("helix", "shaft_angle"), [(15.0, 0.1), (15.0, 0.15), (30.0, 0.05)])
+def test_contact_ratio_is_smooth_in_misalignment(helix, shaft_angle):
+    """A line that touches with its end was lost beside stations of the search: 1.66 and 1.72 for 2.441."""
+    table = CylindricalPair(
+        type="cylindrical",
+        pinion_teeth=25,
+        gear_teeth=60,
+        normal_module_mm=2.0,
+        pressure_angle_deg=20.0,
+        pinion_face_width_mm=20.0,
+        helix_angle_deg=helix,
+    )
+    pair = CylindricalMesh(table, Placement(shaft_angle_error_mrad=shaft_angle))
+    aligned = pair.transverse_contact_ratio + pair.overlap_ratio
+    assert unloaded_contact(pair, 5).contact_ratio == pytest.approx(aligned, abs=3e-3 * shaft_angle)

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 from math import cos, radians
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from semiwear.scene import scene_from_dict
-from validation.iso_rating import iso_stresses
+from validation.iso_rating import _load_distribution, iso_stresses
 from validation.local_films import Mesh
 from validation.local_films import compared as films_of
 from validation.local_ratings import TRENDS, compared, drawn_scenes, trend_scenes
@@ -162,3 +163,14 @@ def test_tip_relief_takes_load_from_where_sliding_is_fast():
         films_of(BASE, LESS).values(), films_of(BASE, LESS | relief).values(), strict=True
     ):
         assert whole == same and better > local
+
+
+@pytest.mark.parametrize("virtual", [1.6, 2.3])
+def test_load_distribution_leads_from_spur_to_helical_teeth(virtual):
+    """From two pairs on a little overlap made 0.7 to 1."""
+
+    def factor(overlap):
+        return _load_distribution(SimpleNamespace(contact_ratio=virtual, overlap_ratio=overlap, beta_b=0.0))
+
+    assert factor(1e-9) == pytest.approx(factor(0.0), rel=0.02)
+    assert factor(1.0 - 1e-9) == pytest.approx(factor(1.0), rel=1e-6)
