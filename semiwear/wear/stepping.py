@@ -424,7 +424,7 @@ class _Step:
         wanted = depth - now
         if wanted <= 0.0:
             raise ConvergenceError(
-                f"the control point (radius {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
+                f"the control point (face {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
                 f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
             )
         positions = self._positions_at(point, slices) if nearby else None
@@ -436,7 +436,7 @@ class _Step:
             rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_at(*start))
         if rate <= 0.0:
             raise EndlessWearError(
-                f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
+                f"the control point (face {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )
         known = [(0.0, -wanted)]
@@ -468,7 +468,7 @@ class _Step:
             self.pace = trial / promised
             return trial
         raise ConvergenceError(
-            f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
+            f"no number of meshes wears the control point (face {point.face:g} mm) to {depth * 1e3:g} um: "
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
         )
 
