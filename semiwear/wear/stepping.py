@@ -257,8 +257,8 @@ class WearStepper:
         if not worn.deepest <= _DEEPEST * height:  # nor no number at all
             raise ConvergenceError(
                 f"a step of {meshes:.3g} meshes from {state.meshes:.3g} would wear {worn.deepest:.3g} mm off a flank "
-                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
-                "wear.coefficient_mm2_per_N"
+                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes, "
+                "less deep wear.until.control_depths_um or a smaller wear.coefficient_mm2_per_N"
             )
 
 

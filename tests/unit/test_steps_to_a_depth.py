@@ -118,3 +118,14 @@ def test_a_control_point_that_bears_nothing_is_told_by_its_place_along_the_face(
     }
     with pytest.raises(sw.ConvergenceError, match=r"control point \(face 6\.9 mm\) carries no load"):
         sw.simulate(sw.load_scene("spur_fzg_c").replace(TINY | off_contact))
+
+
+def test_a_run_to_a_depth_that_takes_the_tooth_is_told_to_ask_for_less_deep_ones():
+    too_deep = {
+        "numerics.tooth_compliance": "rigid",
+        "wear.until.meshes": None,
+        "wear.until.control_depths_um": [4000.0],
+        "wear.control_point": {"face_mm": 0.0, "height_mm": 0.5},
+    }
+    with pytest.raises(sw.ConvergenceError, match=r"less deep wear\.until\.control_depths_um"):
+        sw.simulate(sw.load_scene("spur_fzg_c").replace(TINY | too_deep))
