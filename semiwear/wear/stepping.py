@@ -257,8 +257,8 @@ class WearStepper:
         if not worn.deepest <= _DEEPEST * height:  # nor no number at all
             raise ConvergenceError(
                 f"a step of {meshes:.3g} meshes from {state.meshes:.3g} would wear {worn.deepest:.3g} mm off a flank "
-                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes or a smaller "
-                "wear.coefficient_mm2_per_N"
+                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes, "
+                "less deep wear.until.control_depths_um or a smaller wear.coefficient_mm2_per_N"
             )
 
 
@@ -421,7 +421,7 @@ class _Step:
         wanted = depth - now
         if wanted <= 0.0:
             raise ConvergenceError(
-                f"the control point (radius {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
+                f"the control point (face {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
                 f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
             )
         positions = positions_at(teeth, self.spreading.half_width, self.state, point, slices) if nearby else None
@@ -433,7 +433,7 @@ class _Step:
             rate = stepper.coefficients.driving * stepper.depth_at(point, driving_wear_at(*start))
         if rate <= 0.0:
             raise EndlessWearError(
-                f"the control point (radius {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
+                f"the control point (face {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )
         known = [(0.0, -wanted)]
@@ -465,6 +465,6 @@ class _Step:
             self.pace = trial / promised
             return trial
         raise ConvergenceError(
-            f"no number of meshes wears the control point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
+            f"no number of meshes wears the control point (face {point.face:g} mm) to {depth * 1e3:g} um: "
             "it loses its load on the way; choose another wear.control_point or smaller control depths"
         )

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import semiwear as sw
 from semiwear.plan import plan
 from semiwear.wear.step_influence import Cycles
 from semiwear.wear.stepping import ControlPoint, WearStepper, _Step
@@ -105,3 +106,26 @@ def test_cycles_are_as_many_as_footprints_are_worn_deep(to_depth, most_worn):
     step = _Step(replace(stepper, hold=1.0), step.state)
     assert cycles(0.4 * footprint) and step.hold == 1.0
     assert [cycles(depth * footprint, roughly=True) for depth in (0.5, 5.8)] == [(2.0, 1.0), (4.0, 0.0)]
+
+
+def test_a_control_point_that_bears_nothing_is_told_by_its_place_along_the_face():
+    off_contact = {
+        "numerics.tooth_compliance": "rigid",
+        "wear.until.meshes": None,
+        "wear.until.control_depths_um": [0.1],
+        "wear.control_point": {"face_mm": 6.9, "height_mm": 0.1},
+        "effects.misalignment.shaft_angle_error_mrad": -40.0,
+    }
+    with pytest.raises(sw.ConvergenceError, match=r"control point \(face 6\.9 mm\) carries no load"):
+        sw.simulate(sw.load_scene("spur_fzg_c").replace(TINY | off_contact))
+
+
+def test_a_run_to_a_depth_that_takes_the_tooth_is_told_to_ask_for_less_deep_ones():
+    too_deep = {
+        "numerics.tooth_compliance": "rigid",
+        "wear.until.meshes": None,
+        "wear.until.control_depths_um": [4000.0],
+        "wear.control_point": {"face_mm": 0.0, "height_mm": 0.5},
+    }
+    with pytest.raises(sw.ConvergenceError, match=r"less deep wear\.until\.control_depths_um"):
+        sw.simulate(sw.load_scene("spur_fzg_c").replace(TINY | too_deep))
