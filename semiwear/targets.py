@@ -45,7 +45,9 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
     given = os.fspath(path)
     kind = _KINDS.get(endings[0], endings[0])
     article = "an" if kind == "HTML" else "a"
-    allowed = f"the name of {article} {kind} file, {' or '.join(f'*{ending}' for ending in endings)}"
+    names = " or ".join(f"*{ending}" for ending in endings)
+    several = len({_KINDS.get(ending, ending) for ending in endings}) > 1
+    allowed = f"the name of a file, {names}" if several else f"the name of {article} {kind} file, {names}"
     if not given or "\0" in given:
         raise SceneError.of(field, given, allowed, "give the name of a file")
     target = Path(os.path.realpath(given))
@@ -55,7 +57,12 @@ def file_target(field: str, path: AnyPath, endings: Sequence[str]) -> Path:
         raise SceneError.of(field, given, allowed, "it is a device or a pipe: give a plain file")
     if Path(given).suffix.casefold() not in endings:
         better = Path(given).with_suffix(endings[0])
-        raise SceneError.of(field, given, allowed, f"what is written is {kind}: call it {better}")
+        told = (
+            f"the ending says what is written: e.g. {better}"
+            if several
+            else f"what is written is {kind}: call it {better}"
+        )
+        raise SceneError.of(field, given, allowed, told)
     return target
 
 

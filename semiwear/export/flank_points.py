@@ -9,11 +9,11 @@ import xarray as xr
 
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
-from semiwear.export.nodes import nodes_on, unreached
+from semiwear.export.nodes import nodes_on
 from semiwear.geometry.point_grid import PlacedSection, PointGrid, write_point_grid
 from semiwear.geometry.point_surface import LEAST_POINTS
 from semiwear.geometry.section import ToothSection
-from semiwear.measured.nominal import nominal_flank
+from semiwear.measured.nominal import nominal_flank, unreached
 from semiwear.meshing.flank_pair import BODIES, DRIVING, FlankPair
 from semiwear.meshing.own_flanks import flank_ends
 from semiwear.plain_text import one_of

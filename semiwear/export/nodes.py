@@ -12,15 +12,14 @@ from semiwear.errors import SceneError
 from semiwear.measured.nominal import NominalFlank, nominal_flank
 from semiwear.meshing.driving_flank import driving_grid
 from semiwear.meshing.flank_grid import flank_grid
-from semiwear.meshing.flank_pair import BODIES, DRIVEN, DRIVING, FlankPair
+from semiwear.meshing.flank_pair import BODIES, DRIVEN, FlankPair
 from semiwear.plain_text import one_of
 from semiwear.results.missing import group_of
 from semiwear.scene import Scene, parse_scene
 
-__all__ = ["FlankNodes", "chosen_step", "flank_nodes", "nodes_on", "scene_of", "unreached"]
+__all__ = ["FlankNodes", "chosen_step", "flank_nodes", "nodes_on", "scene_of"]
 
 _UM = 1e-3  # mm
-_SLACK = 1e-6  # of half a slice
 
 
 @dataclass(frozen=True)
@@ -110,20 +109,3 @@ def nodes_on(pair: FlankPair, body: int, face: FloatArray, height: FloatArray) -
             return np.asarray(nodes)
     fix = "give the scene that the result was computed with"
     raise SceneError.of("worn", "a result of another scene", "a result of this scene", fix)
-
-
-def unreached(pair: FlankPair, body: int, stations: FloatArray) -> tuple[float, float]:
-    """Face coordinates below and above which the mate does not touch a flank [mm].
-
-    There the slices of the contact end, of which the stations are the middles. Infinite at an end where the slices
-    reach the rounding of the flank's own edge: only a body that is wider than its mate is left alone beyond it.
-    """
-    borders = pair.borders(stations)
-    driving = body == DRIVING
-    low, high = borders.driving_face if driving else borders.face
-    radius = borders.driving_end_edge_radius if driving else borders.end_edge_radius
-    half = 0.5 * (stations[1] - stations[0])
-    first, last, slack = stations[0] - half, stations[-1] + half, _SLACK * half
-    below = float(first) if first - slack > low + radius else -np.inf
-    above = float(last) if last + slack < high - radius else np.inf
-    return below, above

@@ -14,9 +14,10 @@ import xarray as xr
 from semiwear.arrays import FloatArray
 from semiwear.errors import SceneError
 from semiwear.export.flank_surface import step_fields
-from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of, unreached
+from semiwear.export.nodes import FlankNodes, chosen_step, flank_nodes, scene_of
 from semiwear.export.surface import Surface
 from semiwear.export.worn_contact import WornContact
+from semiwear.measured.nominal import unreached
 from semiwear.meshing.flank_pair import BODIES
 from semiwear.results.missing import group_of
 from semiwear.scene import CylindricalPair, FaceGearPair, Scene

@@ -231,7 +231,8 @@ class _FlankReader:
         depth = measured.variables[_WEAR][:, [str(one) for one in measured.coords["body"]].index(self._body)]
         grid = grid_of(scene, measured.coords["face"], depth.shape[1], self._body)
         if self._known is None or not np.array_equal(self._known[0], grid.profile):
-            self._known = grid.profile, FlankReading.of(grid, self._face, self._profile)
+            flank = nominal_flank(scene, self._body)
+            self._known = grid.profile, FlankReading.of(grid, self._face, self._profile, flank)
         return np.stack([self._known[1].read(one.T) for one in depth])
 
 

@@ -88,7 +88,7 @@ def compare_wear(
         raise SceneError.of("wear_step", wear_step, f"an index of {steps} wear steps")
     depth = flank["wear_depth"].isel(wear_step=wear_step).sel(body=body).transpose("face", "profile").values / _UM
     inside = worn.inside
-    predicted = FlankReading.of(grid, worn.face[inside], worn.profile[inside]).read(depth)
+    predicted = FlankReading.of(grid, worn.face[inside], worn.profile[inside], worn.flank).read(depth)
     names, modes = datum_modes(worn, motions)
     attrs = {"body": body, "meshes": f"{float(flank['meshes'][wear_step]):.6g}", "datum": ", ".join(names)}
     return _compared(worn, predicted, modes[inside], attrs)

@@ -23,7 +23,8 @@ from semiwear.meshing.point_flank_body import frame_about
 from semiwear.plain_text import one_of
 from semiwear.scene import Placement, Scene
 
-__all__ = ["NominalFlank", "nominal_flank"]
+__all__ = ["NominalFlank", "nominal_flank", "unreached"]
+_SLACK = 1e-6  # of half a slice
 
 
 @dataclass(frozen=True)
@@ -128,3 +129,20 @@ def nominal_flank(scene: Scene, body: str = "gear") -> NominalFlank:
     coast = scene.operation.loaded_flank == "coast"
     table, placement = on_loaded_flank(scene.gear_pair, Placement(), scene.operation.loaded_flank)
     return NominalFlank(flank_pair(table, placement), BODIES.index(body), coast)
+
+
+def unreached(pair: FlankPair, body: int, stations: FloatArray) -> tuple[float, float]:
+    """Face coordinates below and above which the mate does not touch a flank [mm].
+
+    There the slices of the contact end, of which the stations are the middles. Infinite at an end where the slices
+    reach the rounding of the flank's own edge: only a body that is wider than its mate is left alone beyond it.
+    """
+    borders = pair.borders(stations)
+    driving = body == DRIVING
+    low, high = borders.driving_face if driving else borders.face
+    radius = borders.driving_end_edge_radius if driving else borders.end_edge_radius
+    half = 0.5 * (stations[1] - stations[0])
+    first, last, slack = stations[0] - half, stations[-1] + half, _SLACK * half
+    below = float(first) if first - slack > low + radius else -np.inf
+    above = float(last) if last + slack < high - radius else np.inf
+    return below, above

@@ -15,6 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from semiwear.arrays import FloatArray, IntArray
 from semiwear.compile_ahead import compile_ahead
 from semiwear.errors import ConvergenceError, SceneError
+from semiwear.measured.nominal import NominalFlank, unreached
 from semiwear.measured.worn import MeasuredWear
 from semiwear.meshing.flank_grid import FlankGrid
 from semiwear.meshing.flank_pair import BODIES, DRIVEN
@@ -29,7 +30,9 @@ __all__ = ["FlankReading", "WearCurve", "WearFamily", "wear_family"]
 
 @dataclass(frozen=True)
 class FlankReading:
-    """Reads values on a body's wear grid at places, linear between slices and nodes, held beyond them.
+    """Reads values on a body's wear grid at places, linear between slices and nodes.
+
+    Held beyond them, but nothing where the mate is narrower and does not touch.
 
     Attributes
     ----------
@@ -42,8 +45,10 @@ class FlankReading:
     weights: FloatArray
 
     @classmethod
-    def of(cls, grid: FlankGrid, face: FloatArray, profile: FloatArray) -> FlankReading:
-        """A reading at flank coordinates [mm], both (places,)."""
+    def of(
+        cls, grid: FlankGrid, face: FloatArray, profile: FloatArray, flank: NominalFlank | None = None
+    ) -> FlankReading:
+        """A reading at flank coordinates [mm], both (places,); with the flank, of nothing beyond its mate."""
         slices, points = grid.profile.shape
         at = np.interp(face, grid.face, np.arange(slices, dtype=float))
         low = np.clip(at.astype(np.int64), 0, max(slices - 2, 0))
@@ -58,6 +63,9 @@ class FlankReading:
             nodes[:, 2 * k + 1] = station * points + cell + 1
             weights[:, 2 * k] = part * (1.0 - (place - cell))
             weights[:, 2 * k + 1] = part * (place - cell)
+        if flank is not None:
+            below, above = unreached(flank.pair, flank.body, grid.face)
+            weights[(face < below) | (face > above)] = 0.0
         return cls(nodes, weights)
 
     def read(self, values: FloatArray) -> FloatArray:
@@ -189,4 +197,6 @@ def wear_family(scene: Scene, body: str, depth_a_step: float) -> WearFamily:
 
 def reading_of(family: WearFamily, measured: MeasuredWear) -> FlankReading:
     """Where a measurement reads a family, its points in the order of `inside`."""
-    return FlankReading.of(family.grid, measured.face[measured.inside], measured.profile[measured.inside])
+    return FlankReading.of(
+        family.grid, measured.face[measured.inside], measured.profile[measured.inside], measured.flank
+    )

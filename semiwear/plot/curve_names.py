@@ -18,6 +18,7 @@ _SIZE = 9.0  # of the letters [points]
 _LINE = 1.3  # height of a line of text over the size of its letters
 _ALIKE = 0.04  # of the height of the axes: curves that end within it are told apart by their means
 _LONG = 16  # letters
+_NEAR_BORDER = 0.04  # of the height of the axes: a name beside such a place lies inside it
 _DARKER = 0.75  # than its curve: a name has thin strokes
 
 
@@ -54,13 +55,16 @@ def name_place(
 ) -> None:
     """Write the name of a place beside it, rimmed to stand out on any ground; `left` of it or right.
 
-    Unless it is said, towards the middle of the axes.
+    Unless it is said, towards the middle of the axes: a name at their upper or lower border lies within.
     """
     from matplotlib import patheffects
 
     if left is None:
         low, high = ax.get_xlim()
         left = x > 0.5 * (low + high)
+    low, high = ax.get_ylim()
+    share = (y - low) / (high - low)
+    beside = "top" if share > 1.0 - _NEAR_BORDER else "bottom" if share < _NEAR_BORDER else "center"
     rim = "black" if colour == "white" else "white"
     ax.annotate(
         name,
@@ -70,7 +74,7 @@ def name_place(
         color=colour,
         fontsize=_SIZE,
         ha="right" if left else "left",
-        va="bottom" if above else "center",
+        va="bottom" if above else beside,
         path_effects=[patheffects.withStroke(linewidth=2.2, foreground=rim)],
         zorder=6,
     )

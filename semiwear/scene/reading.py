@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,34 +20,49 @@ _SAME_TABLE_BONUS = 0.1
 # Effects are many: from elsewhere, a name of theirs is meant only if nothing else is.
 _EFFECT_MALUS = 0.2
 _MOST_MEANINGS = 3
-# Names that textbooks and other programs use, in small letters, and the fields that they stand for.
+# Symbols and words of drawings, textbooks and other programs, in small letters without underscores or unit, and the
+# fields that they stand for.
 _OTHER_NAMES = {
     "z1": ("pinion_teeth",),
     "z2": ("gear_teeth",),
     "ratio": ("gear_teeth",),
     "m": ("normal_module_mm", "module_mm"),
     "mn": ("normal_module_mm",),
-    "m_n": ("normal_module_mm",),
     "alpha": ("pressure_angle_deg",),
+    "alphan": ("pressure_angle_deg",),
     "beta": ("helix_angle_deg",),
     "x1": ("pinion_profile_shift",),
     "x2": ("gear_profile_shift",),
     "b": ("pinion_face_width_mm",),
+    "b1": ("pinion_face_width_mm",),
+    "b2": ("gear_face_width_mm",),
     "a": ("centre_distance_mm",),
+    "aw": ("centre_distance_mm",),
+    "da1": ("pinion_tip_diameter_mm",),
+    "da2": ("gear_tip_diameter_mm",),
     "sigma": ("shaft_angle_deg",),
-    "e": ("youngs_modulus_MPa",),
-    "nu": ("poissons_ratio",),
+    "e": ("youngs_modulus_MPa", "pinion.youngs_modulus_MPa"),
+    "nu": ("poissons_ratio", "pinion.poissons_ratio"),
     "t": ("pinion_torque_Nm",),
     "t1": ("pinion_torque_Nm",),
     "n": ("pinion_speed_rpm",),
     "n1": ("pinion_speed_rpm",),
     "rpm": ("pinion_speed_rpm",),
     "k": ("coefficient_mm2_per_N",),
+    "kw": ("coefficient_mm2_per_N",),
     "mu": ("coefficient",),
     "lifetime": ("hours",),
     "cycles": ("meshes",),
     "revolutions": ("meshes",),
+    "ca": ("tip_relief_um",),
+    "calphaa": ("tip_relief_um",),
+    "lca": ("tip_relief_length_mm",),
+    "cf": ("root_relief_um",),
+    "calphaf": ("root_relief_um",),
+    "cbeta": ("crowning_um",),
+    "chbeta": ("lead_slope_um",),
 }
+_UNIT = re.compile(r"_(mm|um|deg|rad|nm|knm|rpm|mpa|gpa)$")  # ends of names, in small letters
 # Names of a rating that no scene has the inputs of, in small letters.
 _OF_WORMS = frozenset({"din_3996", "din3996", "iso_14521", "iso_ts_14521", "worm", "worm_wear"})
 # Of more unknown names, those that follow are counted: to find out what each may mean takes a millisecond and more.
@@ -208,18 +224,31 @@ def unknown_key(table: str, name: str, raw: Value, schema: Schema) -> Problem:
 
 def _meanings(table: str, name: str, schema: Schema) -> list[str]:
     """Dotted keys of the fields and tables that a misspelled or misplaced name may stand for; few, or none."""
-    keys = (f"{table}.{meant}" for meant in _OTHER_NAMES.get(name.casefold(), ()))
+    symbol = _UNIT.sub("", name.casefold()).replace("_", "")
+    keys = (f"{table}.{meant}" for meant in _OTHER_NAMES.get(symbol, ()))
     if known := [key for key in keys if key in schema.rules]:
         return known
     scores = {key: _likelihood(table, name, key) for key in (*schema.rules, *schema.tables) if key}
     best = max(scores.values())
     if best < 1.0 and _kinds_with(f"{table}.{name}"):  # spelled well, of another kind of pair
         return []
+    if best < 1.0 and (known := _with_the_words(table, name, schema)):
+        return known
     likeliest = [key for key, score in scores.items() if score == best]
     # of several that are as close, a field that every scene must give is the likelier meaning
     needed = [key for key in likeliest if key in schema.required]
     likeliest = needed if len(needed) == 1 else likeliest
     return likeliest if best > 0.0 and len(likeliest) <= _MOST_MEANINGS else []
+
+
+def _with_the_words(table: str, name: str, schema: Schema) -> list[str]:
+    """Dotted keys of the few fields that have all words of a name of two words or more, the same table's first."""
+    words = set(re.split(r"[_.]", name.casefold()))
+    having = (
+        [key for key in schema.rules if words <= set(re.split(r"[_.]", key.casefold()))] if len(words) > 1 else []
+    )
+    near = [key for key in having if parent(key) == table] or having
+    return near if len(near) <= _MOST_MEANINGS else []
 
 
 def _kinds_with(key: str) -> list[str]:

@@ -180,10 +180,15 @@ def wear_coefficient() -> Rule:
     return Rule(_coefficient, allowed, holds, fix)
 
 
+def _named_otherwise(kind: str) -> str:
+    told = "semiwear materials lists them with their sources"
+    return f'any steel, hardened or not, is "steel"; {told}' if "steel" in named_sets(kind) else told
+
+
 def named_data(kind: str, what: str) -> Value:
     """The field that names a set of data of a kind, of which `semiwear materials` lists all."""
     names = tuple(named_sets(kind))
-    return declared(choice(*names, otherwise="semiwear materials lists them with their sources"), what, default=None)
+    return declared(choice(*names, otherwise=_named_otherwise(kind)), what, default=None)
 
 
 def wear_data() -> Rule:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from semiwear import plot
-from semiwear.plot.curve_names import _apart, name_curves
+from semiwear.plot.curve_names import _apart, name_curves, name_place
 from tests.strategies.results import synthetic_tree
 
 
@@ -53,3 +53,14 @@ def test_sections_run_through_the_deepest_place(body):
         thick = max(panel.get_lines(), key=lambda line: line.get_linewidth())
         assert np.nanmax(thick.get_ydata()) == pytest.approx(wear.max(), rel=1e-12)
         assert len(panel.get_lines()) <= 4
+
+
+@pytest.mark.parametrize("height", [0.0, 0.5, 1.0])
+def test_the_name_of_a_place_at_a_border_lies_within_the_axes(height):
+    figure, ax = plt.subplots()
+    ax.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    name_place(ax, 0.0, height, "greatest wear")
+    figure.canvas.draw()
+    lies, frame = ax.texts[0].get_window_extent(), ax.get_window_extent()
+    assert frame.y0 - 2.0 <= lies.y0 and lies.y1 <= frame.y1 + 2.0
+    plt.close(figure)

@@ -382,3 +382,15 @@ def test_the_progress_ends_with_all_steps_done(monkeypatch):
     heard = SimpleNamespace(step=lambda done, total, _: told.append((done, total)))
     calibration._wear_past(family, [part], (), heard)
     assert told[0][0] == 1 and told[-1] == (3, 3)
+
+
+def test_a_body_wider_than_its_mate_is_predicted_unworn_beyond_it(spur, tmp_path):
+    coarse = {"numerics.face_slices": 11, "numerics.roll_positions": 8, "numerics.wear_steps": 1}
+    wide = spur.gear_pair.pinion_face_width_mm + 2.0
+    scene = spur.replace(coarse | {"gear_pair.gear_face_width_mm": wide})
+    path = tmp_path / "worn.csv"
+    tree = sw.simulate(scene)
+    sw.export_flank(scene, "gear", path, points=(21, 9), worn=tree)
+    compared = sw.compare_wear(tree, path)
+    assert not compared.predicted.isel(face=[0, -1]).values.any()
+    assert compared.difference_max < 0.1 * compared.predicted.max()

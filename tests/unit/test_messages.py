@@ -7,6 +7,7 @@ import pytest
 import semiwear as sw
 from semiwear.cli import main
 from semiwear.scene import parse_scene
+from semiwear.targets import file_target
 from tests.scenes import problems_of
 
 
@@ -48,6 +49,17 @@ def test_a_value_with_its_unit_is_told_to_lose_it(shipped):
         ({"material.pinion.E": 206000.0}, "did you mean youngs_modulus_MPa?"),
         ({"wear.k": 1e-13}, "did you mean coefficient_mm2_per_N?"),
         ({"wear.until.cycles": 10.0}, "did you mean meshes?"),
+        ({"gear_pair.d_a1_mm": 50.0}, "did you mean pinion_tip_diameter_mm?"),
+        ({"gear_pair.alpha_n": 20.0}, "did you mean pressure_angle_deg?"),
+        ({"gear_pair.a_w": 90.0}, "did you mean centre_distance_mm?"),
+        ({"gear_pair.pinion_tip_relief_um": 20.0}, "did you mean effects.modification.pinion.tip_relief_um?"),
+        ({"effects.modification.pinion.C_a_um": 20.0}, "did you mean tip_relief_um?"),
+        ({"effects.tip_relief.pinion_um": 20.0}, "did you mean effects.modification.pinion.tip_relief_um?"),
+        ({"wear.wear_coefficient": 1e-13}, "did you mean coefficient_mm2_per_N?"),
+        (
+            {"material.pinion": "16MnCr5"},
+            'any steel, hardened or not, is "steel"; semiwear materials lists them with their sources',
+        ),
     ],
 )
 def test_names_of_textbooks_lead_to_the_field(spur, given, meant):
@@ -216,3 +228,8 @@ def test_flanks_out_of_reach_blame_a_placement_only_where_there_is_one(shipped):
         sw.loaded_contact(shipped.replace(soft | {"operation.pinion_torque_Nm": 1e6, "wear": None}))
     assert "placement" not in str(caught.value)
     assert "operation.pinion_torque_Nm" in str(caught.value)
+
+
+def test_an_unknown_ending_of_an_export_is_told_that_the_ending_chooses(tmp_path):
+    with pytest.raises(sw.SceneError, match=r"the ending says what is written: e\.g\. .*x\.vtu"):
+        file_target("path", tmp_path / "x.rexs", (".vtu", ".stl", ".csv"))
