@@ -7,8 +7,10 @@
 A search draws scrambled Sobol' points and solves them by `sw.sweep`, which keeps them in a folder, so that a search
 that was stopped goes on; problems of one space share its samples. Its best is the first, from the best aim on, that
 keeps all limits on the grid of the scene and on one of twice the resolution. Aims are compared on both grids. A
-design is within 2 % of the search if its aim is at most 2 % worse on either. Of two aims every design of the front is
-compared with the search's front: by how much both of its aims have to be better until no sample is better in both.
+design is within 2 % of the search if its aim is at most 2 % worse on either. Of two aims every sample is solved on
+both grids, and every design of the front compared with the search's front: by how much both of its aims have to be
+better until no sample is better in both. What counts is the finer grid, on which the optimiser chooses its front; by
+how much it is behind on the scene's grid is told beside it.
 """
 
 from __future__ import annotations
@@ -233,7 +235,7 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
     -------
     dict
         `samples`, `solved`, `feasible` (on the grid of the scene), and `best` with its `changes`; of two aims
-        `front`, pairs of them of which none is better in both.
+        `front` and `doubled_front`, pairs of them on each grid of which none is better in both.
     """
     places, sweep = samples(case.space, folder, workers)
     designs = case.designs(workers)
@@ -246,7 +248,9 @@ def searched(case: Case, folder: Path, workers: int) -> Table:
         "seconds_a_sample": float(np.nanmean(sweep["seconds"].values)),
     }
     if len(case.minimise) == 2:
-        return {**told, "front": front_of(np.stack([one.aims for one in feasible])).tolist()}
+        finer = [one for one in designs.solved(places, DOUBLED) if designs.violation(one, designs.bounds) <= 0.0]
+        fronts = (front_of(np.stack([one.aims for one in grid])).tolist() for grid in (feasible, finer))
+        return {**told, **dict(zip(("front", "doubled_front"), fronts, strict=True))}
     for one in sorted(feasible, key=lambda design: float(design.aims[0])):
         doubled = designs.solved([one.place], DOUBLED)[0]
         if designs.violation(doubled, designs.bounds) <= 0.0:
@@ -285,7 +289,12 @@ def optimised(case: Case) -> Table:
     }
     if len(case.minimise) == 2:
         pairs = np.stack([found.front[name].values for name in case.minimise], axis=1)
-        return {**told, "front": pairs.tolist()}
+        designs = case.designs()
+        fields = [found.front[name] for name in found.front.coords]
+        rows = [{one.attrs["field"]: one.values[k].item() for one in fields} for k in range(len(pairs))]
+        places = [designs.space.start(designs.scene.replace(row)) for row in rows]
+        doubled = [one.aims.tolist() for one in designs.solved(places, DOUBLED)]
+        return {**told, "front": pairs.tolist(), "doubled_front": doubled}
     return {**told, "best": found.told[0].best, "doubled": found.told[0].doubled}
 
 
@@ -298,12 +307,15 @@ def _processor_seconds() -> float:
 def behind(search: Mapping[str, Value], optimum: Mapping[str, Value]) -> float:
     """Share by which the optimiser's aim is worse than that of the search; negative where it is better.
 
-    The greater one of the scene's grid and the finer one. Of a front, on the scene's grid, the greatest over its
+    The greater one of the scene's grid and the finer one. Of a front, on the finer grid, the greatest over its
     designs, and over its ends against the search's best of each aim.
     """
     if "best" in search:
         return max(float(optimum[grid]) / float(search[grid]) - 1.0 for grid in ("best", "doubled"))
-    theirs, ours = np.array(search["front"]), np.array(optimum["front"])
+    return _front_behind(np.array(search["doubled_front"]), np.array(optimum["doubled_front"]))
+
+
+def _front_behind(theirs: FloatArray, ours: FloatArray) -> float:
     ends = ours.min(axis=0) / theirs.min(axis=0) - 1.0
     inside = [float((one / theirs - 1.0).min(axis=1).max()) for one in ours]
     return float(max(*ends.tolist(), *inside))
@@ -338,6 +350,9 @@ def _row(case: Case, told: Table) -> tuple[str, ...]:
     if optimum is None:
         return case.title, *left, "not run", "", "", "", "", "", ""
     worse = "" if search is None else f"{100.0 * behind(search, optimum):+.1f} %"
+    if search is not None and "front" in search:
+        own = _front_behind(np.array(search["front"]), np.array(optimum["front"]))
+        worse += f" ({100.0 * own:+.1f} own)"
     limits = "" if not case.subject_to else "kept" if optimum["kept"] else "NOT kept"
     seconds = [f"{optimum[name]:.0f} s" for name in ("processor_seconds", "clock_seconds")]
     return case.title, *left, *_best(optimum), worse, limits, str(optimum["tried"]), *seconds

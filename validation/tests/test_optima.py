@@ -40,12 +40,12 @@ def test_by_how_much_a_design_is_worse():
     assert behind(sample, {"best": 2.1, "doubled": 2.2}) == pytest.approx(0.05)
     assert behind(sample, {"best": 1.9, "doubled": 2.09}) == pytest.approx(-0.05)
     assert behind(sample, {"best": 1.5, "doubled": 2.31}) == pytest.approx(0.05)  # a grid's error is no gain
-    search = {"front": [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0]]}
+    search = {"doubled_front": [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0]]}
     assert behind(search, search) == 0.0
     # each of the second's aims has to be a tenth better until the sample (2, 2) is no longer better in both
-    assert behind(search, {"front": [[1.0, 4.0], [2.2, 2.3], [4.0, 1.0]]}) == pytest.approx(0.1)
+    assert behind(search, {"doubled_front": [[1.0, 4.0], [2.2, 2.3], [4.0, 1.0]]}) == pytest.approx(0.1)
     # a front without an end is worse by what the end would bring
-    assert behind(search, {"front": [[1.0, 4.0], [2.0, 2.0]]}) == pytest.approx(1.0)
+    assert behind(search, {"doubled_front": [[1.0, 4.0], [2.0, 2.0]]}) == pytest.approx(1.0)
 
 
 def test_the_front_of_samples():
