@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import exp, log, pi, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -129,7 +129,9 @@ def elliptic_contact(load: float, curvature_1: float, curvature_2: float, modulu
             f"relative curvatures of {low:g} and {high:g} 1/mm make an ellipse without end: take "
             "`line_contact_pressure`"
         )
-    complement = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, _LEAST_COMPLEMENT, 1.0, xtol=1e-16))
+    complement = 1.0
+    if excess(1.0) < 0.0:  # by its logarithm, since a long ellipse has a very small one
+        complement = exp(brentq(lambda logarithm: excess(exp(logarithm)), log(_LEAST_COMPLEMENT), 0.0, xtol=1e-15))
     k, shape = integrals(complement)
     ratio = sqrt(complement)
     # 2 A = low = (2 p0 b / (E* a^2)) (K - E)/e^2 with p0 = 3 P/(2 pi a b)  ->  a^3

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
+from scipy.special import elliprd, elliprf
 
 from semiwear.closed_forms.hertz import elliptic_contact, line_contact_half_width, line_contact_pressure
 from semiwear.closed_forms.love import love_coefficients
@@ -205,3 +206,13 @@ def test_levers_and_coupled_grids():
 def test_an_ellipse_has_numbers_that_make_one(arguments, told):
     with pytest.raises(ValueError, match=told):
         elliptic_contact(*arguments)
+
+
+@pytest.mark.parametrize("complement", [0.9, 1e-2, 1e-5, 1e-8, 1e-11, 3e-14])
+def test_half_axes_of_an_ellipse_however_long(complement):
+    """Curvatures that belong to a chosen (b/a)^2 (Johnson 1985, eq. 4.28) find it again."""
+    first = elliprf(0.0, complement, 1.0)
+    second = elliprd(0.0, complement, 1.0) / 3.0
+    ratio = float((first - second) / (complement * second))
+    found = elliptic_contact(1000.0, 1e-4, 1e-4 * ratio, 1e5)
+    assert (found.minor_half_axis / found.major_half_axis) ** 2 == pytest.approx(complement, rel=1e-11)
