@@ -227,10 +227,14 @@ def _columns(torque: Value, time: ArrayLike | None, speed: ArrayLike | None) -> 
 def _from_file(path: Path) -> dict[str, FloatArray]:
     try:
         with no_pipe(path).open(encoding="utf-8-sig") as opened:
-            names = [name.strip().strip('"') for name in opened.readline().split(",")]
-            rows = np.loadtxt(opened, delimiter=",", ndmin=2)
+            head = opened.readline()
+            separator = next((mark for mark in ";\t" if mark in head), ",")
+            names = [name.strip().strip('"') for name in head.split(separator)]
+            # beside semicolons and tabs commas are decimal ones
+            numbers = opened if separator == "," else (line.replace(",", ".") for line in opened)
+            rows = np.loadtxt(numbers, delimiter=separator, ndmin=2)
     except (OSError, ValueError, UnicodeDecodeError) as error:
-        allowed = f"a CSV file: a line with names ({', '.join(_COLUMNS)}), then numbers between commas"
+        allowed = f"a CSV file: a line with names ({', '.join(_COLUMNS)}), then numbers between commas or semicolons"
         raise SceneError.of("torque", str(path), allowed, str(error)) from None
     if len(set(names)) < len(names):
         raise SceneError.of(

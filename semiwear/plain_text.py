@@ -7,11 +7,13 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["folded", "lines_of", "one_of", "power_of_ten", "rows_of", "table", "unit_text"]
+__all__ = ["folded", "lines_of", "one_of", "power_of_ten", "rows_of", "table", "unit_text", "with_decimal_point"]
 
 _COLUMNS = 118
 _LEAST = 24  # columns that the last one of a table has at least
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_DECIMAL_POINT = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?")
 _UNITS = {"um": "µm", "1": "", "deg": "°", "degC": "°C"}
 
 
@@ -41,10 +43,21 @@ def lines_of(text: str) -> list[str]:
 
 
 def rows_of(text: str, separators: str = ";\t,") -> list[list[str]]:
-    """Cells of a table in a text file, row by row; the first of `separators` that its first line has is its own."""
+    """Cells of a table in a text file, row by row; the first of `separators` that its first line has is its own.
+
+    Where that is no comma, and no number has a point, commas within numbers are decimal ones.
+    """
     lines = lines_of(text)
     separator = next((mark for mark in separators if lines and mark in lines[0]), ",")
-    return [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    if separator == "," or any(_DECIMAL_POINT.fullmatch(cell) for row in rows for cell in row):
+        return rows
+    return [[with_decimal_point(cell) for cell in row] for row in rows]
+
+
+def with_decimal_point(word: str) -> str:
+    """A number with a point for its decimal comma; another word as it is."""
+    return word.replace(",", ".") if _DECIMAL_COMMA.fullmatch(word) else word
 
 
 def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

@@ -16,7 +16,8 @@ either `section_pitch` and `section_back_height` (section) [mm] of a rack, or `s
 `section_bore_radius` (section) [mm] of a ring.
 
 CSV (.csv): a header with the columns profile, face (whole numbers that count rows and columns from 0), x_mm, y_mm,
-z_mm and, if known, nx, ny, nz; one line a point in any order; lines that begin with # are skipped.
+z_mm and, if known, nx, ny, nz; one line a point in any order; lines that begin with # are skipped. Commas, semicolons
+or tabs stand between cells; numbers beside semicolons and tabs may have decimal commas.
 """
 
 from __future__ import annotations
@@ -292,7 +293,7 @@ def _read_csv(file: Path) -> PointGrid:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise _Unfit("no UTF-8 text", _FILE, "save it as UTF-8") from None
-    rows = rows_of(text, ",")
+    rows = rows_of(text)
     head = rows[0] if rows else []
     foreign = [name for name in head if name[:2] in ("x_", "y_", "z_") and not name.endswith("_mm")]
     if foreign:
@@ -300,7 +301,7 @@ def _read_csv(file: Path) -> PointGrid:
         raise _Unfit(f"a column {foreign[0]!r}", "points in mm", fix)
     absent = [name for name in _COLUMNS if name not in head]
     if absent:
-        fix = f"begin with the line {','.join(_COLUMNS)}"
+        fix = f"begin with the line {','.join(_COLUMNS)}; lines of remarks begin with #"
         raise _Unfit(f"no column {absent[0]}", "a header with the names of the columns", fix)
     short = next((k for k, row in enumerate(rows) if len(row) != len(head)), None)
     if short is not None:

@@ -19,6 +19,7 @@ from semiwear.measured.files import check_points
 from semiwear.measured.nearest import feet, turned_by_most
 from semiwear.measured.nominal import nominal_flank
 from semiwear.measured.rigid import Displacement
+from semiwear.plain_text import with_decimal_point
 from semiwear.scene import Scene
 
 __all__ = ["flank_from_points"]
@@ -53,7 +54,8 @@ def flank_from_points(
     scene : Scene
     points : path or (n, 3) array [mm]
         In the body's own frame (z is its axis, x any direction across it). Text with three numbers a line (.xyz,
-        .txt, .asc, .csv), or the vertices of a .ply, .stl, .obj, .vtu or .vtk file (extra ``view``).
+        .txt, .asc, .csv; decimal commas between spaces, semicolons or tabs), or the vertices of a .ply, .stl, .obj,
+        .vtu or .vtk file (extra ``view``).
     body : str
         ``"pinion"`` or ``"gear"``.
     shape : (int, int)
@@ -152,7 +154,7 @@ def _cloud(points: str | os.PathLike[str] | ArrayLike) -> FloatArray:
 def _of_text(file: Path) -> FloatArray:
     rows = []
     for number, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
-        words = line.replace(",", " ").replace(";", " ").split()
+        words = _words(line)
         if not words or line.lstrip().startswith("#"):
             continue
         try:
@@ -165,6 +167,14 @@ def _of_text(file: Path) -> FloatArray:
         if len(rows[-1]) < 3:
             raise SceneError.of("points", f"{file}: line {number} has {len(words)} numbers", "three numbers a line")
     return np.array(rows).reshape(-1, 3)
+
+
+def _words(line: str) -> list[str]:
+    """Words between spaces, semicolons, tabs or commas; commas within three numbers or more are decimal ones."""
+    plain = line.replace(";", " ")
+    words = [with_decimal_point(word) for word in plain.split()]
+    decimal = len(words) >= 3 and not any("," in word for word in words[:3])
+    return words if decimal else plain.replace(",", " ").split()
 
 
 def _finite(cloud: FloatArray) -> FloatArray:

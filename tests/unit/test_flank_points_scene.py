@@ -171,10 +171,22 @@ def test_csv_holds_the_same_flank(data, scene, tmp_path):
     assert second == pytest.approx(first, rel=0.25)
 
 
+def test_csv_with_decimal_commas(tmp_path):
+    rng = np.random.default_rng(1)
+    file = tmp_path / "flank.csv"
+    write_point_grid(file, PointGrid(rng.normal(size=(3, 4, 3))))
+    plain = read_point_grid(file).points
+    for separator in (";", "\t"):
+        file.write_text(file.read_text().replace(",", separator).replace(".", ","))
+        np.testing.assert_array_equal(read_point_grid(file).points, plain)
+        write_point_grid(file, PointGrid(plain))
+
+
 @pytest.mark.parametrize(
     ("text", "word"),
     [
         ("", "column"),
+        ("a remark\nprofile,face,x_mm,y_mm,z_mm\n0,0,1,2,3\n", "remarks begin with #"),
         ("profile,face,x_m,y_m,z_m\n0,0,1,2,3\n", "millimetres"),
         ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2\n", "cells"),
         ("profile,face,x_mm,y_mm,z_mm\n0,0,1,2,a\n", "correct"),

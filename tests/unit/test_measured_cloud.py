@@ -55,6 +55,15 @@ def test_wear_is_found_in_a_cloud(form, tmp_path):
     assert np.median(apart) < 0.2 and np.quantile(apart, 0.95) < 0.6
 
 
+@pytest.mark.parametrize(("between", "decimal"), [(", ", "."), (";", ","), ("\t", ","), ("  ", ","), (";", ".")])
+def test_text_of_a_cloud_is_read_however_numbers_are_written(between, decimal, tmp_path):
+    file = tmp_path / "scan.txt"
+    rows = (between.join(str(value).replace(".", decimal) for value in point) for point in CLOUD.tolist())
+    file.write_text("\n".join(rows))
+    grids = [sw.flank_from_points(SPUR, given, shape=(31, 31)) for given in (CLOUD, file)]
+    np.testing.assert_array_equal(grids[1].points, grids[0].points)
+
+
 def whole_tooth(body, teeth, count=6000, turn=0.3):
     """Points of a nominal tooth: its flank, the flank that mirrors it, and its tip land, turned about the axis."""
     flank = nominal_flank(SPUR, body)

@@ -118,10 +118,14 @@ def test_a_file_names_each_column_once(tmp_path):
 
 
 def test_files_and_tables_are_read_alike(tmp_path):
-    table = pd.DataFrame({"time_s": [0, 1, 3], "torque_Nm": [1.0, 2.0, 3.0], "speed_rpm": [10, 20, 30]})
+    table = pd.DataFrame({"time_s": [0, 1, 3], "torque_Nm": [1.5, 2.0, 3.25], "speed_rpm": [10, 20, 30]})
     table.to_csv(tmp_path / "load.csv", index=False)
-    one, other = sw.measured_load(table), sw.measured_load(tmp_path / "load.csv")
-    np.testing.assert_array_equal(one.weight, other.weight)
+    table.to_csv(tmp_path / "commas.csv", index=False, sep=";", decimal=",")
+    one = sw.measured_load(table)
+    for name in ("load.csv", "commas.csv"):
+        other = sw.measured_load(tmp_path / name)
+        np.testing.assert_array_equal(one.weight, other.weight)
+        np.testing.assert_array_equal(one.torque, other.torque)
 
 
 @pytest.mark.parametrize(
