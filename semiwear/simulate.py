@@ -77,7 +77,8 @@ def simulate(
     holds no others but these, `history` and ratings.
     """
     if scene.wear is None:
-        raise SceneError.of("wear", None, "a table [wear]", "use loaded_contact for a scene without wear")
+        fix = "add coefficient_mm2_per_N and an end in [wear.until], or take sw.loaded_contact for the unworn teeth"
+        raise SceneError.of("wear", None, "a table [wear]", fix)
     require_checkpoint(checkpoint, resume)
     kept: Keeper = NoCheckpoint()
     if checkpoint is not None:
