@@ -42,6 +42,7 @@ _GROWTH = 4  # times the first runs, at most
 _REACH = 3.5  # standard deviations of the posterior that further runs span
 _LEAST_SHARE = 0.9  # of runs that have to succeed
 _MOST_SHARE = 100.0  # standard deviations of an unknown that the emulator's error may make
+_SPEED = "operation.pinion_speed_rpm"
 _SAME_LEVEL = 1e-9  # of the meshes: wear states of all runs
 _OF_THE_RUN = ("wear.until.", "numerics.", "effects.run_life.")  # set by an inference itself
 
@@ -180,6 +181,8 @@ def plan_inference(
         allowed = "one number for both bodies, where it is unknown"
         problems.append(Problem(COEFFICIENT, shown(coefficient), allowed, "name one wear.worn_bodies"))
     problems += [_of_the_run(key) for key in unknown or () if isinstance(key, str) and key.startswith(_OF_THE_RUN)]
+    if wear.until.hours is not None and _SPEED in (unknown or ()):
+        problems += _without_meshes(observed)
     channels: list[Channel] = []
     priors: dict[str, Distribution] = {}
     try:
@@ -207,6 +210,17 @@ def _of_the_run(key: str) -> Problem:
     """A field that says how far or how finely a run is made."""
     fix = "infer the wear coefficient: the meshes count only times it" if key.startswith("wear.") else "remove it"
     return Problem(key, "an unknown field", "a field that no run sets: not of wear.until, numerics or run_life", fix)
+
+
+def _without_meshes(observed: object) -> list[Problem]:
+    """Observations whose meshes would follow from the scene's hours at a speed that is unknown."""
+    given = list(observed) if isinstance(observed, list | tuple) else [observed]
+    fix = "give meshes: wear.until.hours has them at the speed of the scene, which is an unknown"
+    return [
+        Problem(f"observed[{k}].meshes" if len(given) > 1 else "observed.meshes", None, "a number", fix)
+        for k, one in enumerate(given)
+        if getattr(one, "meshes", 0.0) is None
+    ]
 
 
 def _inferred(

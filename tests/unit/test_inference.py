@@ -249,6 +249,16 @@ def test_everything_wrong_is_told_before_anything_runs(solved, unknown, observed
     assert not solved
 
 
+def test_hours_at_an_unknown_speed_are_no_meshes(solved):
+    scene = SCENE.replace({"operation.pinion_speed_rpm": 100.0, "wear.until.hours": 1000.0})
+    unknown = {K: COEFFICIENT, "operation.pinion_speed_rpm": sw.Uniform(80.0, 120.0)}
+    readings = [sw.Reading("wear_depth_max[gear]", 8.0, 1.0, meshes=meshes) for meshes in (None, 1e6)]
+    with pytest.raises(SceneError, match=r"observed\[0\].meshes: missing.*an unknown") as error:
+        sw.infer(scene, unknown, readings)
+    assert "observed[1]" not in str(error.value)
+    assert not solved
+
+
 def test_a_flank_without_any_noise_is_refused(solved):
     """How far to rely on depths is told from their noise, which a flank of zeros has not."""
     flank = nominal_flank(SCENE)
