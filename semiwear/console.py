@@ -8,6 +8,7 @@ import logging
 import math
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from typing import TextIO
@@ -106,13 +107,23 @@ class _Notes(logging.Handler):
 def notes_on_standard_error(quiet: bool) -> Iterator[None]:
     """Show what the loggers under ``semiwear`` note; of a quiet command warnings alone."""
     logger, handler = logging.getLogger("semiwear"), _Notes()
-    level, propagate = logger.level, logger.propagate
+    level, propagate, usual = logger.level, logger.propagate, warnings.formatwarning
+
+    def as_a_note(
+        message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
+    ) -> str:
+        if issubclass(category, UserWarning):
+            return f"semiwear: {message}\n"
+        return usual(message, category, filename, lineno, line)
+
     logger.addHandler(handler)
     logger.setLevel(logging.WARNING if quiet else logging.INFO)
     logger.propagate = False
+    warnings.formatwarning = as_a_note
     try:
         yield
     finally:
+        warnings.formatwarning = usual
         logger.removeHandler(handler)
         logger.setLevel(level)
         logger.propagate = propagate

@@ -5,11 +5,14 @@ import logging
 import os
 import subprocess
 import sys
+import warnings
 
 import pytest
 
 import semiwear as sw
+from fem_reference.solvers import SlowSolverWarning
 from semiwear.cli import main
+from semiwear.console import notes_on_standard_error
 
 SMALL = [
     "--set", "numerics.face_slices=11", "--set", "numerics.roll_positions=8", "--set", "numerics.profile_points=31",
@@ -33,6 +36,13 @@ def test_a_quiet_run_says_nothing_but_its_end(capsys):
     assert main(["run", "spur_fzg_c", *SMALL, "--quiet"]) == 0
     told = capsys.readouterr()
     assert told.err == "" and "load share" in told.out
+
+
+def test_a_warning_of_ours_is_a_note_without_a_place_in_the_code():
+    with notes_on_standard_error(quiet=False):
+        assert warnings.formatwarning("slow", SlowSolverWarning, "some.py", 7) == "semiwear: slow\n"
+        assert "some.py:7" in warnings.formatwarning("overflow", RuntimeWarning, "some.py", 7)
+    assert "some.py:7" in warnings.formatwarning("slow", SlowSolverWarning, "some.py", 7)
 
 
 @pytest.mark.parametrize(
