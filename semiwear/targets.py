@@ -22,7 +22,7 @@ PAGES = (".html", ".htm")
 
 AnyPath = str | os.PathLike[str]
 
-_KINDS = {".nc": "netCDF", ".html": "HTML", ".csv": "CSV"}
+_KINDS = {".nc": "netCDF", ".nc4": "netCDF", ".html": "HTML", ".htm": "HTML", ".csv": "CSV"}
 _FULL = 1 << 20  # bytes: with less than this left a disk is full
 
 

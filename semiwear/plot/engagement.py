@@ -148,8 +148,8 @@ def _hatch(ax: Axes, roll: np.ndarray, alone: np.ndarray) -> None:
         ax.axvspan(ends[start], ends[stop], fc="none", ec="#999999", hatch="////", lw=0.0)
     start, stop = max(turns.reshape(-1, 2), key=lambda turn: ends[turn[1]] - ends[turn[0]])
     ax.text(
-        0.5 * (ends[start] + ends[stop]), 0.97, "edges alone bear", rotation=90, fontsize=9.0, ha="center", va="top",
-        transform=ax.get_xaxis_transform(), bbox={"fc": "white", "ec": "none", "pad": 1.0},
+        0.5 * (ends[start] + ends[stop]), 0.03, "edges alone bear", rotation=90, fontsize=9.0, ha="center",
+        va="bottom", transform=ax.get_xaxis_transform(), bbox={"fc": "white", "ec": "none", "pad": 1.0},
     )  # fmt: skip
 
 

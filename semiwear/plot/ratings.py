@@ -20,6 +20,7 @@ from semiwear.plot.style import (
     label,
     meshes_axis,
     need,
+    plain_log_scale,
     step_name,
     styled,
 )
@@ -188,10 +189,5 @@ def _shade_governing(ax: Axes, places: np.ndarray, curves: np.ndarray, colours: 
 
 def _scale(ax: Axes, values: np.ndarray) -> None:
     """A logarithmic scale with plain numbers, that holds the limit."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    ax.set_yscale("log")
+    plain_log_scale(ax, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
     ax.set_ylim(0.9 * min(1.0, np.nanmin(values)), 1.1 * max(1.2, np.nanmax(values)))
-    ax.yaxis.set_major_locator(LogLocator(10.0, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.yaxis.set_minor_formatter(NullFormatter())

@@ -33,6 +33,7 @@ __all__ = [
     "label",
     "meshes_axis",
     "need",
+    "plain_log_scale",
     "pressure_scale",
     "step_colours",
     "step_name",
@@ -142,9 +143,19 @@ def colour_bar(
 def pressure_scale(ax: Axes, greatest: float, on_edges: float) -> None:
     """Scale of pressures from zero, or logarithmic where edges press far harder than the rest."""
     if on_edges > _LOG_FROM * greatest > 0.0:
-        ax.set_yscale("log")
+        plain_log_scale(ax, (1.0, 2.0, 5.0))
     else:
         ax.set_ylim(bottom=0.0)
+
+
+def plain_log_scale(ax: Axes, ticks: tuple[float, ...]) -> None:
+    """A logarithmic scale upwards with plain numbers, at these multiples of powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    ax.set_yscale("log")
+    ax.yaxis.set_major_locator(LogLocator(10.0, ticks))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.yaxis.set_minor_formatter(NullFormatter())
 
 
 def meshes_axis(array: xr.DataArray) -> tuple[np.ndarray, str]:
