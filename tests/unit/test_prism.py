@@ -414,6 +414,15 @@ def test_a_deep_rim_takes_no_elements_from_the_root(teeth, bore):
     assert np.abs(usual.deflection - fine.deflection).max() < 3e-3 * fine.deflection.max()
 
 
+@pytest.mark.parametrize("teeth", [25, 100])
+def test_elements_reach_down_to_a_small_bore(teeth):
+    """Found: 1.5 % of a tooth's deflection missing, by the shear of the ring that grows towards its bore."""
+    section = InvoluteTooth(teeth, 4.0, np.radians(20.0), 4.0, 5.0, 1.52, 0.2 * teeth).section()
+    wave = {"width": 30.0, "harmonics": 1, **STEEL}
+    usual, fine = prism_section(section, **wave), prism_section(section, elements_below=48, **wave)
+    assert np.abs(usual.deflection - fine.deflection).max() < 2e-3 * fine.deflection.max()
+
+
 def test_many_teeth_on_a_ring_tend_to_a_rack():
     """A tooth on a ring of growing radius, same rim thickness, tends to the rack's tooth."""
     plane = trapezoid(pitch=20.0, rim=15.0)
