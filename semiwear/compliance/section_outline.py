@@ -178,13 +178,16 @@ def foot_height(section: ToothSection) -> float:
 
 
 def point_below_tooth(section: ToothSection, fillet: FloatArray, middle: int) -> float:
-    """Height of C, where the normal of the outline at M meets the centre line, but well inside the rim."""
+    """Height of C, where the normal of the outline at M meets the centre line, but well inside the rim.
+
+    On a deep rim it stays near the tooth: elements from M to C are few, and those at the fillet as large as they are.
+    """
     x, y = fillet[middle]
     tangent = fillet[middle + 1] - fillet[middle - 1]
     normal_foot = y + x * tangent[0] / tangent[1] if tangent[1] < -1e-3 * tangent[0] else -np.inf
     root = min(y, fillet[-1, 1])
     rim = root - foot_height(section)
-    return float(np.clip(normal_foot, root - 0.5 * rim, root - 0.2 * rim))
+    return float(np.clip(normal_foot, root - 0.5 * rim, root - min(0.2 * rim, 0.5 * x)))
 
 
 def check_outline(section: ToothSection, name: str) -> None:
