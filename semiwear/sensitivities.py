@@ -162,6 +162,7 @@ def sensitivities(
         crew.call()  # while the scene itself is solved
         runs = _Runs(crew, hears, 1 + len(_NEAR) * len(steps))
         settled, base = _settled(scene, replace(measure, last=False), runs)
+        _require_told(quantities, base)
         moved = {key: _Moved(key, float(scene_value(settled, key) or 0.0), step) for key, step in steps.items()}
         shared = _shared_with(settled, moved, quantities)
         own = [one for key, one in moved.items() if key not in shared]
@@ -316,6 +317,16 @@ def _beside(scene: Scene, one: _Moved) -> Scene:
         return scene.replace({one.key: one.at + _BESIDE * one.step})
     except SceneError:
         return scene
+
+
+def _require_told(quantities: Sequence[Quantity], base: Outcome) -> None:
+    problems = [
+        Problem("of", one.text, "a quantity that a result of this scene has", f"its result has no {one.text}")
+        for one in quantities
+        if one.path not in base.measured.variables
+    ]
+    if problems:
+        raise SceneError(problems, "sensitivities")
 
 
 def _stretched(base: Outcome, stretch: float) -> Outcome:

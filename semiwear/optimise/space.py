@@ -130,7 +130,8 @@ def space_of(scene: Scene, vary: object) -> Space:
         if isinstance(told, tuple) and not (len(told) == 2 and all(is_number(one) for one in told)):
             problems.append(Problem(str(key), shown(told), "(low, high), two numbers", "give a list for choices"))
         elif isinstance(told, tuple) and not told[0] < told[1]:
-            problems.append(Problem(str(key), shown(told), "low below high", "exchange the two"))
+            fix = "exchange the two" if told[0] > told[1] else "give ends that differ, or change the scene"
+            problems.append(Problem(str(key), shown(told), "low below high", fix))
         lists[key] = told
     variation = None
     try:

@@ -197,7 +197,7 @@ def read_distribution(field: str, raw: object, scene: Scene, problems: list[Prob
         allowed = "Normal, LogNormal, Uniform or Triangular"
         problems.append(Problem(field, shown(raw), allowed, "give e.g. Normal(mean=1600, deviation=80)"))
         return None
-    wrong = _not_numbers(field, raw) or raw.problems(field)
+    wrong = _not_numbers(field, raw) or raw.problems(field) or _nothing_left(field, raw)
     problems += wrong
     return None if wrong else raw
 
@@ -260,6 +260,14 @@ def _needs_order(field: str, low: float, high: float) -> list[Problem]:
     if low < high:
         return []
     return [Problem(f"{field}, high", high, f"greater than low = {low:g}", "exchange them?")]
+
+
+def _nothing_left(field: str, raw: Distribution) -> list[Problem]:
+    if not isinstance(raw, Normal | LogNormal) or np.isfinite(raw.quantile(np.array(0.5))):
+        return []
+    limits = f"{raw.low:g} to {raw.high:g}"
+    allowed = "limits with some of the distribution between them"
+    return [Problem(f"{field}, low and high", limits, allowed, "nothing is left so far out: check their unit")]
 
 
 def _cut(share: FloatArray, mean: float, deviation: float, low: float, high: float) -> FloatArray:

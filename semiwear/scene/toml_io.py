@@ -52,7 +52,7 @@ def _likely_fix(line: str, message: str) -> str:
         return "; each table has one header, [name], in a line of its own"
     if "overwrite" in message:
         return "; the field is there twice: remove one"
-    if re.match(r"[-+]?\d+,\d", value):
+    if re.match(r"(\{.*= *)?[-+]?\d+,\d", value):
         return "; write a decimal point, not a comma"
     if re.match(r"[-+.\d]+(e[-+]?\d+)? *[a-zA-Z%°]", value):
         return "; leave the unit out, it is in the field's name"

@@ -177,6 +177,9 @@ def read_job(
     if problems or variation is None or measured is None:
         raise SceneError(problems, "sweep")
     members, tasks = gather(scene, variation, measured)
+    if measured.life_alone and not any(task.scene.effects.run_life for task in tasks.values()):
+        allowed = "what a result of these scenes has"
+        raise SceneError.of("measure", "a life alone", allowed, "give the scene [effects.run_life], which ends it")
     return Job(scene, variation, measured, members, tasks, count, crew[1])
 
 

@@ -76,6 +76,7 @@ MALFORMED = {
     "a field twice": (put("module_mm", "module_mm = 6\nmodule_mm"), "line 15", "TOML syntax", "twice: remove one"),
     "a table twice": (more("[gear_pair]\nmodule_mm = 1"), "line 74", "TOML syntax", "each table has one header"),
     "a decimal comma": (to(module_mm="6,35"), "line 14", "TOML syntax", "a decimal point, not a comma"),
+    "a decimal comma in a table": (only("a = {from = 0, to = 0,5}\n"), "line 1", "TOML syntax", "not a comma"),
     "a unit": (to(module_mm="6.35 mm"), "line 14", "TOML syntax", "leave the unit out, it is in the field's name"),
     "None": (to(pinion_bore_radius_mm="None"), "line 39", "TOML syntax", "leave the line out"),
     "no value": (to(pinion_bore_radius_mm=""), "line 39", "TOML syntax", "leave the line out"),

@@ -215,13 +215,17 @@ def test_whole_numbers_stand_for_all_between(scene: sw.Scene) -> None:
 def test_all_that_is_wrong_is_told_at_once(scene: sw.Scene) -> None:
     with pytest.raises(sw.SceneError) as caught:
         sw.optimise(
-            scene, {"effects.modification.pinion.tip_releif_um": (0, 60), GEAR: (60, 0), PINION: (0, 1, 2)},
+            scene, {
+                "effects.modification.pinion.tip_releif_um": (0, 60), GEAR: (60, 0), PINION: (0, 1, 2),
+                "operation.pinion_torque_Nm": (300, 300),
+            },
             minimise="wear_depht_max", subject_to={"load_share_max": "< 1", "root_stress_max[tip]": "<= 1"}, most=0,
         )  # fmt: skip
     text = str(caught.value)
     for part in (
         "tip_relief_um",
         "exchange the two",
+        "ends that differ",
         "two numbers",
         "wear_depth_max",
         '"<= 2.5"',

@@ -83,6 +83,11 @@ def test_scatter_and_bends_take_a_second_pair_and_are_told(scene: sw.Scene, by_f
     assert found["doubtful"].all()
 
 
+def test_a_quantity_that_the_result_lacks_is_told(scene: sw.Scene) -> None:
+    with pytest.raises(sw.SceneError, match="its result has no meshes_to_limit"):
+        public(scene, "meshes_to_limit", [TORQUE], workers=0)
+
+
 def test_a_field_that_no_scene_has_is_called_one(scene: sw.Scene) -> None:
     with pytest.raises(sw.SceneError) as caught:
         public(scene, "wear_depth_max", ["operation.pinion_torq", "foo", "effects.modification.pinion.tip_relief_um"])
