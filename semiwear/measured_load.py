@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from semiwear.arrays import BoolArray, FloatArray
 from semiwear.errors import MissingExtraError, Problem, SceneError
+from semiwear.plain_text import separator_of
 from semiwear.scene.closest import closest
 from semiwear.scene.values import is_whole, shown
 from semiwear.sources import no_pipe
@@ -228,7 +229,7 @@ def _from_file(path: Path) -> dict[str, FloatArray]:
     try:
         with no_pipe(path).open(encoding="utf-8-sig") as opened:
             head = opened.readline()
-            separator = next((mark for mark in ";\t" if mark in head), ",")
+            separator = separator_of(head)
             names = [name.strip().strip('"') for name in head.split(separator)]
             # beside semicolons and tabs commas are decimal ones
             numbers = opened if separator == "," else (line.replace(",", ".") for line in opened)

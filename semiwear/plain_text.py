@@ -7,7 +7,17 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["folded", "lines_of", "one_of", "power_of_ten", "rows_of", "table", "unit_text", "with_decimal_point"]
+__all__ = [
+    "folded",
+    "lines_of",
+    "one_of",
+    "power_of_ten",
+    "rows_of",
+    "separator_of",
+    "table",
+    "unit_text",
+    "with_decimal_point",
+]
 
 _COLUMNS = 118
 _LEAST = 24  # columns that the last one of a table has at least
@@ -42,13 +52,18 @@ def lines_of(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
 
 
-def rows_of(text: str, separators: str = ";\t,") -> list[list[str]]:
-    """Cells of a table in a text file, row by row; the first of `separators` that its first line has is its own.
+def separator_of(line: str) -> str:
+    """Separator of the cells of a table, by its first line: a semicolon, a tab or a comma."""
+    return next((mark for mark in ";\t" if mark in line), ",")
 
-    Where that is no comma, and no number has a point, commas within numbers are decimal ones.
+
+def rows_of(text: str) -> list[list[str]]:
+    """Cells of a table in a text file, row by row.
+
+    Where no comma stands between them, and no number has a point, commas within numbers are decimal ones.
     """
     lines = lines_of(text)
-    separator = next((mark for mark in separators if lines and mark in lines[0]), ",")
+    separator = separator_of(lines[0]) if lines else ","
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
     if separator == "," or any(_DECIMAL_POINT.fullmatch(cell) for row in rows for cell in row):
         return rows
