@@ -200,7 +200,7 @@ def _state_count(
     """Wear states of a run: by the depth that is foreseen on either body, unless steps follow an accuracy."""
     if isinstance(stepper, AdaptiveStepper):
         return ADAPTIVE_STATES
-    return steps_for_depth(stepper.foreseen_depth(start, meshes), base_pitch)
+    return steps_for_depth(stepper.predicted_depth(start, meshes), base_pitch)
 
 
 def _depths_told(state: WearState) -> str:

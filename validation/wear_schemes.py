@@ -20,7 +20,7 @@ __all__ = ["SCHEMES", "SOLVES_A_STEP", "Life", "SchemeRun", "life_of", "solves_f
 SCHEMES = ("explicit", "implicit", "two-stage")
 SOLVES_A_STEP = {"explicit": 1, "implicit": 3, "two-stage": 5}
 """Solutions of the loaded contact that a wear step is made of: the elastic contact after it; of an implicit step also
-its rehearsal and itself; of two stages the rehearsal of the first, each stage and the contact after each."""
+its prediction and itself; of two stages the prediction of the first, each stage and the contact after each."""
 
 
 @dataclass(frozen=True)

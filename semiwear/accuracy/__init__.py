@@ -1,4 +1,4 @@
-"""A result as accurate as asked for, which tells its own error."""
+"""Results to a requested accuracy, with an estimate of their error."""
 
 from semiwear.accuracy.run import simulate
 

@@ -1,11 +1,11 @@
-"""Resolution for an accuracy: what each number of cells, positions and terms contributes to the error, and costs.
+"""Resolution for a requested accuracy, from the contribution of each parameter to the error and to the cost.
 
-Every parameter n of a discretisation leaves an error e = c n^-q. Two results that differ in n alone tell c
-(Richardson 1911, Phil. Trans. R. Soc. A 210, 307-357); contributions of several parameters add up as squares. The
-orders are those that runs on worn flanks show: edges and the border of contact keep most of them to the first. In
-the roll positions wear depths, load shares and transmission errors gain more, at least the order 1.5: on the shipped
-scene and four drawn ones the worst depth errs by 2.1 to 3.8 times less at 24 than at 12 positions, and by 5 to 12
-times less at 48. Pressures follow the first order.
+A discretisation with n elements has an error e = c n^-q. Two results that differ in n alone give c (Richardson 1911,
+Phil. Trans. R. Soc. A 210, 307-357); contributions of several parameters add up as squares. The orders q are those of
+runs on worn flanks, where edges and the border of contact limit most of them to one. In the number of roll positions
+wear depths, load shares and transmission errors converge with at least the order 1.5: in the shipped scene and four
+random ones the greatest error of a depth is 2.1 to 3.8 times smaller at 24 than at 12 positions, and 5 to 12 times
+smaller at 48. Pressures are of first order.
 """
 
 from __future__ import annotations
@@ -27,29 +27,30 @@ __all__ = [
     "together",
 ]
 
-_REFINED = 1.2  # in one go
-_OF_WEAR = frozenset({"wear_depth", "load_share_max", "transmission_error"})  # kinds
+_REFINED = 1.2  # factor of one refinement
+_OF_WEAR = frozenset({"wear_depth", "load_share_max", "transmission_error"})  # kinds of quantities
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of `[numerics]` that resolves something.
+    """A parameter of the discretisation in `[numerics]`.
 
     Attributes
     ----------
     name : str
     start : int
-        Of a coarse run.
+        Value in the coarse run.
     most : int
-        Beyond, rounding and the narrowness of slices spoil what is gained.
+        Greatest value; beyond it rounding and the narrowness of slices outweigh the gain.
     order : float
-        q.
+        Order q of the error.
     cost : float
-        Exponent with which the time of a run grows.
+        Exponent of the computing time.
     refined : bool
-        Whether a finer value tells the error, or a coarser one: where a finer one is dear and the order is high.
+        Whether the error is estimated with a finer value; otherwise, where that is expensive and the order high, with
+        a coarser one.
     of_wear : float, optional
-        q of wear depths, load shares and transmission errors, where it is another.
+        Order of wear depths, load shares and transmission errors, if different.
     """
 
     name: str
@@ -76,15 +77,15 @@ PARAMETERS = (
 
 @dataclass(frozen=True)
 class Contribution:
-    """Share of one parameter in the errors.
+    """Contribution of one parameter to the errors.
 
     Attributes
     ----------
     parameter : Parameter
     value : int
-        At which the errors hold.
+        Value of the parameter to which the errors belong.
     errors : dict of str to float
-        Relative, by quantity.
+        Relative errors by quantity.
     open : bool
         Whether the value may be changed.
     """
@@ -96,7 +97,7 @@ class Contribution:
 
     @classmethod
     def between(cls, parameter: Parameter, value: int, other: int, change: Errors, open_: bool) -> Contribution:
-        """From the change that `other` in place of `value` makes: Richardson's estimate, of the lower order."""
+        """Richardson's estimate from the change between `value` and `other`, with the lower order."""
         ratio = (other / value) ** parameter.order
         share = ratio / (ratio - 1.0) if other > value else ratio / (1.0 - ratio)
         return cls(parameter, value, {name: share * size for name, size in change.items()}, open_)
@@ -108,7 +109,7 @@ class Contribution:
 
 
 def parameters_of(numerics: Numerics) -> tuple[Parameter, ...]:
-    """The parameters that play a part."""
+    """The parameters that affect a result."""
     idle = set()
     if numerics.fidelity != "patch":
         idle.add("cells_per_half_width")
@@ -118,37 +119,37 @@ def parameters_of(numerics: Numerics) -> tuple[Parameter, ...]:
 
 
 def together(errors: Iterable[Errors]) -> Errors:
-    """Root of the sum of squares, by quantity: contributions of independent sources have independent signs."""
+    """Root of the sum of squares by quantity, for contributions of independent signs."""
     squares: Errors = {}
-    for each in errors:
-        for name, size in each.items():
+    for contribution in errors:
+        for name, size in contribution.items():
             squares[name] = squares.get(name, 0.0) + size**2
     return {name: math.sqrt(size) for name, size in squares.items()}
 
 
 def contributions_at(parts: tuple[Contribution, ...], values: Mapping[str, int]) -> dict[str, Errors]:
-    """Errors of every parameter at some values."""
+    """Errors by parameter at given values."""
     return {part.parameter.name: part.at(values[part.parameter.name]) for part in parts}
 
 
 def chosen_resolution(
     parts: tuple[Contribution, ...], factors: Mapping[str, float], allowed: float
 ) -> dict[str, int]:
-    """The cheapest values, found step by step, whose errors add up to no more than what is allowed.
+    """The cheapest values whose total error is within the allowed one, by a greedy search.
 
-    In each step the parameter is refined that lowers the worst quantity's error most for the time that it adds.
+    In each step the parameter is refined that reduces the error of the worst quantity most per added time.
 
     Parameters
     ----------
     parts : tuple of Contribution
     factors : mapping
-        On the errors of each quantity, from experience; 1 where none is named.
+        Correction factors on the errors of quantities; 1 for those that are missing.
     allowed : float
 
     Returns
     -------
     dict of str to int
-        As good as the limits of the parameters permit where that is not enough.
+        The best values within the limits of the parameters where these do not suffice.
     """
     values = {part.parameter.name: part.value for part in parts}
     while True:

@@ -1,13 +1,13 @@
-"""A run to an accuracy: coarse runs tell what each resolution contributes, one finer run gives the result.
+"""A run to a requested accuracy: coarse runs estimate the errors, one finer run gives the result.
 
-1. A coarse run, and one for each parameter in which that alone is finer.
-2. Richardson's estimate of every contribution; the parameters that dominate are refined until the sum is allowed.
-3. A run there. Its difference from the coarse run must not exceed what the estimates say of the latter; where it does
-   the estimates are raised in proportion.
-4. Where they then say too much, a run at half the numbers is asked as well: from so much nearer its difference tells
-   the error better, and of first order it is the error. Parameters are refined once more if that is too much, too.
+1. A coarse run, and one for each parameter with that parameter alone refined.
+2. Richardson's estimate of every contribution; the dominant parameters are refined until the total is allowed.
+3. A run with these parameters. Its difference from the coarse run must not exceed the estimated error of the latter;
+   where it does, the estimates are raised in proportion.
+4. Where the estimates are then too great, a run with half the parameters gives a closer estimate: its difference is
+   the error for first order. If that is too great as well, the parameters are refined once more.
 
-Wear steps look after themselves (`semiwear.wear.adaptive`), but for coarse runs, which all take the same.
+Wear steps are adaptive (`semiwear.wear.adaptive`), except in coarse runs, which all have the same steps.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from semiwear.simulate import simulate as simulate_as_given
 __all__ = ["ROUNDS", "round_checkpoint", "simulate"]
 
 ROUNDS = 3  # final runs at most
-_SHARE = 0.85  # of an asked accuracy for the resolution; as squares it leaves half of it for the wear steps
+_SHARE = 0.85  # of the accuracy for the resolution; errors add as squares, so that half is left for the wear steps
 _PILOT_STATES = 4  # worn states of a coarse run
 
 
@@ -42,46 +42,47 @@ def simulate(
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
 ) -> DataTree:
-    """Wear the flank of a scene and follow what it does to contact, root stress and transmission error.
+    """Simulate the wear of a scene and its effect on contact, root stress and transmission error.
 
-    Where the scene has `numerics.accuracy`, the numbers in its `[numerics]` that it leaves out are chosen for it, and
-    `/diagnostics/error_estimate` tells the error of every quantity in `/history`, over the greatest value of its kind
-    (wear depths, pressures, ...), against the converged solution of the same fidelity.
+    With `numerics.accuracy` in the scene, the parameters in `[numerics]` that it leaves out are chosen accordingly,
+    and `/diagnostics/error_estimate` gives the error of every quantity in `/history` against the converged solution
+    of the same fidelity, over the greatest value of its kind (wear depths, pressures, ...).
 
     Parameters
     ----------
     scene : Scene
         With a table [wear].
     progress : Progress, optional
-        Hears of every finished wear step.
+        Called after every wear step.
     fidelity : str, optional
-        Instead of ``numerics.fidelity``.
+        Replaces ``numerics.fidelity``.
     checkpoint : path, optional
-        A folder that takes every wear step as soon as it is finished, so that nothing is lost when the run is killed.
-        It stays until you delete it: do so when you have saved the result. Where an accuracy takes a second and a
-        third run, these have folders of their own, `round_checkpoint`.
+        Folder in which every finished wear step is saved, so that nothing is lost when the run is killed. It is not
+        deleted at the end: delete it when you have saved the result. If an accuracy needs a second and a third run,
+        these have folders of their own, `round_checkpoint`.
     resume : bool
-        Go on from the wear steps in `checkpoint`, from the beginning where there is no such folder. On one kind of
-        processor the result is that of an undisturbed run, bit for bit, but for `history` and the seconds in
-        `/diagnostics`. Without it, an earlier run's steps are replaced when the first wear step is finished.
+        Continue from the wear steps in `checkpoint`, or start anew if there is no such folder. On the same kind of
+        processor the result equals that of an undisturbed run, bit for bit, except for `history` and the seconds in
+        `/diagnostics`. Without `resume`, the steps of an earlier run are replaced when the first wear step is
+        finished.
 
     Returns
     -------
     DataTree
         Groups `/flank`, `/engagement`, `/mesh_cycle`, `/history`, `/diagnostics` (`semiwear.results.schema`), and
-        `/life` where the scene has `[effects.run_life]`; `wear_step` 0 is unworn. Its scene holds the numbers that
-        were chosen.
+        `/life` for a scene with `[effects.run_life]`; `wear_step` 0 is unworn. The stored scene has the chosen
+        parameters.
 
     Raises
     ------
     SceneError
         If the scene has no wear, or `fidelity` is unknown.
     ConvergenceError
-        If a load or wear step cannot be solved, or the accuracy is not reached; it names the place and what to
-        change, and its `result` holds what was found. Where the scene gives all numbers that play a part, they are
-        only judged: the attribute `accuracy` of the result says what was asked for and what is estimated.
+        If a load or wear step cannot be solved, or the accuracy is not reached. The message names the place and what
+        to change, and the error's `result` holds the results so far. If the scene gives all parameters itself, the
+        error is only estimated: the attribute `accuracy` of the result names the requested and the estimated one.
     ResultFileError
-        If the checkpoint is of another run, damaged, in use, or cannot be written.
+        If the checkpoint belongs to another run, is damaged or in use, or cannot be written.
 
     Examples
     --------
@@ -103,15 +104,15 @@ def simulate(
 
 
 def round_checkpoint(checkpoint: str | os.PathLike[str], round_: int) -> Path:
-    """Folder that keeps the wear steps of a final run: `checkpoint` itself in round 0, then with .2 and .3 behind.
+    """Folder for the wear steps of a final run: `checkpoint` itself in round 0, then with .2 and .3 appended.
 
-    Coarse runs are not kept: they come out the same when they are repeated.
+    Coarse runs are not saved; repeated, they give the same results.
     """
     return Path(checkpoint) if round_ == 0 else Path(f"{os.fspath(checkpoint)}.{round_ + 1}")
 
 
 class _Search:
-    """Coarse runs of a scene, and what they say."""
+    """Coarse runs of a scene, and the final runs chosen from them."""
 
     def __init__(self, scene: Scene, progress: Progress) -> None:
         numerics = scene.numerics
@@ -127,7 +128,7 @@ class _Search:
         self.fixed_steps = self._fixed_step_errors()
 
     def run(self, checkpoint: str | os.PathLike[str] | None, resume: bool) -> DataTree:
-        """The result."""
+        """Final runs until the accuracy is reached; returns the result of the last one."""
         factors: dict[str, float] = {}
         allowed = _SHARE * self.asked
         for round_ in range(ROUNDS):
@@ -144,13 +145,13 @@ class _Search:
                 break
             if chosen_resolution(self.parts, factors, allowed) == values:
                 break
-        _tell(tree, errors, self.asked)
+        _write_estimates(tree, errors, self.asked)
         if worst(errors) > self.asked and self.open:
             name = max(errors, key=lambda key: errors[key])
             raise ConvergenceError(
                 f"accuracy {self.asked:g} not reached: {name} is within {errors[name]:.3g} of the greatest value of "
                 f"its kind, with {_listed(values)}; ask for less, or leave out numbers of [numerics] "
-                "(the error's `result` holds what was found)",
+                "(the error's `result` holds the results so far)",
                 tree,
             )
         return tree
@@ -159,7 +160,7 @@ class _Search:
         parts = []
         for parameter in self.parameters:
             value, open_ = self.coarse[parameter.name], parameter.name in self.open
-            # of a number that is given, one half as great is cheaper to compare with
+            # for a given parameter half its value is cheaper to compare with
             halves = not (parameter.refined and open_) and value // 2 >= _least(parameter.name)
             other = value // 2 if halves else 2 * value
             change = difference(self._pilot_history(self.coarse | {parameter.name: other}), self.pilot)
@@ -167,7 +168,7 @@ class _Search:
         return parts
 
     def _fixed_step_errors(self) -> Errors:
-        """Error that a given number of wear steps leaves, against adaptive ones."""
+        """Error of a given number of wear steps, by comparison with adaptive steps."""
         if "wear_steps" in self.scene.numerics.chosen_for_accuracy:
             return {}
         free = self.pilot_scene.replace({"numerics.wear_steps": None})
@@ -175,16 +176,17 @@ class _Search:
         return difference(self.pilot, reference)
 
     def _factors(self, tree: DataTree, values: Mapping[str, int]) -> dict[str, float]:
-        """By how much the coarse run errs more than its estimates say, quantity by quantity."""
+        """Error of the coarse run over its estimate, at least 1, by quantity."""
         if values == self.coarse:
             return {}
-        found = difference(self.pilot, history(tree, self.pilot_states))
-        said = together(part.errors for part in self.parts)
-        return {name: max(1.0, size / said[name]) for name, size in found.items() if said.get(name, 0.0) > 0.0}
+        errors = difference(self.pilot, history(tree, self.pilot_states))
+        estimates = together(part.errors for part in self.parts)
+        known = {name: size for name, size in estimates.items() if size > 0.0}
+        return {name: max(1.0, size / known[name]) for name, size in errors.items() if name in known}
 
     def _change_at_half(self, tree: DataTree, values: Mapping[str, int]) -> Errors:
-        """Change of a result with half of the numbers that were chosen: of first order, their error."""
-        self.progress.step(1, 1, "the same at half the resolution, to know the error better")
+        """Change of the result at half of the chosen resolution, which equals the error for first order."""
+        self.progress.step(1, 1, "run at half the resolution, for a closer error estimate")
         half = {name: max(value // 2, _least(name)) if name in self.open else value for name, value in values.items()}
         coarser = history(simulate_as_given(self._with(self.pilot_scene, half)))
         return difference(coarser, history(tree, self.pilot_states))
@@ -196,9 +198,11 @@ class _Search:
         factors: Mapping[str, float],
         at_half: Errors | None = None,
     ) -> Errors:
-        """Estimated errors of a result: of the resolution, chosen and given, and of the wear steps."""
-        steps = tree["diagnostics"].to_dataset()["error_estimate"]
-        told = {str(name): float(size) for name, size in zip(steps["quantity"].values, steps.values, strict=True)}
+        """Estimated errors of a result, from the resolution, chosen and given, and from the wear steps."""
+        estimate = tree["diagnostics"].to_dataset()["error_estimate"]
+        of_steps = {
+            str(name): float(size) for name, size in zip(estimate["quantity"].values, estimate.values, strict=True)
+        }
         by_name = contributions_at(self.parts, values)
         chosen, given = (
             {
@@ -209,25 +213,25 @@ class _Search:
         )
         if at_half is not None:
             chosen = {name: min(size, at_half.get(name, size)) for name, size in chosen.items()}
-        return together([told, self.fixed_steps, chosen, given])
+        return together([of_steps, self.fixed_steps, chosen, given])
 
     def _pilot_history(self, values: Mapping[str, int]) -> History:
-        found = history(simulate_as_given(_in_fixed_steps(self._with(self.pilot_scene, values))))
+        pilot = history(simulate_as_given(_in_fixed_steps(self._with(self.pilot_scene, values))))
         self.pilots += 1
         self.progress.step(self.pilots, 1 + len(self.parameters), "coarse runs, to choose the resolution")
-        return found
+        return pilot
 
     def _with(self, scene: Scene, values: Mapping[str, int]) -> Scene:
         return scene.replace({f"numerics.{name}": value for name, value in values.items()})
 
 
 def _least(name: str) -> int:
-    """The coarsest value that a scene may have."""
+    """The least value that a scene may have."""
     return {"roll_positions": 8, "face_slices": 11, "profile_points": 31, "cells_per_half_width": 2}.get(name, 3)
 
 
 def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
-    """The scene with few of its control depths, and which wear states of the whole run these are."""
+    """The scene with a few of its control depths, and their indices among the wear states of the whole run."""
     assert scene.wear is not None
     depths = scene.wear.until.control_depths_um
     changes: dict[str, object] = {"effects.run_life": None}
@@ -239,9 +243,9 @@ def _pilot(scene: Scene) -> tuple[Scene, list[int] | None]:
 
 
 def _in_fixed_steps(scene: Scene) -> Scene:
-    """The scene in the same few steps at any resolution, each in two stages, unless it gives its own.
+    """The scene with the same few two-stage steps at any resolution, unless it gives its own.
 
-    What steps leave is the same in two coarse runs then, and not in their difference.
+    The error of the steps is then the same in two coarse runs and not part of their difference.
     """
     if "wear_steps" not in scene.numerics.chosen_for_accuracy or scene.numerics.wear_scheme == "explicit":
         return scene
@@ -249,12 +253,12 @@ def _in_fixed_steps(scene: Scene) -> Scene:
     return scene.replace(changes)
 
 
-def _tell(tree: DataTree, errors: Errors, asked: float) -> None:
-    """Write the estimates into a result."""
+def _write_estimates(tree: DataTree, errors: Errors, asked: float) -> None:
+    """Write the error estimates into a result."""
     group = tree["diagnostics"].to_dataset()
-    estimates = group["error_estimate"]
-    told = np.array([errors[str(name)] for name in estimates["quantity"].values])
-    tree["diagnostics"].dataset = group.assign(error_estimate=estimates.copy(data=told))
+    variable = group["error_estimate"]
+    estimates = np.array([errors[str(name)] for name in variable["quantity"].values])
+    tree["diagnostics"].dataset = group.assign(error_estimate=variable.copy(data=estimates))
     if "ratings" in tree.children:
         with_rating_errors(tree)
     tree.attrs["accuracy"] = f"{asked:g} asked for, {worst(errors):.3g} estimated"

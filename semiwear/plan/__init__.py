@@ -1,6 +1,7 @@
-"""From a scene's tables to the physics that will run, and why; nothing else decides it.
+"""Chooses the physics of a scene and builds it; no other module decides what runs.
 
-What is not chosen is not constructed. `choices` says what was chosen, `teeth` and `effects` build it.
+`choices` lists what was chosen and why, `teeth` and `effects` build it. Physics that is not chosen is not
+constructed.
 """
 
 from __future__ import annotations
@@ -58,24 +59,24 @@ if TYPE_CHECKING:
 
 __all__ = ["Choice", "Compared", "Plan", "plan"]
 
-_FINE_PER_POSITION = 3  # roll positions on which wear is summed, to one that is solved
-_FINE_ROLLS = (48, 96)  # of them to a mesh cycle; more where more are solved
-_REACH = 4.0  # usual approaches that a slice may be apart and still count, besides the wear to come
-_WEAR_TO_COME = 8.3e-3  # of the base pitch
+_FINE_PER_POSITION = 3  # fine roll positions, on which wear is summed, per solved position
+_FINE_ROLLS = (48, 96)  # least and most fine positions of a mesh cycle, unless more are solved
+_REACH = 4.0  # separation up to which slices are candidates, over a typical approach, in addition to future wear
+_WEAR_TO_COME = 8.3e-3  # allowance for future wear, over the base pitch
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The physics of a scene: printed as a table, built on demand.
+    """The physics of a scene, printed as a table and built on demand.
 
     Attributes
     ----------
     scene : Scene
     choices : tuple of Choice
     last : mapping
-        Seconds that effects took in an earlier run, and `""`: those of the whole run; empty without one.
+        Seconds of each effect in an earlier run, and of the whole run under `""`; empty without an earlier run.
     clock : EffectClock
-        What the effects of this plan take.
+        Seconds of each effect in this plan.
     """
 
     scene: Scene
@@ -97,7 +98,7 @@ class Plan:
         )
 
     def _costs(self) -> dict[str, str]:
-        """Cost of effects that take wear steps of their own."""
+        """Cost of effects that need additional wear steps."""
         life = self.scene.effects.run_life
         if life is None:
             return {}
@@ -124,11 +125,11 @@ class Plan:
 
     @cached_property
     def input_files(self) -> dict[str, str]:
-        """SHA-256 of the files that the scene names, by path."""
+        """SHA-256 digests of the files named by the scene, by path."""
         return file_digests(self.scene.to_dict())
 
     def flank_pair(self, placement: Placement | None = None) -> FlankPair:
-        """The two flanks in mesh; a placement stands in place of the scene's `[effects.misalignment]`."""
+        """The two flanks in mesh; a placement replaces the scene's `[effects.misalignment]`."""
         misaligned = self.scene.effects.misalignment
         if placement is None and misaligned is not None:
             placement = misaligned.placement
@@ -142,15 +143,15 @@ class Plan:
         roll_positions: FloatArray | None = None,
         face: FloatArray | None = None,
     ) -> LoadedTeeth:
-        """The loaded contact of all tooth pairs, in even slices of one's own where their middles `face` are given."""
+        """Model of the loaded contact of all tooth pairs; `face` gives the middles of equal slices."""
         scene, numerics, modulus = self.scene, self.scene.numerics, self.modulus
-        _ = self.input_files  # as they are when they are read
+        _ = self.input_files  # digests at the time of reading
         pair = self.flank_pair(placement)
         torque = 1e3 * scene.operation.pinion_torque_Nm
         wearing, (low, high) = self._wearing_torques(pair), pair.face_limits
         usual, greatest = (
-            wearing.load(one) / (0.5 * (high - low))
-            for one in (wearing.mean_over_wear, max(scene.operation.pinion_torque_Nm, *wearing.torques))
+            wearing.load(torque_Nm) / (0.5 * (high - low))
+            for torque_Nm in (wearing.mean_over_wear, max(scene.operation.pinion_torque_Nm, *wearing.torques))
         )
         reach = _REACH * usual_approach(greatest, modulus) + _WEAR_TO_COME * pair.base_pitch
         reach += effects.most_set_back(scene)
@@ -194,7 +195,7 @@ class Plan:
         )
 
     def wear_stepper(self, teeth: LoadedTeeth) -> WearStepper:
-        """The wear of the flanks; the scene must have a table [wear]."""
+        """Wear stepper of the scene, which must have a table [wear]."""
         wear, numerics = self.scene.wear, self.scene.numerics
         assert wear is not None
         ratio = teeth.pair.driving_meshes
@@ -217,7 +218,7 @@ class Plan:
         )
 
     def wear_steps(self, stepper: WearStepper) -> WearStepper | TwoStageStepper | AdaptiveStepper:
-        """Stepper that takes the wear steps: plain, in two stages, or as long as an asked accuracy allows."""
+        """Stepper for the run: plain, in two stages, or adaptive for a requested accuracy."""
         numerics = self.scene.numerics
         if numerics.accuracy is None or "wear_steps" not in numerics.chosen_for_accuracy or not stepper.implicit:
             return TwoStageStepper(stepper) if numerics.wear_scheme == "two-stage" else stepper
@@ -225,10 +226,10 @@ class Plan:
         until = self.scene.wear.until
         end = 1e-3 * until.control_depths_um[-1] if until.control_depths_um is not None else until.meshes
         assert end is not None
-        return AdaptiveStepper.for_accuracy(replace(stepper, hold=1.0), numerics.accuracy, end)
+        return AdaptiveStepper.for_accuracy(replace(stepper, theta=1.0), numerics.accuracy, end)
 
     def depth_of_part(self, teeth: LoadedTeeth) -> float | None:
-        """Depth of the parts in which deep steps to control depths are taken [mm]; None where none is."""
+        """Depth of the parts into which deep steps to control depths are divided [mm]; None if they are not."""
         if not parts_deep_steps(self.scene):
             return None
         plain = depth_of_step(teeth.pair.base_pitch)
@@ -251,7 +252,7 @@ class Plan:
         return ControlPoint(point.station_mm, np.array(read), DRIVING)
 
     def observers(self, teeth: LoadedTeeth) -> tuple[Observer, ...]:
-        """Effects that tell of a loaded state without changing it."""
+        """Effects that evaluate a loaded state without changing it."""
         scene = self.scene
         rubbing, film = effects.friction(scene), effects.film_thickness(scene, teeth.problem.modulus)
         flash = effects.flash_temperature(scene)
@@ -263,8 +264,8 @@ class Plan:
         found: list[Observer] = []
         if rubbing is not None:
             power = scene.operation.pinion_torque_Nm * speeds.power_per_torque
-            told = scene.operation.pinion_speed_rpm is not None
-            found.append(observers.FrictionLoss(speeds, rubbing, power, told))
+            speed_known = scene.operation.pinion_speed_rpm is not None
+            found.append(observers.FrictionLoss(speeds, rubbing, power, speed_known))
         if flash is not None:
             found.append(observers.Heat(speeds, effects.friction_of_heat(scene), flash))
         if film is not None:
@@ -278,7 +279,7 @@ class Plan:
         hours_per_mesh: float | None,
         known: Sequence[Known] = (),
     ) -> Ratings | None:
-        """Failure modes of worn states, the first of them unworn; None where the scene names none.
+        """Ratings of the failure modes for wear states, the first of them unworn; None if the scene has none.
 
         Arguments are those of `semiwear.plan.ratings.rated_states`.
         """
@@ -287,7 +288,7 @@ class Plan:
     def contact_ratings(
         self, teeth: LoadedTeeth, contact: LoadedState, meshes: float, hours_per_mesh: float | None, known: Known
     ) -> Ratings | None:
-        """Failure modes of one wear state; None where the scene names none.
+        """Ratings of the failure modes for one wear state; None if the scene has none.
 
         Arguments are those of `semiwear.plan.ratings.rated_contact`.
         """
@@ -319,7 +320,7 @@ class Plan:
     def _unworn_zero(
         self, pair: FlankPair, rolls: RollGrid, shape: _Shape, problem: ContactProblem, half_width: float
     ) -> float:
-        """Mean of the least separation over an even mesh cycle [mm]."""
+        """Mean over an even mesh cycle of the least separation [mm]."""
         positions = self.scene.numerics.roll_positions
         even = even_roll_grid(rolls.start, rolls.pairs, positions, positions)
         if not np.array_equal(rolls.phase, even.phase):
@@ -345,7 +346,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Fresh contact lines, on the fine roll grid and at the solved positions, nodes, and depths of modification."""
+    """Fresh contact lines on the fine roll grid and at the solved positions, flank nodes, and modification depths."""
 
     fine: ContactLines
     lines: ContactLines
@@ -354,18 +355,18 @@ class _Shape:
 
 
 def plan(scene: Scene, last: DataTree | None = None) -> Plan:
-    """Plan of a scene: the physics that will run, that will not, and why.
+    """Plan of a scene: which physics will run, which will not, and why.
 
     Parameters
     ----------
     scene : Scene
     last : DataTree, optional
-        An earlier result; the table then shows what share of its time each effect took.
+        An earlier result; the table then shows the share of each effect in its computing time.
 
     Raises
     ------
     SceneError
-        `last` tells no times.
+        `last` has no times.
 
     Examples
     --------
@@ -375,12 +376,12 @@ def plan(scene: Scene, last: DataTree | None = None) -> Plan:
     """
     seconds = {} if last is None else seconds_of_effects(last)
     if last is not None and not seconds:
-        raise SceneError.of("last", str(last.attrs.get("title", "")), "a result of `simulate`", "it tells no times")
+        raise SceneError.of("last", str(last.attrs.get("title", "")), "a result of `simulate`", "it has no times")
     return Plan(scene, (*physics_choices(scene), *data_choices(scene)), seconds)
 
 
 def _fidelity(patches: bool, smooth: bool) -> Fidelity:
-    """Patches, whose solver is loaded only where they are asked for, or lines."""
+    """Fidelity `patch`, imported only where chosen, or `line`."""
     if not patches:
         return SMOOTH_LINE if smooth else LINE
     from semiwear.contact.patch_contact import PATCH
@@ -389,12 +390,12 @@ def _fidelity(patches: bool, smooth: bool) -> Fidelity:
 
 
 def _roll_grid(scene: Scene, pair: FlankPair, reach: float, roll_positions: FloatArray | None) -> RollGrid:
-    wanted = scene.numerics.tooth_pairs
-    if wanted == "auto":
+    number = scene.numerics.tooth_pairs
+    if number == "auto":
         start, pairs = pairs_that_can_touch(pair, reach)
     else:
         # the pairs nearest to the pitch point
-        start, pairs = -0.5 * int(wanted), int(wanted)
+        start, pairs = -0.5 * int(number), int(number)
     if roll_positions is not None:
         return given_roll_grid(start, pairs, roll_positions)
     positions = scene.numerics.roll_positions

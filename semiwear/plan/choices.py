@@ -34,7 +34,7 @@ class Choice:
 def kernels_of(scene: Scene, wears: bool | None = None) -> str:
     """Kind of run in the list of kernels: `contact`, `line`, `both` (lines, and both flanks wear) or `patch`.
 
-    `wears` says whether wear is asked for; None: where the scene has a table of it.
+    `wears` says whether wear is computed; None: if the scene has a table [wear].
     """
     if scene.numerics.fidelity == "patch":
         return "patch"
@@ -44,7 +44,7 @@ def kernels_of(scene: Scene, wears: bool | None = None) -> str:
 
 
 def physics_choices(scene: Scene) -> tuple[Choice, ...]:
-    """Every slot that any scene fills, in the order of the data flow."""
+    """Choices for all slots, in the order of the data flow."""
     slots = (
         _geometry_choice,
         _contact_choice,
@@ -62,8 +62,8 @@ def physics_choices(scene: Scene) -> tuple[Choice, ...]:
 
 def _geometry_choice(scene: Scene) -> Choice:
     pair = scene.gear_pair
-    told = f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""
-    return Choice("geometry", pair.description, True, f'gear_pair.type = "{pair.type}"{told}', pair.references)
+    surfaces = f": {surfaces_told(pair)}" if isinstance(pair, FlankPointsPair) else ""
+    return Choice("geometry", pair.description, True, f'gear_pair.type = "{pair.type}"{surfaces}', pair.references)
 
 
 def _contact_choice(scene: Scene) -> Choice:
@@ -135,11 +135,11 @@ def _wear_choice(scene: Scene) -> Choice:
 
 
 def _unusual(wear: Wear) -> str:
-    """A word on wear coefficients beyond those that are usual."""
+    """Note on wear coefficients outside the usual range; empty if there are none."""
     low, high = USUAL_WEAR_COEFFICIENTS
-    far = [f"{k:g}" for body in wear.worn_bodies if not low <= (k := wear.coefficient(body)) <= high]
-    told = f"; unusual: {', '.join(far)} is outside {low:g} to {high:g} mm^2/N, is it in another unit?"
-    return told if far else ""
+    outside = [f"{k:g}" for body in wear.worn_bodies if not low <= (k := wear.coefficient(body)) <= high]
+    note = f"; unusual: {', '.join(outside)} is outside {low:g} to {high:g} mm^2/N, is it in another unit?"
+    return note if outside else ""
 
 
 def _mapping_choice(scene: Scene) -> Choice:
@@ -149,7 +149,7 @@ def _mapping_choice(scene: Scene) -> Choice:
     marched = numerics.wear_mapping == "marched"
     return Choice(
         "wear mapping",
-        "marched: summed where it happens" if marched else "interpolated between roll positions, cusp kept",
+        "marched: pressures summed at the nodes" if marched else "interpolated between roll positions, cusp kept",
         True,
         f'numerics.wear_mapping = "{numerics.wear_mapping}", {numerics.roll_positions} roll positions',
     )
@@ -165,13 +165,13 @@ def _scheme_choice(scene: Scene) -> Choice:
     how = {
         "implicit": "implicit: stable at any step",
         "two-stage": "implicit, in two stages: stable at any step",
-        "explicit": "explicit: loads of the start hold",
+        "explicit": "explicit: under the loads at the start of a step",
     }
     return Choice("wear steps", how[scheme], True, f'numerics.wear_scheme = "{scheme}"')
 
 
 def parts_deep_steps(scene: Scene) -> bool:
-    """Whether deep steps to control depths are taken in parts; explicit ones and those of an accuracy are not."""
+    """Whether deep steps to control depths are divided; explicit and adaptive steps are not."""
     return scene.numerics.wear_scheme != "explicit" and "wear_steps" not in scene.numerics.chosen_for_accuracy
 
 

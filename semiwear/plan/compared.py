@@ -1,4 +1,4 @@
-"""Runs that are to be compared with one another: how those of nearly the same scene share what they stand on."""
+"""Runs of nearly the same scene that are compared with one another, and the preparation that they share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Compared", "Course", "Toothing"]
 
 @dataclass(frozen=True)
 class Toothing:
-    """Gears and materials that prisms are found from.
+    """Gears and materials, on which the prisms depend.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Toothing:
 
     @classmethod
     def of(cls, scene: Scene) -> Toothing:
-        """That of a scene."""
+        """Gears and materials of a scene."""
         return cls(scene.gear_pair, (scene.material.pinion, scene.material.gear))
 
     def at_moduli(self, moduli: tuple[float, float]) -> Toothing:
@@ -38,14 +38,14 @@ class Toothing:
 
 @dataclass(frozen=True)
 class Course:
-    """The course of prisms with a field that they depend on: a straight line through two values of it.
+    """Prisms as a linear function of a field, through two of its values.
 
     Attributes
     ----------
     at, beside : Toothing
-        In the scene with which others are compared, and with the field moved by a little.
+        Of the reference scene, and with the field changed a little.
     share : float
-        Where on the line a run stands: 0 at the former, 1 at the latter.
+        Position of a run on the line: 0 at the former, 1 at the latter.
     """
 
     at: Toothing
@@ -55,15 +55,15 @@ class Course:
 
 @dataclass(frozen=True)
 class Compared:
-    """A run to be compared with others: everything is iterated until results are smooth functions of the fields.
+    """A run that is compared with others, iterated so far that results are smooth functions of the fields.
 
     Attributes
     ----------
     youngs_moduli : tuple of float [MPa]
-        Of pinion and gear in the scene with which others are compared. Prisms are found at these: deflections are
-        inverse to the modulus, so that none is found anew where that alone is changed.
+        Of pinion and gear in the reference scene. Prisms are found for these; deflections are inversely proportional
+        to the modulus, so that a change of the modulus alone needs no new prisms.
     course : Course, optional
-        Prisms are read there: none is found for the run itself.
+        Prisms are interpolated on it instead of found for the run itself.
     """
 
     youngs_moduli: tuple[float, float]
@@ -71,10 +71,10 @@ class Compared:
 
     @classmethod
     def with_runs_of(cls, scene: Scene) -> Compared:
-        """To be compared with runs of this scene."""
+        """For comparison with runs of this scene."""
         return cls((scene.material.pinion.youngs_modulus_MPa, scene.material.gear.youngs_modulus_MPa))
 
     def along(self, at: Scene, beside: Scene, share: float) -> Compared:
-        """The same with prisms on the straight line through those of two scenes, if they are not the same ones."""
+        """The same with prisms on the line through those of two scenes, unless they are equal."""
         ends = [Toothing.of(scene).at_moduli(self.youngs_moduli) for scene in (at, beside)]
         return self if ends[0] == ends[1] else replace(self, course=Course(ends[0], ends[1], share))

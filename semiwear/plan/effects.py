@@ -1,6 +1,6 @@
-"""Physics that a scene's tables under `[effects]` ask for, built on demand.
+"""Physics of a scene's tables under `[effects]`, built on demand.
 
-Each module is imported only when its table is there: what is absent is neither constructed nor loaded.
+A module is imported only if the scene has its table: absent physics is neither constructed nor loaded.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def deviates(scene: Scene) -> bool:
 
 
 def deviation_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: FlankGrid) -> FloatArray | None:
-    """Depth of deviations where the driven flank's nodes meet, (1 or roll, face, profile) [mm], or None."""
+    """Depth of deviations of both flanks at the driven flank's nodes, (1 or roll, face, profile) [mm], or None."""
     if not deviates(scene):
         return None
     from semiwear.meshing.flank_deviations import depth_between
@@ -73,7 +73,7 @@ def deviation_depth(scene: Scene, pair: FlankPair, lines: ContactLines, grid: Fl
 
 
 def most_set_back(scene: Scene) -> float:
-    """Most that a slice can be set back by deviations of its flanks and pitch errors, against another [mm]."""
+    """Greatest distance by which deviations and pitch errors can set a slice back against another [mm]."""
     error = scene.effects.pitch_error
     total = 0.0 if error is None else _UM * float(np.ptp(error.pinion_um))
     if deviates(scene):
@@ -84,17 +84,17 @@ def most_set_back(scene: Scene) -> float:
 
 
 class PitchSequence(NamedTuple):
-    """Pitch errors of the teeth in mesh: the gap that they open at each tooth pair [mm], and how often."""
+    """Pitch errors of the teeth in mesh: the gap at each tooth pair [mm], and the share of meshes."""
 
     gap: FloatArray
     share: float
 
 
 def pitch_sequences(scene: Scene, pair: FlankPair, pairs: int) -> list[PitchSequence]:
-    """All sequences of pitch errors that come into mesh; none without them.
+    """All sequences of pitch errors that come into mesh; empty without pitch errors.
 
-    The first is the one in which the tooth that stands out most is next to the pitch point. A pair one base pitch
-    farther on entered one tooth earlier. Sequences that are alike are one.
+    In the first one the tooth that protrudes most is next to the pitch point. A pair one base pitch farther on
+    entered one tooth earlier. Equal sequences are merged.
     """
     table = scene.effects.pitch_error
     if table is None:
@@ -103,8 +103,8 @@ def pitch_sequences(scene: Scene, pair: FlankPair, pairs: int) -> list[PitchSequ
     behind = out.max() - out
     most = int(np.argmax(out))
     teeth = np.arange(pairs) - pairs // 2
-    alike = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
-    return [PitchSequence(np.array(gap), times / out.size) for gap, times in alike.items()]
+    counts = Counter(tuple(behind[(most + shift - teeth) % out.size].tolist()) for shift in range(out.size))
+    return [PitchSequence(np.array(gap), count / out.size) for gap, count in counts.items()]
 
 
 # ---------------------------------------------------------------- compliance
@@ -118,7 +118,7 @@ def further_compliance(
     half_width: float,
     clock: EffectClock,
 ) -> tuple[SliceCompliance, ...]:
-    """Compliance between slices that effects add."""
+    """Additional compliance between slices from effects."""
     further: list[SliceCompliance] = []
     if scene.effects.free_edges is not None:
         with clock.measure("free_edges"):
@@ -170,7 +170,7 @@ def _mounting(shafts: ShaftCompliance, pair: FlankPair, lines: ContactLines) -> 
 
 
 def angular_velocity(scene: Scene) -> float:
-    """Of the pinion [rad/s]; 1 where the scene gives no speed and nothing that runs depends on it."""
+    """Angular velocity of the pinion [rad/s]; 1 without a speed, on which then nothing depends."""
     speed = scene.operation.pinion_speed_rpm
     return 1.0 if speed is None else speed * pi / 30.0
 
@@ -186,7 +186,7 @@ def _speeds(pair: FlankPair, lines: ContactLines, angular: float) -> SurfaceSpee
 
 
 def friction(scene: Scene) -> Friction | None:
-    """The law of friction, or None."""
+    """The friction law, or None."""
     table = scene.effects.friction
     if table is None:
         return None
@@ -197,7 +197,7 @@ def friction(scene: Scene) -> Friction | None:
 
 
 def rubbing(scene: Scene, pair: FlankPair, lines: ContactLines, fidelity: Fidelity) -> Fidelity:
-    """The fidelity with friction in its load sharing, where the scene has some; otherwise as it is."""
+    """The fidelity with friction in load sharing if the scene has friction; otherwise unchanged."""
     law = friction(scene)
     if law is None:
         return fidelity
@@ -212,7 +212,7 @@ def rubbing(scene: Scene, pair: FlankPair, lines: ContactLines, fidelity: Fideli
 
 
 def friction_of_heat(scene: Scene) -> Friction:
-    """The friction that heats the flanks: that of the scene, or the coefficient of the flash temperature's table."""
+    """Friction that heats the flanks: of the scene, or by the coefficient in the flash temperature's table."""
     own = friction(scene)
     if own is not None:
         return own
@@ -256,7 +256,7 @@ def film_thickness(scene: Scene, modulus: float) -> FilmThickness | None:
 
 
 def running_in(scene: Scene, of: str) -> RunningIn | None:
-    """How the roughness runs in under the film of `of`, ``"wear_law"`` or ``"micropitting"``, or None."""
+    """Model of the running-in of roughness for the film of `of`, ``"wear_law"`` or ``"micropitting"``, or None."""
     table = scene.effects.running_in
     if table is None or table.acts_on not in (of, "both"):
         return None
@@ -270,7 +270,7 @@ def running_in(scene: Scene, of: str) -> RunningIn | None:
 
 @dataclass(frozen=True)
 class _ContactPhysics:
-    """Models of the contact that a scene's effects bring (a `ContactPhysics`)."""
+    """Models of the contact from a scene's effects (a `ContactPhysics`)."""
 
     scene: Scene
     modulus: float
@@ -301,7 +301,7 @@ def contact_laws(scene: Scene, modulus: float) -> dict[str, ContactLaw]:
 
 
 def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, HardnessLaw] | None:
-    """How wear acts on the hardness of the driving and the driven flank, or None."""
+    """Hardness laws of the driving and the driven flank, or None."""
     table = scene.effects.wear_law.hardness
     if table is None:
         return None
@@ -317,8 +317,8 @@ def hardness_laws(scene: Scene, teeth: LoadedTeeth) -> tuple[HardnessLaw, Hardne
         return law, law
     ratio = table.pitch_hardness_HV / table.surface_hardness_HV
     grid = teeth.grid
-    away = np.abs(grid.profile - teeth.pair.pitch_profile(grid.face)[:, None])
-    driven = replace(law, surface=np.where(away <= table.pitch_band_mm, ratio, 1.0))
+    distance = np.abs(grid.profile - teeth.pair.pitch_profile(grid.face)[:, None])
+    driven = replace(law, surface=np.where(distance <= table.pitch_band_mm, ratio, 1.0))
     if teeth.driving is None:
         return law, driven
     own = teeth.driving.grid

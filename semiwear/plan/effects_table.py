@@ -1,4 +1,4 @@
-"""The effects of a scene as a table: what runs, why, what it needs, where it acts and what it took."""
+"""The effects of a scene as a table: which run, why, their needs, where they act and their computing time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["effects_table", "seconds_of_effects"]
 
 
 def seconds_of_effects(last: DataTree) -> dict[str, float]:
-    """Seconds that effects took by themselves in a result, and those of the whole run under the empty name."""
+    """Computing time of each effect in a result [s], and of the whole run under the empty name."""
     diagnostics = last["diagnostics"].to_dataset() if "diagnostics" in last.children else {}
     found: dict[str, float] = {}
     if "effect_seconds" in diagnostics:
@@ -34,9 +34,9 @@ def effects_table(scene: Scene, last: Mapping[str, float], costs: Mapping[str, s
     ----------
     scene : Scene
     last : mapping
-        As `seconds_of_effects` gives it; empty without an earlier run.
+        From `seconds_of_effects`; empty without an earlier run.
     costs : mapping
-        What effects that run cost, by name, where that is worth saying beforehand.
+        Notes on the cost of effects that run, by name.
     """
     head = ("effect", "on", "acts in", "needs", "what and why")
     rows = []

@@ -1,4 +1,4 @@
-"""Contact lines and first contact of unworn flanks, kept between plans: they depend on geometry alone."""
+"""Contact lines and first contact of unworn flanks, cached between plans, since they depend on geometry alone."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ __all__ = ["contact_lines", "middle_contact"]
 
 
 def contact_lines(pair: FlankPair, rolls: RollGrid, face: FloatArray) -> tuple[ContactLines, ContactLines]:
-    """Contact lines on the fine roll grid, and those of them at the positions that are solved; not to be changed.
+    """Contact lines on the fine roll grid, and those at the solved positions; read-only.
 
-    The same objects are returned for equal arguments, so that what is prepared for them can be kept, too.
+    Equal arguments give the same objects, so that what is prepared for them can be cached as well.
     """
     return _traced(pair, rolls.fine_roll.tobytes(), face.tobytes(), rolls.substeps)
 
@@ -31,5 +31,5 @@ def _traced(pair: FlankPair, roll: bytes, face: bytes, substeps: int) -> tuple[C
 
 @lru_cache(maxsize=8)
 def middle_contact(pair: FlankPair) -> ContactPoints:
-    """Where a pair first touches in the middle of its path of contact; not to be changed."""
+    """First contact of a pair in the middle of its path of contact; read-only."""
     return contact_points(pair, np.zeros(1))

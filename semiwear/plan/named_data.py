@@ -1,4 +1,4 @@
-"""Named data that a scene uses, as rows of its plan: what they are, where they come from, how far they hold."""
+"""Named data sets of a scene as rows of its plan, with their sources and conditions."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from semiwear.scene.rules import BODIES
 
 __all__ = ["data_choices"]
 
-_GOLD = "gold2001"  # whence the pressure-viscosity coefficients of oils
+_GOLD = "gold2001"  # source of the pressure-viscosity coefficients of oils
 
 
 def data_choices(scene: Scene) -> Iterator[Choice]:
-    """A choice for every set of data that the scene names."""
+    """A choice for every data set named by the scene."""
     for body in BODIES:
         if (name := getattr(scene.material, body).data) is not None:
             yield _choice(f"material.{body}.data", MATERIALS, name)

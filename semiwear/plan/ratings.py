@@ -1,4 +1,4 @@
-"""Failure modes that a scene's tables ask for, built on demand; each is imported only when its table is there."""
+"""Failure modes of a scene's tables, built on demand; each is imported only if the scene has its table."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ MODES: dict[str, Callable[[RatedScene], FailureMode]] = {
 
 
 def normal_module(scene: Scene, pair: FlankPair) -> float:
-    """Normal module [mm], of teeth that are given as points from their pitch."""
+    """Normal module [mm]; for flanks given as points it follows from their pitch."""
     if isinstance(pair, PointFlankMesh):
         return module_of_points(pair.flanks.driving, pair.flanks.pitch_surfaces[0])
     table = scene.gear_pair
@@ -121,7 +121,7 @@ def normal_module(scene: Scene, pair: FlankPair) -> float:
 
 @dataclass(frozen=True)
 class Ratings:
-    """The group `/ratings`: its arrays, the modes, and the factors of each in words."""
+    """Contents of the group `/ratings`: its arrays, the modes, and a description of each mode's factors."""
 
     arrays: dict[str, np.ndarray]
     modes: tuple[str, ...]
@@ -136,13 +136,13 @@ class Ratings:
 
 
 def failure_modes(scene: Scene, teeth: LoadedTeeth) -> dict[str, FailureMode]:
-    """The failure modes of a scene; none where it has no table of one."""
+    """The failure modes of a scene, by name."""
     rated = RatedScene(scene, teeth)
     return {name: MODES[name](rated) for name in named_modes(scene)}
 
 
 def named_modes(scene: Scene) -> list[str]:
-    """Names of the failure modes whose tables a scene has."""
+    """Names of the failure modes that a scene rates."""
     return [name for name, table in scene.effects.present() if isinstance(table, RatingTable)]
 
 
@@ -154,20 +154,20 @@ def rated_states(
     clock: EffectClock,
     known: Sequence[Known] = (),
 ) -> Ratings | None:
-    """Ratings of worn states, the first of them unworn; None where the scene has no table of a failure mode.
+    """Ratings of wear states, the first of them unworn; None if the scene rates no failure mode.
 
     Parameters
     ----------
     scene : Scene
     stepper : WearStepper
-        That wore them.
+        Stepper of the states.
     states : sequence of WearState
     hours_per_mesh : float or None
         None where the scene gives no speed.
     clock : EffectClock
-        Counts the seconds of every mode.
+        Measures the seconds of every mode.
     known : sequence of (SlicePressures, root stress or None), optional
-        Of the contact of every state, where it is the one that is rated.
+        Results of every state's contact, used if that contact is rated.
     """
     modes = failure_modes(scene, stepper.teeth)
     if not modes:
@@ -194,10 +194,10 @@ def rated_states(
         with clock.measure(name):
             rated[name] = mode.rate(steps)
     arrays = rating_arrays(modes, rated, steps, hours_per_mesh)
-    told = {
+    factors = {
         name: "; ".join(f"{symbol} = {why}" for symbol, why in mode.factors.items()) for name, mode in modes.items()
     }
-    return Ratings(arrays, tuple(modes), told)
+    return Ratings(arrays, tuple(modes), factors)
 
 
 def rated_contact(
@@ -209,13 +209,13 @@ def rated_contact(
     clock: EffectClock,
     known: Known = (None, None),
 ) -> Ratings | None:
-    """Ratings of one wear state whose contact has been there all along; None where the scene names no failure mode.
+    """Ratings of one wear state as if its contact had been the same in all meshes; None without failure modes.
 
     Parameters
     ----------
     scene : Scene
     stepper_of : callable
-        What wears teeth; it knows the loads of a spectrum.
+        Wear stepper of teeth, with the loads of a spectrum.
     contact : (LoadedTeeth, LoadedState)
     meshes : float
         Engagements of one gear tooth so far.

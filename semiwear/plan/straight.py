@@ -1,4 +1,4 @@
-"""Values on the straight line through two objects that are made of numbers and arrays alike."""
+"""Linear interpolation between two objects of the same structure, number by number."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class UnlikeError(ValueError):
-    """Two objects differ in more than the values of their numbers: no line goes through them."""
+    """Two objects differ in more than the values of their numbers and cannot be interpolated."""
 
 
 def on_line(first: T, second: T, share: float) -> T:
@@ -22,14 +22,14 @@ def on_line(first: T, second: T, share: float) -> T:
     Parameters
     ----------
     first, second : dataclass, tuple, array or number
-        Made of such; what is none of these has to be equal.
+        Nested in any way; attributes of other types must be equal.
     share : float
-        0 at the first, 1 at the second; any other number goes on along the line.
+        0 at the first, 1 at the second; other numbers extrapolate.
 
     Raises
     ------
     UnlikeError
-        Shapes, whole numbers, texts or kinds differ.
+        Shapes, integers, texts or types differ.
     """
     return cast(T, _between(first, second, share))
 
@@ -41,12 +41,13 @@ def _between(first: object, second: object, share: float) -> object:
         raise UnlikeError(f"{type(first).__name__} and {type(second).__name__}")
     if is_dataclass(first) and not isinstance(first, type):
         named = {
-            one.name: _between(getattr(first, one.name), getattr(second, one.name), share) for one in fields(first)
+            entry.name: _between(getattr(first, entry.name), getattr(second, entry.name), share)
+            for entry in fields(first)
         }
         return type(first)(**named)
     if isinstance(first, tuple) and isinstance(second, tuple) and len(first) == len(second):
-        values = [_between(one, other, share) for one, other in zip(first, second, strict=True)]
-        return getattr(type(first), "_make", tuple)(values)  # a named tuple is made by a method of its own
+        values = [_between(a, b, share) for a, b in zip(first, second, strict=True)]
+        return getattr(type(first), "_make", tuple)(values)  # named tuples need their own constructor
     if isinstance(first, float) and isinstance(second, float):
         return first + share * (second - first)
     if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):

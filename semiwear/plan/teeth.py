@@ -1,4 +1,4 @@
-"""Tooth compliance of both bodies of a scene, as `numerics.tooth_compliance` asks for it."""
+"""Tooth compliance of both bodies of a scene, by `numerics.tooth_compliance`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from semiwear.threads import in_threads
 __all__ = ["Elastic", "elastic", "free_ends", "tooth_compliance", "toothed", "wheel_under"]
 
 _TAPERING = 4
-"""Sections from which on a course along the face can be told."""
+"""Least number of sections with which a tooth counts as tapered."""
 
 
 class Elastic(NamedTuple):
@@ -52,10 +52,10 @@ def elastic(material: Material) -> Elastic:
 def tooth_compliance(
     scene: Scene, pair: FlankPair, lines: ContactLines, compared: Compared | None = None
 ) -> ElasticTeeth:
-    """Bodies on contact lines; none for rigid teeth. Prisms on the same lines are the same object.
+    """Compliant bodies on contact lines; none for rigid teeth. The same object is returned for the same arguments.
 
-    In a run that is compared with others, prisms are those of the others: found at their Young's moduli, with
-    deflections scaled, and read on the course that they have.
+    Runs that are compared with one another share their prisms: these are found for common Young's moduli, with scaled
+    deflections, and interpolated along the course of the changed field.
     """
     if scene.numerics.tooth_compliance == "rigid":
         return ElasticTeeth()
@@ -74,23 +74,23 @@ def _prisms_on_lines(
     lines: ContactLines,
     compared: Compared | None,
 ) -> ElasticTeeth:
-    found = toothing if compared is None else toothing.at_moduli(compared.youngs_moduli)
+    common = toothing if compared is None else toothing.at_moduli(compared.youngs_moduli)
     course = None if compared is None else compared.course
     bodies: list[CompliantBody] = []
     for index, material in enumerate(toothing.materials):
         places = _places(lines, index)
-        parts = _parts_on(course, found, loaded_flank, index, harmonics)
-        # a tooth that tapers has its ends in the taper
+        parts = _parts_on(course, common, loaded_flank, index, harmonics)
+        # the taper of a tooth contains its ends
         beyond = None if parts.ends is None else _beyond(parts, pair, index, places)
         on_lines = BodyOnLines.of(parts.body, places, beyond)
-        same = material == found.materials[index]
+        same = material == common.materials[index]
         bodies.append(on_lines if same else OfModulus(on_lines, material.youngs_modulus_MPa))
     return ElasticTeeth(tuple(bodies))
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """Prisms, free ends and wheel of a body: teeth that taper have no ends, those that are not inclined no wheel."""
+    """Prisms, free ends and wheel of a body; no ends for tapered teeth, a wheel for inclined teeth only."""
 
     body: ToothBody
     ends: EndEffect | None
@@ -102,7 +102,7 @@ def _parts(toothing: Toothing, loaded_flank: str, index: int, harmonics: int) ->
     body = toothed(table, index, material, harmonics)
     if body.taper is not None:
         return _Parts(body, None, None)
-    # the coast flank is the drive flank of the other hand
+    # the coast flank equals the drive flank of the opposite hand
     loaded, _ = on_loaded_flank(table, Placement(), loaded_flank)
     inclined = flank_pair(loaded, Placement()).prism_body(index).foot is not None
     wheel = wheel_under(loaded, index, material) if inclined else None
@@ -110,7 +110,7 @@ def _parts(toothing: Toothing, loaded_flank: str, index: int, harmonics: int) ->
 
 
 def _parts_on(course: Course | None, own: Toothing, loaded_flank: str, index: int, harmonics: int) -> _Parts:
-    """Parts on a course, or those of the gears themselves where there is none, or no line goes through its ends."""
+    """Parts interpolated on a course; those of the gears themselves without one, or if its ends are not alike."""
     if course is not None:
         at, beside = (_parts(end, loaded_flank, index, harmonics) for end in (course.at, course.beside))
         with suppress(UnlikeError):
@@ -164,7 +164,7 @@ def _places(lines: ContactLines, body: int) -> LinePlaces:
 
 @lru_cache(maxsize=16)
 def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> tuple[PrismSection, ...]:
-    """The prisms of a body's sections; kept between runs as `toothed` are."""
+    """The prisms of a body's sections, cached like `toothed`."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
 
@@ -181,22 +181,22 @@ def prisms(table: GearPair, index: int, material: Material, harmonics: int) -> t
     found = tuple(in_threads(prism, range(len(shape.sections))))
     if shape.foot is None:
         return found
-    # a prism is as long as the tooth on the reference cylinder
+    # the prism has the length of the tooth on the reference cylinder
     return tuple(replace(prism, stress=shape.foot.crowding * prism.stress) for prism in found)
 
 
 def _tapers(shape: PrismBody) -> bool:
-    """Whether a body's tooth is one on a rack whose section changes, in millimetres along the tooth."""
+    """Whether the section of a tooth on a rack changes along the tooth."""
     on_rack = len(shape.sections) >= _TAPERING and all(isinstance(s.rim, RackRim) for s in shape.sections)
     return on_rack and bool(np.isclose(shape.tooth_length, shape.width, rtol=1e-6))
 
 
 @lru_cache(maxsize=16)
 def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> ToothBody:
-    """A body's teeth; they depend on geometry and material alone and are kept between runs.
+    """Elastic teeth of a body, cached, since they depend on geometry and material alone.
 
-    Of a tooth on a rack whose section changes, prisms are corrected by `taper`; one on a ring is blended between its
-    sections.
+    For a tooth on a rack whose section changes the prisms are corrected by `taper`; a tooth on a ring is interpolated
+    between its sections.
     """
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
@@ -229,7 +229,7 @@ def toothed(table: GearPair, index: int, material: Material, harmonics: int) -> 
 
 @lru_cache(maxsize=16)
 def free_ends(table: GearPair, index: int, material: Material, harmonics: int) -> EndEffect:
-    """Correction for the free ends of a body's teeth, by the section in the middle; kept as `toothed` are."""
+    """Correction for the free ends of a body's teeth, from the middle section; cached like `toothed`."""
     shape = flank_pair(table, Placement()).prism_body(index)
     youngs_modulus, poissons_ratio = elastic(material)
     middle = len(shape.sections) // 2
@@ -246,7 +246,7 @@ def free_ends(table: GearPair, index: int, material: Material, harmonics: int) -
 
 @lru_cache(maxsize=16)
 def wheel_under(table: GearPair, index: int, material: Material) -> WheelInfluence:
-    """The wheel under the helical teeth of a body; kept between runs as `toothed` are."""
+    """The wheel under the helical teeth of a body, cached like `toothed`."""
     shape = flank_pair(table, Placement()).prism_body(index)
     assert shape.foot is not None
     youngs_modulus, poissons_ratio = elastic(material)

@@ -1,4 +1,4 @@
-"""Archard's law of sliding wear, dh = k p v_s dt v_s the sliding speed (Archard 1953, J. Appl. Phys. 24, 981)."""
+"""Archard's law of sliding wear, dh = k p v_s dt, v_s: sliding speed (Archard 1953, J. Appl. Phys. 24, 981)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["wear_depth", "wear_per_mesh"]
 def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
     """Wear depth h = k * integral of p v_s dt [mm], v_s the sliding speed (Archard 1953, eq. 4, for each point).
 
-    Valid while the coefficient does not depend on what is worn: neither on depth nor on pressure.
+    Valid for a coefficient that depends neither on depth nor on pressure.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def wear_depth(coefficient: float, pressure_distance: FloatArray) -> FloatArray:
 
 
 def wear_per_mesh(line_load: FloatArray, specific_sliding: FloatArray, wear_coefficient: float) -> FloatArray:
-    """Wear depth that one mesh leaves where a line passes [mm]: whatever the shape of the pressure across it.
+    """Wear depth of one mesh where a contact line passes [mm], independent of the pressure profile across the line.
 
-    A pressure p = q w(x) that moves on over the flank with speed v_n leaves k q v_s/v_n (Andersson and Eriksson 1990;
-    v_s is the sliding speed), since w has an area of one. Valid where the contact is narrow: load and sliding do not
-    change while it passes over a point.
+    A pressure p = q w(x) that moves over the flank with speed v_n wears it by k q v_s/v_n (Andersson and Eriksson
+    1990; v_s is the sliding speed), since the profile w has an area of one. Valid for narrow contacts, so that load
+    and sliding do not change while the contact passes over a point.
 
     Parameters
     ----------

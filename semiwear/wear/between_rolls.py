@@ -1,12 +1,11 @@
-"""Deposit of footprints between roll positions, on a flank's nodes, even where it should be.
+"""Deposit of footprints between roll positions on the nodes of a flank.
 
-A footprint stands for the step from half of one roll position to half of the next one, over which it moves on. Laid
-evenly along that step it wears what it should to second order, but a ripple somewhat shorter than the step would be
-worn deeper, since the transform of an even density is negative there. Laid as a triangle, two steps wide, no ripple
-is, but all wear is smoothed. In between lies a trapezoid as wide as 1 + f steps, even over 1 - f of them: its
-transform, sinc(l) sinc(f l) of steps l to a wavelength, is negative for wavelengths from f steps to one alone, and
-smooths by f^2 of what the triangle does. Where nodes are too far apart to hold such ripples, f is as little as
-a half.
+A footprint represents the interval around its roll position, over which it moves by one step. Spread evenly along
+that step, its wear is right to second order, but a ripple somewhat shorter than the step would grow, since the
+Fourier transform of an even density is negative there. Spread as a triangle two steps wide, no ripple grows, but all
+wear is smoothed. A trapezoid 1 + f steps wide and even over 1 - f steps is a compromise: its transform sinc(l) sinc(f
+l), for l steps to a wavelength, is negative only for wavelengths from f steps to one, and it smooths f^2 times as
+much as the triangle. Where nodes are too far apart to resolve such ripples, f is as small as a half.
 """
 
 from __future__ import annotations
@@ -28,16 +27,16 @@ __all__ = [
     "step_of",
 ]
 
-VALLEY = 2  # stretches that lie beyond the ridge from a pressed edge, as `at_edge` marks them
+VALLEY = 2  # mark in `at_edge` of stretches beyond the ridge from a pressed edge
 _LEAST_STEP = 1e-6  # of a flank's height
 _SHORT_STEP = 0.05  # of a cell: below it the differences of `lay_points` would lose digits
-_ROUNDING = 1e-9  # of a stretch: it lies on the nodes where no more of it is missing there
-_FADES = 0.5  # least f; half of the cells to a step where that is more, and 1 at most
+_ROUNDING = 1e-9  # of a stretch: up to this part beyond the nodes is rounding
+_FADES = 0.5  # least f; otherwise half the number of cells in a step, at most 1
 
 
 @inner_njit(cache=True, error_model="numpy")
 def step_of(place, rate, k):  # type: ignore[no-untyped-def]
-    """How far a place moves in the step about a roll position."""
+    """Distance that a profile coordinate moves in the step around a roll position."""
     before, after = max(k - 1, 0), min(k + 1, place.shape[0] - 1)
     before, after = (before if rate[before] != 0.0 else k), (after if rate[after] != 0.0 else k)
     return (place[after] - place[before]) / max(after - before, 1)
@@ -45,7 +44,7 @@ def step_of(place, rate, k):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyped-def]
-    """Add a density that is straight from one place up to another one; returns how much of it lies on the nodes."""
+    """Add a linear density between two profile coordinates; returns its amount on the nodes."""
     last = nodes.shape[0] - 1
     start, stop = max(a, nodes[0]), min(b, nodes[last])
     laid = 0.0
@@ -58,7 +57,7 @@ def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyp
         width = nodes[cell + 1] - nodes[cell]
         first, second = at_a + slope * (begin - a), at_a + slope * (end - a)
         x, y = (begin - nodes[cell]) / width, (end - nodes[cell]) / width
-        # exact for the product of two straight lines
+        # exact for the product of two linear functions
         upper = (end - begin) / 6.0 * (first * x + (first + second) * (x + y) + second * y)
         out[cell] += 0.5 * (end - begin) * (first + second) - upper
         out[cell + 1] += upper
@@ -69,7 +68,7 @@ def _lay_straight(nodes, split, a, b, at_a, at_b, out):  # type: ignore[no-untyp
 
 @inner_njit(cache=True, error_model="numpy")
 def span_of(nodes, step):  # type: ignore[no-untyped-def]
-    """How far to either side of a place an amount is laid evenly, and how far in all, from a step either way."""
+    """Half-widths of the even part and of the whole of a trapezoid, from a step of either sign."""
     last = nodes.shape[0] - 1
     step = max(abs(step), _LEAST_STEP * (nodes[last] - nodes[0]))
     cell = min(nodes[1] - nodes[0], nodes[last] - nodes[last - 1])
@@ -79,7 +78,7 @@ def span_of(nodes, step):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def _up_to(x, even, reach):  # type: ignore[no-untyped-def]
-    """Amount of a trapezoid about zero up to a place, and the integral of that; both times (reach^2 - even^2)."""
+    """Integral of a trapezoid around zero up to x, and its double integral; both times (reach^2 - even^2)."""
     a, b = max(x + reach, 0.0), max(x + even, 0.0)
     c, d = max(x - even, 0.0), max(x - reach, 0.0)
     return 0.5 * (a * a - b * b - c * c + d * d), (a * a * a - b * b * b - c * c * c + d * d * d) / 6.0
@@ -87,10 +86,7 @@ def _up_to(x, even, reach):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def]
-    """Add to nodes an amount that is even about a place and fades out on either side.
-
-    What lies beyond the last node wears no flank: the amount on the nodes is returned.
-    """
+    """Add an amount to the nodes, spread as a trapezoid around `middle`; returns the amount on the nodes."""
     last = nodes.shape[0] - 1
     even, reach = span_of(nodes, step)
     if middle + reach <= nodes[0] or middle - reach >= nodes[last]:
@@ -101,7 +97,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
         laid = _lay_straight(nodes, split, middle - reach, middle - even, 0.0, height, out)
         laid += _lay_straight(nodes, split, middle - even, middle + even, height, height, out)
         return laid + _lay_straight(nodes, split, middle + even, middle + reach, height, 0.0, out)
-    # as in `lay_points`, with the amount below the first node taken off and no more than up to the last one
+    # as in `lay_points`, without the amounts below the first and above the last node
     steep = height / (reach - even)
     x = nodes[p] - middle
     first, before = _up_to(x, even, reach)
@@ -121,7 +117,7 @@ def lay(nodes, split, middle, step, amount, out):  # type: ignore[no-untyped-def
 
 @inner_njit(cache=True, error_model="numpy")
 def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
-    """Whether amounts at rising places that fade out over a step lie on the nodes, as `lay_points` needs it."""
+    """Whether trapezoids around increasing places all lie on the nodes, as required by `lay_points`."""
     last, reach = nodes.shape[0] - 1, span_of(nodes, step)[1]
     if count == 0 or reach < _SHORT_STEP * max(nodes[1] - nodes[0], nodes[last] - nodes[last - 1]):
         return False
@@ -130,13 +126,13 @@ def lies_within(nodes, middle, count, step):  # type: ignore[no-untyped-def]
 
 @inner_njit(cache=True, error_model="numpy")
 def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[no-untyped-def]
-    """Add to nodes amounts at rising places that all move by one step, as `lay` does one by one.
+    """Add amounts at increasing places that all move by the same step, as repeated calls of `lay` would.
 
-    An amount m at u, even up to e and faded out at r, has the density m [(x-u+r)+ - (x-u+e)+ - (x-u-e)+ + (x-u-r)+]
-    /(r^2 - e^2); a node takes the integral of its product with the hat function of the node, which is the second
-    difference over the nodes of the density's double integral: that of the cubes over 6 (r^2 - e^2). Beyond u+r that
-    is m (x-u), so that all amounts which have faded out come in by their sum and their moment. Returns the first node
-    that takes something, and the one behind the last.
+    An amount m at u, even up to e and zero from r on, has the density m [(x-u+r)+ - (x-u+e)+ - (x-u-e)+ + (x-u-r)+]
+    /(r^2 - e^2). A node receives the integral of this density times its hat function, which is the second difference
+    over the nodes of the density's double integral, the same expression in cubes over 6 (r^2 - e^2). Beyond u+r the
+    double integral is m (x-u), so that all earlier amounts enter by their sum and moment. Returns the first node with
+    a deposit and the one behind the last.
     """
     even, reach = span_of(nodes, step)
     origin, end = middle[0], middle[count - 1] + reach
@@ -151,8 +147,8 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
             first += 1
         value, c = total * (x - origin) - moment, first
         while c < count and middle[c] < x + reach:
-            away = x - middle[c]
-            rises, risen, falls = away + reach, max(away + even, 0.0), max(away - even, 0.0)
+            distance = x - middle[c]
+            rises, risen, falls = distance + reach, max(distance + even, 0.0), max(distance - even, 0.0)
             value += scale * amount[c] * (rises * rises * rises - risen * risen * risen - falls * falls * falls)
             c += 1
         after = (value - before) / (x - nodes[p])
@@ -164,10 +160,10 @@ def lay_points(nodes, split, middle, amount, count, step, out):  # type: ignore[
 
 @inner_njit(cache=True, error_model="numpy")
 def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type: ignore[no-untyped-def]
-    """Add the stretches of a footprint to nodes, each faded out over its own step.
+    """Add the stretches of a footprint to the nodes, each spread over its own step.
 
-    `alike`: places rise, and all stretches move by one step. Returns the first node that takes something, the one
-    behind the last, and what lies beyond the nodes.
+    `alike`: places increase, and all stretches move by the same step. Returns the first node with a deposit, the one
+    behind the last, and the amount beyond the nodes.
     """
     if pieces == 0:
         return ZERO, ZERO, 0.0
@@ -185,24 +181,25 @@ def lay_pieces(nodes, split, middle, shift, amount, pieces, alike, out):  # type
 
 @inner_njit(cache=True, error_model="numpy")
 def _share_held(distance, slack):  # type: ignore[no-untyped-def]
-    """Part in which an end of the slice that is so near holds a footprint: all of one that it cuts off."""
+    """Degree from 0 to 1 to which an end of the slice at some distance holds a footprint back: 1 if cut off."""
     return min(max(1.0 - distance / slack, 0.0), 1.0)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def shifts_of(middle, ends, at_edge, pieces, low, high, slack, moves, low_moves, high_moves, shift):  # type: ignore[no-untyped-def]
-    """How far every stretch of a footprint moves in a roll step, from how far its centre and the slice's ends do.
+    """Distance that every stretch of a footprint moves in a roll step, from those of its centre and the slice's ends.
 
-    A footprint that an end of the slice cuts off stays at that end and is drawn out: nothing of it passes over the
-    border. It comes to be held over a slack, and its own ends count, not the places of its last stretches: wear would
-    jump as a stretch is added that weighs nothing. Returns whether all of them are one stretch that moves as a whole.
+    A footprint cut off by an end of the slice stays at that end and is stretched: nothing of it crosses the border.
+    The transition takes place over `slack`. It depends on the ends of the footprint, not on the centroids of its
+    stretches, since wear would jump where a stretch without weight is added. Returns whether all stretches move
+    alike.
     """
-    plain = pieces > 0 and at_edge[0] == 0 and at_edge[pieces - 1] == 0  # no edge presses, and places rise
+    plain = pieces > 0 and at_edge[0] == 0 and at_edge[pieces - 1] == 0  # no pressed edge, and places increase
     if plain and ends[0, 0] > low + slack and ends[pieces - 1, 1] < high - slack:
         shift[:pieces] = moves
         return True
     alike = pieces > 0 and at_edge[0] == at_edge[pieces - 1]
-    for whole in (0, VALLEY):  # the valley by itself goes over into the whole footprint
+    for whole in (0, VALLEY):  # a separate valley merges continuously into the whole footprint
         first, last = np.inf, -np.inf
         for c in range(pieces):
             if at_edge[c] == whole:
@@ -226,7 +223,7 @@ def shifts_of(middle, ends, at_edge, pieces, low, high, slack, moves, low_moves,
 
 @inner_njit(cache=True, error_model="numpy")
 def node_width(nodes, p):  # type: ignore[no-untyped-def]
-    """Width that a node stands for: half of the cells on either side."""
+    """Width of the interval around a node: half of the cells on either side."""
     left = nodes[p] - nodes[p - 1] if p > 0 else 0.0
     right = nodes[p + 1] - nodes[p] if p < nodes.shape[0] - 1 else 0.0
     return 0.5 * (left + right)

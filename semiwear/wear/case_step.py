@@ -1,8 +1,9 @@
-"""A load case within an implicit wear step: the wear that each force causes, and the loads that hold with it.
+"""A load case within an implicit wear step: its implicit wear compliance, and the loads solved with it.
 
-The rate of that wear, at first an estimate from the lines' motion, is corrected as the last step's was, and then by a
-trial of the step: by the gap on the flanks that it would leave. Where the tip of the driving body digs in, the
-estimate alone is a third too high.
+The implicit wear compliance is the gap that one mesh wears under a line per force on it. It is estimated from the
+motion of the lines, and corrected by the ratio of the gap on the predicted worn flanks to this estimate; the
+correction is carried over to the next step. Where the tip of the driving body digs in, the estimate alone is a third
+too high.
 """
 
 from __future__ import annotations
@@ -34,18 +35,18 @@ DepthFactor = Callable[[FloatArray], FloatArray]
 _FACTOR_TOLERANCE = 1e-3  # of the greatest factor on the wear coefficient
 _SMOOTH_FACTOR_TOLERANCE = 1e-10  # of the same, where results are to be smooth
 _FACTOR_ITERATIONS = 120
-_FACTOR_MISSED = 5e-2  # more than that after the last iteration: no wear can be told
-_FORESEEN = 2  # changes of the factor before the own wear is corrected, where results are to be smooth
-_FADES = 0.25  # of the elastic approach: a slice this much later still counts in part where results are smooth
-_CORRECTION = (0.25, 2.0)  # of own wear, by a trial of the step: within it no step was unstable
-_FELT = 1e-3  # of the greatest force on a slice: below it the gap says little of the wear that the force causes
+_FACTOR_ERROR = 5e-2  # of the greatest factor: a greater change in the last iteration is an error
+_PREDICTOR_UPDATES = 2  # of the factor before the compliance is corrected, where results are to be smooth
+_FADES = 0.25  # of the elastic approach: distance over which later slices count in part where results are smooth
+_CORRECTION = (0.25, 2.0)  # of the compliance; no step was unstable within these bounds
+_LEAST_FORCE = 1e-3  # of the greatest force on a slice: below it the gap is no measure of the wear
 
 
 class CaseStep:
-    """One load case within an implicit step, whatever its length.
+    """One load case within an implicit step of any length.
 
-    The factor on the wear coefficient that spreads the wear is the one with which the loads were found: then the wear
-    that a load causes is the gap under which the load was found, and no step is unstable.
+    Wear is deposited with the same factor on the wear coefficient with which the loads were solved. The wear under a
+    load is then the gap that the load was solved with, and no step is unstable.
 
     Parameters
     ----------
@@ -53,15 +54,15 @@ class CaseStep:
         Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
     case : LoadCase
     state : LoadedState
-        Of the case at the start of the step.
+        Contact of the case at the start of the step.
     motion : Sweep
-        Of the contact lines at the solved positions.
+        Motion of the contact lines at the solved positions.
     factor : callable or None
-        On the wear coefficients, where they depend on the contact.
+        Factor on the wear coefficients where they depend on the contact.
     depth_factor : callable or None
-        On the wear coefficient of the driven flank at its present depth.
+        Factor on the wear coefficient of the driven flank by its wear depth.
     correction : (roll, face) array or None
-        Of own wear, by the step before.
+        Correction of the compliance from the previous step.
     """
 
     def __init__(
@@ -85,22 +86,22 @@ class CaseStep:
         self.law_residual = 0.0
 
     def prepare(self, meshes: float) -> None:
-        """Own wear per mesh and force, for a step of about this length."""
+        """Estimate the compliance per mesh for a step of about this length."""
         force = self.state.loads.force
         now = self._own(0.0)
         if self.factor is not None:
             now = now * self.factor
-        # wear that the present loads would leave, where they are; elasticity spreads it when it is large
+        # wear under the present loads, weighted by force; the elastic approach limits how far it grows
         depth = meshes * float(np.sum(now * force**2) / np.sum(force))
         self.own = self._own(depth / (1.0 + 0.5 * depth / self.elastic))
 
     @property
     def rate(self) -> FloatArray:
-        """Own wear in one mesh per force on a slice, corrected [mm/N]."""
+        """Implicit wear compliance of one mesh, corrected [mm/N]."""
         return self.own if self.correction is None else self.own * self.correction
 
     def _own(self, growth: float) -> FloatArray:
-        """Wear of both bodies in one mesh under the line itself, per force on a slice [mm/N]."""
+        """Wear of both bodies under the line itself in one mesh, per force on a slice [mm/N]."""
         teeth, coarse, coefficients = self.case.teeth, self.state.coarse, self.coefficients
         arguments = (teeth.lines, self.motion, coarse, self.distance, growth)
         fades = _FADES * self.elastic if teeth.smooth else 0.0
@@ -115,27 +116,26 @@ class CaseStep:
         return self.case.others * total
 
     def correct(self, worn: Worn, loads: TeethLoads, meshes: float) -> None:
-        """Own wear of the lines as these worn flanks show it, after a step under these loads."""
+        """Correct the compliance by the gap on worn flanks, the result of a step under these loads."""
         teeth, force = self.case.teeth, loads.force
-        felt = force > _FELT * force.max()
-        after = teeth.touch_solved(*worn, felt)
-        before = self.state.touched  # as `after`, without what the loads press on edges
-        said = meshes * force * (self.own if self.factor is None else self.own * self.factor)
-        ratio = np.ones_like(said)
-        felt &= said > 0.0
-        ratio[felt] = (after.gap[felt] - before.gap[felt]) / said[felt]
+        loaded = force > _LEAST_FORCE * force.max()
+        after = teeth.touch_solved(*worn, loaded)
+        before = self.state.touched  # like `after` without pressed edges
+        expected = meshes * force * (self.own if self.factor is None else self.own * self.factor)
+        ratio = np.ones_like(expected)
+        loaded &= expected > 0.0
+        ratio[loaded] = (after.gap[loaded] - before.gap[loaded]) / expected[loaded]
         ratio = np.clip(ratio, *_CORRECTION)
-        if teeth.smooth:
-            # a slice that comes to be felt is so by and by
-            ratio = 1.0 + (ratio - 1.0) * _share_felt(force, 1.0)
+        if teeth.smooth:  # no jump at the least force
+            ratio = 1.0 + (ratio - 1.0) * _load_weight(force, 1.0)
         self.correction = ratio
 
-    def foreseen_loads(self, meshes: float, start: TeethLoads | None = None) -> TeethLoads:
-        """Loads of a step to correct the own wear by: a law need not have settled under them."""
+    def predicted_loads(self, meshes: float, start: TeethLoads | None = None) -> TeethLoads:
+        """Loads by which to correct the compliance; a wear law need not have converged under them."""
         if not self.case.teeth.smooth or self.factor is None or self.factor_of is None:
             return self.loads(meshes, None, start, roughly=True)
         loads = self._solve(meshes, None, start or self.state.loads)
-        for _ in range(_FORESEEN):  # the same number in every run: results are smooth
+        for _ in range(_PREDICTOR_UPDATES):  # the same number in every run keeps results smooth
             self.factor = self.factor + 0.5 * self._change(loads)
             loads = self._solve(meshes, None, loads)
         return loads
@@ -148,14 +148,14 @@ class CaseStep:
         *,
         roughly: bool = False,
     ) -> TeethLoads:
-        """Loads that hold over the step; of less digits if roughly, unless results are to be smooth."""
+        """Loads of the step; to fewer digits if `roughly`, unless results are to be smooth."""
         start, smooth = start or self.state.loads, self.case.teeth.smooth
         rough = None if smooth else self.case.teeth.fidelity.roughly
-        asked = rough if roughly else None
-        loads = self._solve(meshes, positions, start, asked)
+        final = rough if roughly else None
+        loads = self._solve(meshes, positions, start, final)
         if self.factor is None or self.factor_of is None:
             return loads
-        solved_by = asked
+        solved_by = final
         tolerance = _SMOOTH_FACTOR_TOLERANCE if smooth else _FACTOR_TOLERANCE
         settling = Settling()
         for _ in range(_FACTOR_ITERATIONS):
@@ -165,28 +165,28 @@ class CaseStep:
             if self.law_residual <= tolerance:
                 break
             self.factor = settling.after(self.factor, change, tolerance * greatest)
-            loads, solved_by = self._solve(meshes, positions, loads, rough), rough  # until the factor has settled
+            loads, solved_by = self._solve(meshes, positions, loads, rough), rough  # until the factor has converged
         else:
-            if self.law_residual > _FACTOR_MISSED:
+            if self.law_residual > _FACTOR_ERROR:
                 raise ConvergenceError(
                     f"wear law and loads do not settle over a step of {meshes:.3g} meshes: after "
                     f"{_FACTOR_ITERATIONS} iterations the wear coefficient still changes by {self.law_residual:.1%} "
                     "of its greatest; take more numerics.wear_steps, or an effects.wear_law whose wear changes less "
                     "with the load"
                 )
-        return loads if solved_by is asked else self._solve(meshes, positions, loads)
+        return loads if solved_by is final else self._solve(meshes, positions, loads)
 
     def _change(self, loads: TeethLoads) -> FloatArray:
-        """By how much the factor that the loads make differs from the one under which they were found."""
+        """Factor under these loads less the factor with which they were solved."""
         assert self.factor is not None
         return np.where(loads.force > 0.0, self._factor_under(loads) - self.factor, 0.0)
 
     def _factor_under(self, loads: TeethLoads) -> FloatArray:
-        """Factor on the wear coefficient that the loads make; 1 where there is none."""
+        """Factor on the wear coefficient under these loads; 1 where there is no load."""
         assert self.factor_of is not None
         factor = self.factor_of(self.case.teeth, loads, self.state)
-        # a power of the pressure is far from 1 under the least load: it, too, is felt by and by
-        return 1.0 + (factor - 1.0) * _share_felt(loads.force, 0.0) if self.case.teeth.smooth else factor
+        # a power of the pressure is far from 1 even under the least load: no jump there either
+        return 1.0 + (factor - 1.0) * _load_weight(loads.force, 0.0) if self.case.teeth.smooth else factor
 
     def _solve(
         self, meshes: float, positions: Sequence[int] | None, start: TeethLoads, solve: SolveLoads | None = None
@@ -196,11 +196,11 @@ class CaseStep:
         return (solve or teeth.fidelity.solve)(teeth.problem, self.state.coarse, start, meshes * rate, positions)
 
     def weighted(self, loads: TeethLoads) -> WeightedLoads:
-        """Part of the case in the wear."""
+        """Loads with the weight of the case in the wear."""
         weight = self.case.share if self.factor is None else self.case.share * self.factor
         return WeightedLoads(self.case.teeth, loads, weight)
 
 
-def _share_felt(force: FloatArray, least: float) -> FloatArray:
-    """Part in which a slice counts where results are to be smooth: from `least` times the force that is felt on."""
-    return np.asarray(np.clip(force / (_FELT * force.max()) - least, 0.0, 1.0))
+def _load_weight(force: FloatArray, least: float) -> FloatArray:
+    """Weight of slices for smooth results: from 0 to 1 over one least force, beginning at `least` of them."""
+    return np.asarray(np.clip(force / (_LEAST_FORCE * force.max()) - least, 0.0, 1.0))

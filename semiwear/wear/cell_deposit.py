@@ -1,4 +1,4 @@
-"""Deposit of what cells of patches spread: rates on cells, summed at the nodes of the driven flank."""
+"""Deposit of rates on the cells of contact patches, summed at the nodes of the driven flank."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ROUNDING = 1e-12
 
 @inner_njit(cache=True, error_model="numpy")
 def _speed(sliding, slope, away):  # type: ignore[no-untyped-def]
-    """Length of a sliding velocity that changes with the profile coordinate."""
+    """Magnitude of a sliding velocity that varies linearly with the profile coordinate."""
     v0, v1 = sliding[0] + slope[0] * away, sliding[1] + slope[1] * away
     return sqrt(v0 * v0 + v1 * v1)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _share(nodes, split, weight, at, start, size, lower, upper, sliding, slope, out):  # type: ignore[no-untyped-def]
-    """Add a straight stretch of a rate to nodes as straight lines between them weigh it; returns what is on them."""
+    """Add a linear stretch of a rate to the nodes, weighted by their hat functions; returns its amount on them."""
     end = nodes.shape[0] - 1
     stop, laid = min(start + size, nodes[end]), 0.0
     if stop <= start:
@@ -37,7 +37,7 @@ def _share(nodes, split, weight, at, start, size, lower, upper, sliding, slope, 
         begin, finish = max(start, nodes[p]), min(stop, nodes[p + 1])
         a, b = lower + (upper - lower) * (begin - start) / size, lower + (upper - lower) * (finish - start) / size
         x, y = (begin - nodes[p]) / (nodes[p + 1] - nodes[p]), (finish - nodes[p]) / (nodes[p + 1] - nodes[p])
-        # exact for the product of two straight lines
+        # exact for the product of two linear functions
         whole = 0.5 * (finish - begin) * (a + b)
         above = (finish - begin) / 6.0 * (a * x + (a + b) * (x + y) + b * y)
         out[p] += (whole - above) * _speed(sliding, slope, nodes[p] - at) / weight[p]
@@ -66,7 +66,7 @@ def _deposit(  # type: ignore[no-untyped-def]
         for c in range(first - 1, last + 1):
             start = at + (c - half) * cell_width
             lower, upper = between_cells(rate[r], float(c)), between_cells(rate[r], c + 1.0)
-            # straight between the middles of cells; even over cells up to the one that an end of the nodes cuts
+            # linear between the middles of cells, but constant over cells cut by an end of the nodes
             cut = start - 0.5 * cell_width < nodes[i, 0] or start + 1.5 * cell_width > nodes[i, end]
             parts = 2 if cut else 1
             for part in range(parts):
@@ -83,11 +83,11 @@ def _deposit(  # type: ignore[no-untyped-def]
 def deposit_cells(
     cells: PatchCells, rolls: IntArray, faces: IntArray, rate: FloatArray, slices: BoolArray, out: FloatArray
 ) -> float:
-    """Add `rate` times the length of the sliding velocity to the flank's nodes, each what is about it.
+    """Add `rate` times the magnitude of the sliding velocity to the nodes of the flank.
 
-    The rate is straight between the middles of cells and weighed for every node as straight lines between nodes
-    do, so that the sum over the nodes is that over the cells whatever their sizes: read at the nodes alone, it
-    would be 0.6 to 1.7 % off with nodes two cells apart.
+    The rate is linear between the middles of cells and weighted by the hat function of every node, so that the sum
+    over the nodes equals that over the cells whatever their sizes. Sampled at the nodes, it would be 0.6 to 1.7 % off
+    with nodes two cells apart.
 
     Parameters
     ----------
@@ -95,15 +95,15 @@ def deposit_cells(
     rolls, faces : (n,) int arrays
         Rows.
     rate : (n, columns) array
-        Such as pressure times time.
+        For example pressure times time.
     slices : (face,) bool array
-        Slices to do.
+        Slices to evaluate.
     out : (face, profile) array, changed
 
     Returns
     -------
     float
-        What lies beyond the ends of the nodes, times its area.
+        Integral of the amount beyond the ends of the nodes over its area.
     """
     lines, grid = cells.lines, cells.grid
     beyond = _deposit(

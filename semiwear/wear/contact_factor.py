@@ -23,10 +23,10 @@ __all__ = ["ContactFactor"]
 
 
 class Clock(Protocol):
-    """Adds up seconds under the names of effects."""
+    """Stopwatch that adds up seconds by effect."""
 
     def measure(self, effect: str) -> AbstractContextManager[None]:
-        """Count what is done inside."""
+        """Count the time spent within the context."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class ContactFactor:
         At the solved roll positions.
     clock : Clock
     running_in : RunningIn, optional
-        How the roughness changes under the film.
+        Change of the roughness under the film.
     """
 
     laws: dict[str, ContactLaw]
@@ -49,7 +49,7 @@ class ContactFactor:
     running_in: RunningIn | None = None
 
     def __call__(self, teeth: LoadedTeeth, loads: TeethLoads, state: LoadedState) -> FloatArray:
-        """Factor in every slice, (roll, face); 1 where there is no load."""
+        """Factor of every slice, (roll, face); 1 where there is no load."""
         conditions = line_conditions(teeth.problem, loads, state.coarse, self.speeds)
         if self.running_in is not None:
             with self.clock.measure("running_in"):

@@ -1,7 +1,8 @@
-"""Deposit on the driven flank: shares of every footprint, and the sum over roll positions.
+"""Deposit on the driven flank: the amount of every footprint spread over the nodes, summed over roll positions.
 
-A footprint is the root of the gap that is left. Where an edge of either body presses and the valley beyond it bears
-as well, that root says little about their shares: there each is a footprint of its own, with its share of the load.
+The pressure across a footprint is proportional to the root of the depth by which the gap is closed. Where an edge of
+either body is pressed and the valley beyond it carries load as well, this root gives wrong shares: edge and valley
+are then two footprints, each with its own share of the load.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ __all__ = [
 
 
 class Spread(NamedTuple):
-    """Amounts that are spread over the footprints, (roll, face) and (roll, face, 2) arrays.
+    """Amounts to be spread over the footprints, (roll, face) and (roll, face, 2) arrays.
 
     Attributes
     ----------
@@ -48,15 +49,15 @@ class Spread(NamedTuple):
     rate : array
         Amount per length of line, e.g. line load times time.
     centre : array
-        Two components of the factor at the footprint's centre, e.g. the sliding velocity.
+        Vector at the footprint's centre, e.g. the sliding velocity; its length is a factor on the amount.
     slope : array
-        Their change by the profile coordinate; the factor is the length of the vector.
+        Derivative of this vector by the profile coordinate.
     closes : array [mm]
-        Gap that a Hertz contact under the line load closes, 2 q/(pi E*).
+        Gap closed by a Hertz contact under the line load, 2 q/(pi E*).
     edges : (roll, face, 4) array, changed
-        What edges bore in the cycle before, as in `share_of_edge`.
+        Load shares of edges in the previous cycle, as in `share_of_edge`.
     most : (face,) array [mm]
-        Wear of that cycle at most.
+        Greatest wear in the previous cycle.
     """
 
     place: FloatArray
@@ -69,16 +70,17 @@ class Spread(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodes of a flank that take a deposit, (face, points) [mm], and where their spacing changes, (face,)."""
+    """Nodes of a flank, (face, points) [mm], and the node at which their spacing changes, (face,)."""
 
     nodes: FloatArray
     split: IntArray
 
 
 class Pieces(NamedTuple):
-    """Memory for one footprint: its outline, what of it an edge and the valley have, and stretches.
+    """Work arrays for one footprint.
 
-    Of the latter shares, middles, ends, edges and shifts.
+    Its outline, the parts of it that belong to an edge and to the valley, and of its stretches the amounts,
+    centroids, ends, marks of edges and shifts.
     """
 
     reach: Reach
@@ -92,7 +94,7 @@ class Pieces(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def piece_space(nodes):  # type: ignore[no-untyped-def]
-    """Memory for the footprints of slices of these nodes."""
+    """Work arrays for footprints on slices of these nodes."""
     reach = reach_space(nodes)
     points, most = reach.u.shape[0], 3 * reach.u.shape[0]
     return Pieces(
@@ -102,24 +104,24 @@ def piece_space(nodes):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def factor_in(what, k, i):  # type: ignore[no-untyped-def]
-    """Vector by which an amount counts in a slice: its place, both components and their changes."""
-    centre, slope = what.centre[k, i], what.slope[k, i]
-    return what.place[k, i], centre[0], centre[1], slope[0], slope[1]
+def factor_in(spread, k, i):  # type: ignore[no-untyped-def]
+    """Factor vector of a slice: the profile coordinate it holds for, both components and their derivatives."""
+    centre, slope = spread.centre[k, i], spread.slope[k, i]
+    return spread.place[k, i], centre[0], centre[1], slope[0], slope[1]
 
 
 @inner_njit(cache=True, error_model="numpy")
 def factor_at(factor, place):  # type: ignore[no-untyped-def]
-    """Length of that vector at a place."""
-    middle, first, second, change, other = factor
-    away = place - middle
-    first, second = first + change * away, second + other * away
+    """Length of the factor vector at a profile coordinate."""
+    middle, first, second, first_slope, second_slope = factor
+    distance = place - middle
+    first, second = first + first_slope * distance, second + second_slope * distance
     return sqrt(first * first + second * second)
 
 
 @inner_njit(cache=True, error_model="numpy")
 def _add_pieces(count, least, depth, share, space, pieces):  # type: ignore[no-untyped-def]
-    """Append the stretches of a whole footprint, whose shares sum up to `share`."""
+    """Append the stretches of a whole footprint, with amounts that sum up to `share`; returns the new count."""
     u, g, mass, middle = space.reach.u, space.reach.g, space.mass, space.middle
     area, begin = 0.0, pieces
     b = depth - (g[0] - least)
@@ -132,7 +134,7 @@ def _add_pieces(count, least, depth, share, space, pieces):  # type: ignore[no-u
             continue
         u_a, width = open_part(u[c], u[c + 1] - u[c], a, b)
         if width > 0.0:
-            # by centroids: a depth that alternates from node to node would not be felt in the middle
+            # at the centroid: the middle of a stretch would not respond to depths that alternate from node to node
             mass[pieces], middle[pieces] = centred_segment(u_a, width, t_a, t_b)
             space.ends[pieces, 0], space.ends[pieces, 1] = u_a, u_a + width
             space.at_edge[pieces] = 0
@@ -143,7 +145,7 @@ def _add_pieces(count, least, depth, share, space, pieces):  # type: ignore[no-u
 
 @inner_njit(cache=True, error_model="numpy")
 def _add_side(count, side, mark, upper, lift, depth, share, space, pieces):  # type: ignore[no-untyped-def]
-    """Append what of a footprint belongs to one side of a ridge, the upper one or not; `lift` as in `lowest_of`."""
+    """Append the stretches on one side of a ridge (`upper`: the upper side); `lift` as in `lowest_of`."""
     u, g, mass, middle = space.reach.u, space.reach.g, space.mass, space.middle
     least, area, begin = lowest_of(side, g, count, lift), 0.0, pieces
     for c in range(count - 1):
@@ -154,7 +156,7 @@ def _add_side(count, side, mark, upper, lift, depth, share, space, pieces):  # t
         if width > 0.0:
             whole, middle[pieces] = centred_segment(u_a, width, root_of(a), root_of(b))
             mass[pieces] = part * whole
-            # its end moves on evenly as more of it counts
+            # the end of a stretch moves evenly with the part of it that counts
             space.ends[pieces, 0] = u_a + ((1.0 - part) * width if upper else 0.0)
             space.ends[pieces, 1] = u_a + (width if upper else part * width)
             space.at_edge[pieces] = mark
@@ -165,7 +167,7 @@ def _add_side(count, side, mark, upper, lift, depth, share, space, pieces):  # t
 
 @inner_njit(cache=True, error_model="numpy")
 def _weighed(mass, begin, pieces, share, area):  # type: ignore[no-untyped-def]
-    """Shares of stretches from their areas; without any area there are none of them. Returns how many there are."""
+    """Turn areas of stretches into shares; without any area they are dropped. Returns the new count."""
     if area <= 0.0:
         return begin
     for piece in range(begin, pieces):
@@ -174,16 +176,17 @@ def _weighed(mass, begin, pieces, share, area):  # type: ignore[no-untyped-def]
 
 
 @inner_njit(cache=True, error_model="numpy")
-def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-def]
-    """Stretches of a footprint: middles, shares, whether an edge presses there (-1: lower, 1: upper); how many.
+def pieces_of(gap, half_width, spread, k, i, space):  # type: ignore[no-untyped-def]
+    """Find the stretches of a footprint and return their number.
 
-    Where an edge presses, `VALLEY` marks those beyond the ridge, which touch by themselves.
+    `at_edge` marks stretches at a pressed edge (-1: lower, 1: upper); `VALLEY` marks those of the separate footprint
+    beyond the ridge.
     """
     depth, count, least = reached(gap, half_width, space.reach)
-    closes = what.closes[k, i]
+    closes = spread.closes[k, i]
     edge, share, apart = share_of_edge(
-        space.reach.u, space.reach.g, count, gap.low, gap.high, gap.per_mm, depth, closes, what.edges[k, i],
-        what.most[i], space.side,
+        space.reach.u, space.reach.g, count, gap.low, gap.high, gap.per_mm, depth, closes, spread.edges[k, i],
+        spread.most[i], space.side,
     )  # fmt: skip
     pieces = ZERO
     if apart < 1.0:
@@ -198,20 +201,20 @@ def pieces_of(gap, half_width, what, k, i, space):  # type: ignore[no-untyped-de
 
 
 @inner_njit(cache=True, error_model="numpy")
-def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, laid):  # type: ignore[no-untyped-def]
-    """Lay a footprint on the nodes of its slice, (points,), by itself; its shares are used up.
+def lay_footprint(flank, spread, grid, gap, k, i, length, pieces, space, laid):  # type: ignore[no-untyped-def]
+    """Deposit a single footprint on the nodes of its slice, (points,); overwrites the shares of its stretches.
 
-    Returns the first node that takes something, the one behind the last, what is spread, and what of it lies beyond
-    the nodes.
+    Returns the first node with a deposit and the one behind the last, the whole amount, and its part beyond the
+    nodes.
     """
     mass, middle, shift = space.mass, space.middle, space.shift
-    nodes, rate = grid.nodes[i], what.rate[:, i]
+    nodes, rate = grid.nodes[i], spread.rate[:, i]
     alike = shifts_of(
         middle, space.ends, space.at_edge, pieces, gap.low, gap.high, nodes[1] - nodes[0],
-        step_of(what.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
+        step_of(spread.place[:, i], rate, k), step_of(flank.low[:, i], rate, k),
         step_of(flank.high[:, i], rate, k), shift,
     )  # fmt: skip
-    total, density, factor = 0.0, rate[k] / gap.per_mm, factor_in(what, k, i)
+    total, density, factor = 0.0, rate[k] / gap.per_mm, factor_in(spread, k, i)
     for c in range(pieces):
         mass[c] *= density * factor_at(factor, middle[c])
         total += mass[c]
@@ -222,25 +225,27 @@ def lay_footprint(flank, what, grid, gap, k, i, length, pieces, space, laid):  #
 
 @inner_njit(cache=True, error_model="numpy")
 def over_widths(nodes, amounts):  # type: ignore[no-untyped-def]
-    """Turn amounts at the nodes of a slice into densities."""
+    """Divide amounts at the nodes of a slice by the width of each node's interval."""
     for p in range(nodes.shape[0]):
         amounts[p] /= node_width(nodes, p)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, what, half_width, grid, slices, length, rows, out, taken):  # type: ignore[no-untyped-def]
+def _spread(flank, spread, half_width, grid, slices, length, rows, out, taken):  # type: ignore[no-untyped-def]
     space, laid = piece_space(flank.nodes), np.zeros(grid.nodes.shape[1])
     rolls = flank.profile.shape[0]
     for i in slices:
         for k in range(rolls):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
                 forget_row(space.reach.row)
-            # between two loaded positions a slice may pass beyond an end of the other body's face
-            if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
+            # between two loaded positions a slice may lie beyond an end of the other body's face
+            if spread.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
-            pieces = pieces_of(gap, half_width, what, k, i, space)
-            first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, length[k, i], pieces, space, laid)
+            pieces = pieces_of(gap, half_width, spread, k, i, space)
+            first, end, total, beyond = lay_footprint(
+                flank, spread, grid, gap, k, i, length[k, i], pieces, space, laid
+            )
             lay_down(laid, first, end, 1.0, out[i])
             take_up(laid, first, end, total, beyond, rows, rows.row[k, i], taken[i])
         over_widths(grid.nodes[i], out[i])
@@ -260,12 +265,12 @@ def _add_rows(rows, times, nodes, slices, out, taken):  # type: ignore[no-untype
 def sum_of_rows(
     rows: FootprintRows, times: FloatArray, grid: FlankGrid, slices: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Density on the nodes of the driven flank from kept footprints, each so many times, (roll, face).
+    """Density on the nodes of the driven flank from kept footprints times factors, (roll, face).
 
     Returns
     -------
     density : (face, profile) array
-        In some slices; the others stay zero.
+        Zero in slices that are not evaluated.
     taken : (2,) array
         As in `spread_over_flank`.
     """
@@ -279,34 +284,34 @@ def spread_over_flank(
     grid: FlankGrid,
     removed: Removed,
     half_width: float,
-    what: Spread,
+    spread: Spread,
     slices: IntArray,
     taken: FloatArray | None = None,
     rows: FootprintRows | None = None,
 ) -> FloatArray:
-    """Density on the nodes of the flank of what each line spreads over its footprint, summed over roll positions.
+    """Density on the nodes of the flank from the amounts of all footprints, summed over roll positions.
 
     Parameters
     ----------
     lines, grid, removed, half_width
         As in `footprints`.
-    what : Spread
+    spread : Spread
     slices : int array
-        Slices to do; the others stay zero.
+        Slices to evaluate; the others stay zero.
     taken : (2,) array, changed
-        Takes what is spread in all, and what of it lies beyond the ends of the nodes: on the rounding of an edge
-        [unit of `what.rate` times mm times that of its factor].
+        The whole amount is added to the first element, its part beyond the ends of the nodes, on the rounding of an
+        edge, to the second [unit of `spread.rate` times mm times that of its factor].
     rows : FootprintRows, changed, optional
-        Takes the footprints one by one.
+        Every footprint is added to its row.
 
     Returns
     -------
     (face, profile) array
     """
-    out, rows = np.zeros(grid.profile.shape), rows or no_rows(what.rate.shape)
+    out, rows = np.zeros(grid.profile.shape), rows or no_rows(spread.rate.shape)
     flank, nodes, by_slice = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros((len(out), 2))
     in_loose_shares(
-        lambda share: _spread(flank, what, half_width, nodes, share, lines.length, rows, out, by_slice), slices
+        lambda share: _spread(flank, spread, half_width, nodes, share, lines.length, rows, out, by_slice), slices
     )
     if taken is not None:
         taken += by_slice.sum(axis=0)

@@ -1,4 +1,4 @@
-"""Deposit on both flanks: of the driving one by the same footprints, seen from the other body."""
+"""Deposit on both flanks: the footprints of the driven flank, mapped to the driving flank as well."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ class _Driving(NamedTuple):
     Attributes
     ----------
     profile, slope, face : arrays [mm], [1], [mm]
-        Profile coordinate at the fresh line, its change by the driven flank's, and face coordinate.
+        Profile coordinate at the fresh line, its derivative by that of the driven flank, and face coordinate.
     stations : (stations,) array [mm]
+        Face coordinates.
     nodes : (points,) array [mm]
-        Of every station.
+        Profile nodes, the same at every station.
     split : int
     """
 
@@ -55,12 +56,12 @@ class _Driving(NamedTuple):
 
 @inner_njit(cache=True, error_model="numpy")
 def _add_to_stations(driving, k, i, laid, first, end, times, out):  # type: ignore[no-untyped-def]
-    """Add a footprint of a slice so many times to the stations that it meets; returns the part that they take."""
+    """Add a multiple of a slice's footprint to the stations that it meets; returns the part that they receive."""
     stations = driving.stations.shape[0]
     step, taken = driving.stations[1] - driving.stations[0], 0.0
     station, weight = station_of(driving.face[k, i], driving.stations[0], step, stations)
     for side in range(2):
-        # nothing is kept beyond the width of the last station
+        # nothing is deposited beyond the width of the last station
         share = max(1.0 - abs(weight - side), 0.0)
         if share > 0.0:
             lay_down(laid, first, end, share * times, out[station + side])
@@ -69,24 +70,24 @@ def _add_to_stations(driving, k, i, laid, first, end, times, out):  # type: igno
 
 
 @inner_njit(cache=True, error_model="numpy")
-def _add_to_driving(what, driving, places, gap, k, i, length, pieces, space, memory, rows, out, taken):  # type: ignore[no-untyped-def]
-    """Add a footprint to the stations of the driving flank that it meets, to what is taken, (2,), and to its row.
+def _add_to_driving(spread, driving, places, gap, k, i, length, pieces, space, memory, rows, out, taken):  # type: ignore[no-untyped-def]
+    """Add a footprint to the stations of the driving flank that it meets, to `taken`, (2,), and to its row.
 
     `places`, (3, roll, face), are the profile coordinates of the footprints' centres and of both borders [mm].
     """
     mass, middle, shift = space.mass, space.middle, space.shift
     (place, amount, moves), laid = memory
-    stations, rate = driving.stations.shape[0], what.rate[:, i]
+    stations, rate = driving.stations.shape[0], spread.rate[:, i]
     step = driving.stations[1] - driving.stations[0]
     below, above = max(i - 1, 0), min(i + 1, stations - 1)
-    # as many driven slices meet a station as lie in its width
+    # number of driven slices within the width of a station
     wide = abs(driving.face[k, above] - driving.face[k, below]) / ((above - below) * step)
     alike = shifts_of(
         middle, space.ends, space.at_edge, pieces, gap.low, gap.high, gap.nodes[1] - gap.nodes[0],
         step_of(places[0, :, i], rate, k), step_of(places[1, :, i], rate, k),
         step_of(places[2, :, i], rate, k), shift,
     )  # fmt: skip
-    scale, factor = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm, factor_in(what, k, i)
+    scale, factor = rate[k] * wide * abs(driving.slope[k, i]) / gap.per_mm, factor_in(spread, k, i)
     rising, total = driving.slope[k, i] > 0.0, 0.0
     for c in range(pieces):
         at = c if rising else pieces - 1 - c
@@ -96,13 +97,13 @@ def _add_to_driving(what, driving, places, gap, k, i, length, pieces, space, mem
         total += amount[at]
     first, end, beyond = lay_pieces(driving.nodes, driving.split, place, moves, amount, pieces, alike, laid)
     met = _add_to_stations(driving, k, i, laid, first, end, 1.0, out)
-    whole = rate[k] * length / scale  # what a unit laid stands for
+    whole = rate[k] * length / scale  # amount of a unit of the deposit
     beyond = total - met * (total - beyond)
     take_up(laid, first, end, whole * total, whole * beyond, rows, rows.row[k, i], taken)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _spread(flank, windows, what, half_width, slices, driving, places, grid, length, rows, out, own, taken):  # type: ignore[no-untyped-def]
+def _spread(flank, windows, spread, half_width, slices, driving, places, grid, length, rows, out, own, taken):  # type: ignore[no-untyped-def]
     space = piece_space(flank.nodes)
     most, within = space.mass.size, space.reach.within
     memory = (np.empty(most), np.empty(most), np.empty(most)), np.zeros(driving.nodes.size)
@@ -111,13 +112,13 @@ def _spread(flank, windows, what, half_width, slices, driving, places, grid, len
         for k in range(flank.profile.shape[0]):
             if k == 0 or flank.row[k] != flank.row[k - 1]:
                 forget_row(space.reach.row)
-            if what.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
+            if spread.rate[k, i] == 0.0 or not np.isfinite(flank.separation[0, k, i]):
                 continue
             gap = slice_gap(flank, k, i)
             within[0], within[1] = look_within(windows[k, i], gap.nodes.shape[0])
-            pieces, wide = pieces_of(gap, half_width, what, k, i, space), length[k, i]
-            _add_to_driving(what, driving, places, gap, k, i, wide, pieces, space, memory, theirs, out, taken[0])
-            first, end, total, beyond = lay_footprint(flank, what, grid, gap, k, i, wide, pieces, space, laid)
+            pieces, wide = pieces_of(gap, half_width, spread, k, i, space), length[k, i]
+            _add_to_driving(spread, driving, places, gap, k, i, wide, pieces, space, memory, theirs, out, taken[0])
+            first, end, total, beyond = lay_footprint(flank, spread, grid, gap, k, i, wide, pieces, space, laid)
             lay_down(laid, first, end, 1.0, own[i])
             take_up(laid, first, end, total, beyond, ours, ours.row[k, i], taken[1])
         over_widths(grid.nodes[i], own[i])
@@ -137,12 +138,12 @@ def _add_rows(rows, times, driving, slices, out, taken):  # type: ignore[no-unty
 def sum_of_driving_rows(
     rows: FootprintRows, times: FloatArray, lines: ContactLines, driving: DrivingFlank, slices: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The same as `deposit.sum_of_rows` on the nodes of the driving flank.
+    """As `deposit.sum_of_rows`, on the nodes of the driving flank.
 
     Returns
     -------
     density : (face, profile) array
-        Right in stations all of whose slices are summed.
+        Valid at stations all of whose slices are summed.
     taken : (2,) array
     """
     met, out, taken = _met(lines, driving), np.zeros(driving.grid.profile.shape), np.zeros(2)
@@ -156,12 +157,12 @@ def spread_over_both_flanks(
     driving: DrivingFlank,
     removed: Removed,
     half_width: float,
-    what: Spread,
+    spread: Spread,
     slices: IntArray,
     taken: FloatArray | None = None,
     rows: tuple[FootprintRows, FootprintRows] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Densities on the nodes of both flanks of what each line spreads over its footprint, summed over rolls.
+    """Densities on the nodes of both flanks from the amounts of all footprints, summed over roll positions.
 
     Parameters are as in `deposit.spread_over_flank`, with the driving flank after the grid; `taken`, (2, 2), and
     `rows` are of the driving and of the driven flank.
@@ -169,20 +170,20 @@ def spread_over_both_flanks(
     Returns
     -------
     driving, driven : (face, profile) arrays
-        The driving one right in stations all of whose slices are done.
+        The first is valid at stations all of whose slices are evaluated.
     """
-    places = np.stack([lines.on_driving(place) for place in (what.place, lines.low, lines.high)])
+    places = np.stack([lines.on_driving(place) for place in (spread.place, lines.low, lines.high)])
     met, windows = _met(lines, driving), removed.known
     flank, nodes, own = gap_of_flanks(lines, removed), Nodes(grid.profile, grid.split), np.zeros(grid.profile.shape)
-    kept = rows or (no_rows(what.rate.shape), no_rows(what.rate.shape))
+    kept = rows or (no_rows(spread.rate.shape), no_rows(spread.rate.shape))
 
-    def spread(share: IntArray) -> tuple[FloatArray, FloatArray]:
+    def deposited(share: IntArray) -> tuple[FloatArray, FloatArray]:
         out, part = np.zeros(driving.grid.profile.shape), np.zeros((2, 2))
-        _spread(flank, windows, what, half_width, share, met, places, nodes, lines.length, kept, out, own, part)
+        _spread(flank, windows, spread, half_width, share, met, places, nodes, lines.length, kept, out, own, part)
         return out, part
 
     out = np.zeros(driving.grid.profile.shape)
-    for amount, part in in_shares(spread, slices):  # stations between two shares take from both
+    for amount, part in in_shares(deposited, slices):  # a station between two shares of slices gets wear from both
         out += amount
         if taken is not None:
             taken += part
@@ -195,5 +196,5 @@ def _met(lines: ContactLines, driving: DrivingFlank) -> _Driving:
 
 
 def _widths(met: _Driving) -> FloatArray:
-    """Widths that the nodes of every station stand for, (points,) [mm]."""
+    """Width of the interval around every node of a station, (points,) [mm]."""
     return np.array([node_width(met.nodes, p) for p in range(met.nodes.size)])

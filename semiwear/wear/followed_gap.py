@@ -1,4 +1,4 @@
-"""Material removed from two worn flanks where footprints may lie, followed over the cycles of a wear step."""
+"""Material removed from two worn flanks where footprints may lie, updated over the cycles of a wear step."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from semiwear.meshing.removed import Removed
 
 __all__ = ["FollowedGap"]
 
-_FOLLOWED = 4.0  # depths of a footprint that the flanks wear by before its nodes are looked for anew
+_MARGIN = 4.0  # footprint depths that the flanks wear before the windows of nodes are found again
 
 
 @dataclass
 class FollowedGap:
-    """Material removed from two flanks that wear, at the nodes that footprints can close.
+    """Material removed from two flanks while they wear, at the nodes within reach of footprints.
 
     Attributes
     ----------
     teeth : LoadedTeeth
     line_load : (roll, face) array [N/mm]
     slices : int array
-        Of the driven flank, that are followed.
+        Slices of the driven flank that are needed.
     """
 
     teeth: LoadedTeeth
@@ -38,7 +38,7 @@ class FollowedGap:
     _last: Removed | None = field(default=None, init=False)
 
     def removed(self, driven: FloatArray, driving: FloatArray) -> Removed:
-        """Of flanks as worn as this [mm], in arrays that nobody changes; what it gave before is overwritten."""
+        """Material removed at these wear depths [mm]; read-only, and overwritten by the next call."""
         teeth, last = self.teeth, self._last
         if last is not None and last.windows is not None and self._worn_since(driven, driving) <= self.margin:
             self._last = teeth.removed_at_nodes(driven, driving, self.slices, last.windows, last)
@@ -51,14 +51,14 @@ class FollowedGap:
         return self._last
 
     def _worn_since(self, driven: FloatArray, driving: FloatArray) -> float:
-        """By how much both flanks together have worn at most since the windows were found [mm]."""
+        """Greatest wear of both flanks together since the windows were found [mm]."""
         assert self._since is not None
         return sum(float((now - then).max()) for now, then in zip((driven, driving), self._since, strict=True))
 
     @cached_property
     def margin(self) -> float:
-        """Wear of both flanks together after which their nodes are looked for anew [mm]."""
+        """Wear of both flanks together after which the windows are found again [mm]."""
         bends = self.teeth.fine.curvature[self.line_load > 0.0]
-        if bends.size == 0:  # nothing wears, and nothing need be followed
+        if bends.size == 0:  # no load, no wear
             return 0.0
-        return float(_FOLLOWED * depth_of(float(np.median(bends)), self.teeth.half_width))
+        return float(_MARGIN * depth_of(float(np.median(bends)), self.teeth.half_width))

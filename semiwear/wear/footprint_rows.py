@@ -1,8 +1,7 @@
-"""Wear of single footprints: a row of its nodes for each roll position and slice.
+"""Wear of single footprints: one row of node values for each roll position and slice.
 
-Over a wear step the loads are not known before its end, but the footprints are much the same under loads that are
-close to them. Kept footprint by footprint, and added up over the cycles of the step, they tell the wear of any loads
-as a sum over rows.
+The loads of a wear step are known only at its end, but footprints hardly differ under similar loads. Kept one by one,
+and added up over the cycles of the step, they give the wear under any loads as a sum over rows.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ __all__ = ["FootprintRows", "lay_down", "no_rows", "rows_of", "take_up"]
 
 
 class FootprintRows(NamedTuple):
-    """Amounts that footprints leave at the nodes of a flank, footprint by footprint.
+    """Deposits of footprints at the nodes of a flank, footprint by footprint.
 
     Attributes
     ----------
@@ -28,9 +27,9 @@ class FootprintRows(NamedTuple):
     ends : (rows, 2) int array, changed
         First node of a row that is not zero, and the one behind the last.
     taken : (rows, 2) array, changed
-        What the footprint leaves in all, and what of it lies beyond the ends of the nodes.
+        Whole amount of the footprint, and its part beyond the ends of the nodes.
     share : float
-        Part in which footprints are kept as they are now: of a cycle in the step.
+        Factor with which footprints are added to their rows: the share of a cycle in the step.
     """
 
     row: IntArray
@@ -41,7 +40,7 @@ class FootprintRows(NamedTuple):
 
 
 def rows_of(footprints: BoolArray, points: int) -> FootprintRows:
-    """Empty rows for chosen footprints, (roll, face), on a flank of so many nodes in each slice."""
+    """Empty rows for chosen footprints, (roll, face), on a flank with this number of nodes in each slice."""
     count = int(footprints.sum())
     row = np.full(footprints.shape, -1)
     row.T[footprints.T] = np.arange(count)  # in the order in which they are found
@@ -56,14 +55,14 @@ def no_rows(shape: tuple[int, ...]) -> FootprintRows:
 
 @inner_njit(cache=True, error_model="numpy")
 def lay_down(laid, first, end, share, out):  # type: ignore[no-untyped-def]
-    """Add a part of a footprint, which lies between two nodes, to a flank or to a row."""
+    """Add a share of a footprint between two nodes to a flank or to a row."""
     for p in range(first, end):
         out[p] += share * laid[p]
 
 
 @inner_njit(cache=True, error_model="numpy")
 def take_up(laid, first, end, total, beyond, rows, row, taken):  # type: ignore[no-untyped-def]
-    """Add a footprint to its row, if it has one, and to what is taken, (2,); it is gone from where it was laid."""
+    """Add a footprint to its row, if it has one, and to `taken`, (2,), and clear it."""
     taken[0] += total
     taken[1] += beyond
     if row < 0:

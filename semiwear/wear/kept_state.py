@@ -1,7 +1,8 @@
-"""Wear states as plain arrays, and back: what a run needs to go on from them as if it had never stopped.
+"""Wear states as plain arrays, and back, from which a run resumes bit for bit.
 
-Kept are the wear, the loads and what is not a plain consequence of the wear: the pace, the correction of own wear,
-and the contact of pressed edges, which depends on the loads on the way. Footprints are found again from the wear.
+Saved are the wear, the loads and quantities that do not follow from the wear: the pace, the correction of the
+implicit wear compliance, and the contact of pressed edges, which depends on the history of the loads. Footprints are
+found again from the wear.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from semiwear.wear.volume import WearVolume
 
 __all__ = ["restored_state", "state_arrays"]
 
-_NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # of a state
+_NUMBERS = ("meshes", "pace", "error", "law_residual", "depth_ratio")  # attributes of a state
 
 
 def state_arrays(state: WearState) -> dict[str, np.ndarray]:
-    """A wear state as arrays [mm, N, rad], from which `restored_state` makes the same state, bit for bit."""
+    """A wear state as arrays [mm, N, rad]; `restored_state` makes the same state from them, bit for bit."""
     arrays = {name: np.array(getattr(state, name)) for name in _NUMBERS} | {"wear": state.wear}
     arrays["stride"] = np.array(state.stride, dtype=float)
     arrays |= {f"volume.{entry.name}": getattr(state.volume, entry.name) for entry in fields(WearVolume)}
@@ -39,7 +40,7 @@ def state_arrays(state: WearState) -> dict[str, np.ndarray]:
 
 
 def restored_state(stepper: WearStepper, arrays: Mapping[str, np.ndarray]) -> WearState:
-    """The wear state that `state_arrays` has taken apart; `KeyError` where an array is missing."""
+    """The wear state from the arrays of `state_arrays`; `KeyError` where an array is missing."""
     all_teeth = (stepper.teeth, *(case.teeth for case in stepper.cases))
     contacts = [_contact(teeth, arrays, k) for k, teeth in enumerate(all_teeth)]
     numbers = {name: float(arrays[name]) for name in _NUMBERS}

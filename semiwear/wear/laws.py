@@ -1,4 +1,4 @@
-"""Laws of the wear coefficient: factors of what happens in the contact, and hardness that falls with depth."""
+"""Laws of the wear coefficient: factors by contact conditions, and hardness that falls with depth."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ __all__ = [
 
 _GAS_CONSTANT = 8.314462618e-3  # kJ/(mol K), CODATA 2018
 _ZERO_CELSIUS = 273.15  # K
-_LEAST_PRESSURE = 0.01  # of the reference: below it a power that falls with pressure stays what it is there
+_LEAST_PRESSURE = 0.01  # of the reference pressure: below it a factor of negative power is constant
 
 
 class ContactLaw(Protocol):
-    """Factor of the wear coefficient that depends on where and when contact happens."""
+    """Factor of the wear coefficient that depends on the contact conditions."""
 
     def factor(self, conditions: ContactConditions) -> FloatArray:
         """Factor of the wear coefficient, (roll, face); 0 where there is no load."""
 
 
 class ContactPhysics(Protocol):
-    """Models of the contact that a scene's other effects bring; asked only for what a law needs."""
+    """Models of the contact from the scene's other effects; a law requests only the ones it needs."""
 
     def film(self) -> FilmThickness:
         """The oil film of ``[effects.lubrication]``."""
@@ -54,15 +54,15 @@ class ContactPhysics(Protocol):
 
 @dataclass(frozen=True)
 class LoadLaw:
-    """Wear that grows with another power of pressure than Archard's first: (p/p_ref)^exponent.
+    """Wear proportional to another power of pressure than Archard's first: a factor (p/p_ref)^exponent.
 
-    A negative power has no value at zero pressure, which contacts pass through as they close and part: below a
-    hundredth of the reference pressure it keeps the value that it has there.
+    A negative power has no value at zero pressure, which occurs wherever contacts close and open. Below a hundredth
+    of the reference pressure the factor is therefore constant.
 
     Attributes
     ----------
     exponent : float
-        Beyond Archard's 1.
+        In addition to Archard's 1.
     reference_pressure_MPa : float
         Greatest Hertz pressure at which the wear coefficient was measured.
     """
@@ -85,18 +85,17 @@ class LoadLaw:
 
 @dataclass(frozen=True)
 class LubricationLaw:
-    """Wear that ends as the film parts the surfaces.
+    """Wear that decreases with the film thickness.
 
-    The wear coefficient is that of boundary lubrication up to a ratio of film thickness to roughness, none from
-    another on, and linear between: with 0.5 and 4 it is (2/7)(4 - lambda) (Priest and Taylor 2000, Wear 241,
-    193-203).
+    The wear coefficient is that of boundary lubrication up to `boundary_lambda`, zero from `full_film_lambda` on, and
+    linear in between: with 0.5 and 4 the factor is (2/7)(4 - lambda) (Priest and Taylor 2000, Wear 241, 193-203).
 
     Attributes
     ----------
     film : FilmThickness
     boundary_lambda, full_film_lambda : float
     strength : float
-        Share of the wear that the film can end, 0 to 1.
+        Share of the wear that a full film prevents, 0 to 1.
     """
 
     film: FilmThickness
@@ -110,7 +109,7 @@ class LubricationLaw:
         return cls(physics.film(), table.boundary_lambda, table.full_film_lambda, table.strength)
 
     def factor(self, conditions: ContactConditions) -> FloatArray:
-        """1 - strength times the share that the film has ended, (roll, face); 0 where there is no load."""
+        """1 less the share of wear prevented by the film, (roll, face); 0 where there is no load."""
         beyond = self.film.lambda_ratio(conditions) - self.boundary_lambda
         ended = np.clip(beyond / (self.full_film_lambda - self.boundary_lambda), 0.0, 1.0)
         return np.where(conditions.loaded, 1.0 - self.strength * ended, 0.0)
@@ -127,7 +126,7 @@ class TemperatureLaw:
     flash : FlashTemperature
     friction : Friction
     activation_energy_kJ_per_mol : float
-        Q, above 0 where heat makes more wear.
+        Q, positive where wear increases with temperature.
     reference_temperature_C : float
         Contact temperature at which the wear coefficient was measured.
     """
@@ -156,28 +155,28 @@ CONTACT_LAWS: dict[str, Callable[[Value, ContactPhysics], ContactLaw]] = {
     "wear_law.temperature": TemperatureLaw.of,
     "wear_law.load": LoadLaw.of,
 }
-"""Laws that depend on the contact, by the names of their effects: from the scene's table to the law."""
+"""Laws that depend on the contact, by the names of their effects; each is built from the scene's table."""
 
 
 @dataclass(frozen=True, eq=False)
 class HardnessLaw:
-    """Archard's K/H on a hardened case: dh/ds = H_surface/H(h).
+    """Archard's K/H on a case-hardened flank: dh/ds = H_surface/H(h).
 
-    s is the wear that a flank of the surface hardness all through would have, h the wear that this flank has. The
-    hardness is the case's down to half a transition above the case depth, the core's from half a transition below it,
-    and linear between; with S(h) the integral of H/H_surface, S grows as s does (Archard 1953, J. Appl. Phys. 24,
-    981-988; case depth as in ISO 18203:2016, between case and core).
+    s is the wear of a flank with the surface hardness at all depths, h the wear of this flank. The hardness is that
+    of the case down to half a transition above the case depth, that of the core from half a transition below it, and
+    linear in between. The integral S(h) of H/H_surface equals s (Archard 1953, J. Appl. Phys. 24, 981-988; case depth
+    as in ISO 18203:2016, between case and core).
 
     Attributes
     ----------
     surface_hardness, core_hardness : float
-        In any one unit.
+        Both in the same unit.
     case_depth : float [mm]
         Middle of the transition.
     transition : float [mm]
         Its length, at most twice the case depth; 0 for a step.
     surface : (face, profile) array, optional
-        Hardness of the case over `surface_hardness`, for a band that is harder; above 0.
+        Hardness of the case over `surface_hardness`, for example of a harder band; above 0.
     """
 
     surface_hardness: float
@@ -196,7 +195,7 @@ class HardnessLaw:
 
     @property
     def _case(self) -> FloatArray:
-        """Hardness of the case over that of the surface."""
+        """Hardness of the case over `surface_hardness`."""
         return np.asarray(1.0 if self.surface is None else self.surface, dtype=np.float64)
 
     @property
@@ -217,9 +216,9 @@ class HardnessLaw:
         return 1.0 / (self._case + (self._core - self._case) * softened)
 
     def advance(self, depth: FloatArray, increment: FloatArray) -> FloatArray:
-        """Depth after an increment of the wear that the surface hardness would have given.
+        """Depth after an increment of s, the wear at the surface hardness.
 
-        Exact, and so the same however the increment is divided.
+        Exact, so that the result does not depend on how the increment is divided.
 
         Parameters
         ----------
@@ -244,7 +243,7 @@ class HardnessLaw:
         return self._case * np.minimum(depth, self._top) + mean * within + self._core * below
 
     def _depth(self, wear: FloatArray) -> FloatArray:
-        """Depth h at which S(h) has a value [mm]."""
+        """Depth h for a value of S(h) [mm]."""
         above = self._case * self._top
         across = 0.5 * (self._case + self._core) * self.transition
         within = np.clip(wear - above, 0.0, across)

@@ -1,11 +1,11 @@
 """From loads at roll positions to wear depths on the flanks: `interpolated` and `marched`.
 
 `interpolated` (after the surface interpolation of Park, Kolivand and Kahraman 2014): few roll positions are solved.
-What is smooth along the path, the line load, is interpolated between them; what is not, the sliding velocity with its
-zero at the pitch line, is exact everywhere, so that the cusp of the wear there is kept. The contact's shape follows
-the worn flanks.
+The line load, which is smooth along the path, is interpolated between them. The sliding velocity, which is zero at
+the pitch line, is exact everywhere, so that the cusp of the wear there is kept. Footprints follow the worn flanks.
 
-`marched` (after Park, Kolivand and Kahraman 2012): many roll positions, each with its own pressures, summed in place.
+`marched` (after Park, Kolivand and Kahraman 2012): many roll positions, and the pressures of each summed at the
+nodes.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ __all__ = [
 
 
 Growth = Callable[[FloatArray, FloatArray], FloatArray]
-"""From a depth and what the wear coefficient of the surface would add to it, to the new depth."""
+"""New depth from a depth and the increment by the wear coefficient of the surface."""
 
 
 @dataclass(frozen=True)
 class WeightedLoads:
-    """Loads of a load case, with its share of the meshes.
+    """Loads of a load case with their weight in the wear.
 
     Attributes
     ----------
     teeth : LoadedTeeth
     loads : TeethLoads
     weight : float, or (roll, face) array
-        Share of the meshes; times the factor on the wear coefficient where it varies.
+        Share of the meshes, times the factor on the wear coefficient where it varies.
     """
 
     teeth: LoadedTeeth
@@ -60,8 +60,10 @@ class WeightedLoads:
 
 
 def line_load_of(weighted_loads: Sequence[WeightedLoads]) -> FloatArray:
-    """Line load on the fine roll grid, averaged over the load cases: footprints have one shape for all of them."""
-    parts = [one.teeth.on_fine_rolls(one.teeth.problem.line_load(one.loads) * one.weight) for one in weighted_loads]
+    """Line load on the fine roll grid, averaged over the load cases, which share one shape of footprints."""
+    parts = [
+        case.teeth.on_fine_rolls(case.teeth.problem.line_load(case.loads) * case.weight) for case in weighted_loads
+    ]
     total = parts[0]
     for part in parts[1:]:
         total = total + part
@@ -76,9 +78,9 @@ def _swept(
     slices: IntArray,
     taken: FloatArray | None = None,
 ) -> FloatArray:
-    """Sum of p |v_s| dt on the driven flank under line loads whose footprints `removed` shapes [N/mm]."""
-    what = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices, taken)
-    return wear_of_mesh(teeth.fine, teeth.grid, removed, *what)
+    """Sum of p |v_s| dt on the driven flank under line loads [N/mm]; `removed` determines their footprints."""
+    arguments = (motion, line_load, teeth.half_width, teeth.problem.modulus, slices, taken)
+    return wear_of_mesh(teeth.fine, teeth.grid, removed, *arguments)
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class InterpolatedWear:
     Attributes
     ----------
     grow, grow_driving : callable
-        How depths of the driven and the driving flank add up.
+        New depths of the driven and the driving flank from depths and increments.
     """
 
     grow: Growth = np.add
@@ -102,7 +104,7 @@ class InterpolatedWear:
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
-        """Sum of p |v_s| dt over one mesh on the driven flank, in some slices: (face, profile) [N/mm]."""
+        """Sum of p |v_s| dt over one mesh on some slices of the driven flank, (face, profile) [N/mm]."""
         removed = teeth.removed(*worn, slices)
         return _swept(teeth, motion, removed, line_load_of(weighted_loads), slices)
 
@@ -115,7 +117,7 @@ class InterpolatedWear:
         multipliers: WearMultipliers,
         cycles: CyclesTo,
     ) -> StepInfluence:
-        """Influence of loads on the wear of a step, from flanks that loads near its own wear in so many cycles."""
+        """Influence of loads on the wear of a step, with footprints found under estimated loads."""
 
         def after(before: Worn, mesh: Worn, share: float) -> Worn:
             return self._after(before, mesh, multipliers, share)
@@ -129,13 +131,13 @@ class InterpolatedWear:
         multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
-        """Depths at the end of a step over which the loads hold, right in some slices of the driven flank.
+        """Wear depths at the end of a step under these loads, valid in some slices of the driven flank.
 
         Returns
         -------
         worn : Worn
         on_edges : (body,) array [mm^3]
-            What the contact in these slices wears off beyond the nodes of each flank: off the roundings of edges.
+            Volume worn off beyond the nodes of each flank in these slices, off the roundings of edges.
         """
         mesh, taken = influence.mesh(line_load_of(weighted_loads), slices)
         on_edges = np.zeros(len(BODIES))
@@ -144,7 +146,7 @@ class InterpolatedWear:
         return self._after(influence.start, mesh, multipliers, 1.0), on_edges
 
     def _after(self, worn: Worn, mesh: Worn, multipliers: WearMultipliers, share: float) -> Worn:
-        """Depths after a share of the step under what a mesh wears."""
+        """Wear depths after a share of the step, from the p |v_s| dt of a mesh."""
         driven = self.grow(worn.driven, wear_depth(share * multipliers.driven, mesh.driven))
         if worn.driving is None or mesh.driving is None:
             return Worn(driven, worn.driving)
@@ -154,12 +156,12 @@ class InterpolatedWear:
 
 @dataclass(frozen=True)
 class MarchedWear:
-    """Pressures summed where they act; of the driven flank alone.
+    """Pressures summed at the nodes where they act; for wear of the driven flank alone.
 
     Attributes
     ----------
     swept : InterpolatedWear
-        Carries large steps.
+        Stabilises large steps (`marched`).
     """
 
     swept: InterpolatedWear = InterpolatedWear()
@@ -172,7 +174,7 @@ class MarchedWear:
         weighted_loads: Sequence[WeightedLoads],
         slices: IntArray,
     ) -> FloatArray:
-        """As of `InterpolatedWear`; the loads were solved on this flank."""
+        """As `InterpolatedWear.of_mesh`; the loads were solved on this flank."""
         return _marched(weighted_loads, _chosen(teeth, slices))[0]
 
     def followed(
@@ -184,7 +186,7 @@ class MarchedWear:
         multipliers: WearMultipliers,
         cycles: CyclesTo,
     ) -> StepInfluence:
-        """As of `InterpolatedWear`."""
+        """As `InterpolatedWear.followed`."""
         return self.swept.followed(teeth, motion, worn, weighted_loads, multipliers, cycles)
 
     def worn(
@@ -194,7 +196,7 @@ class MarchedWear:
         multipliers: WearMultipliers,
         slices: IntArray,
     ) -> tuple[Worn, FloatArray]:
-        """As of `InterpolatedWear`; a single cycle is a plain explicit step."""
+        """As `InterpolatedWear.worn`; a single cycle is a plain explicit step."""
         teeth, motion, worn = influence.teeth, influence.motion, influence.start
         chosen, multiplier = _chosen(teeth, slices), multipliers.driven
         mesh, beyond = _marched(weighted_loads, chosen)
@@ -206,8 +208,10 @@ class MarchedWear:
         removed, line_load, taken = teeth.removed(*worn), line_load_of(weighted_loads), np.zeros(2)
         rest = marched - wear_depth(multiplier, _swept(teeth, motion, removed, line_load, slices, taken))
         on_edges[DRIVEN] += swept_on_edges[DRIVEN] - multiplier * taken[1]
-        # where only one of the two is in contact, what it lacks is damped as what it has elsewhere
-        unit = np.where(line_load > 0.0, 2.0 * teeth.half_width, 0.0)  # mean pressure of one: distance slid
+        # damp the difference where either the cells or the footprints are in contact
+        unit = np.where(
+            line_load > 0.0, 2.0 * teeth.half_width, 0.0
+        )  # mean pressure of 1: gives the sliding distance
         slid = np.maximum(_slid(weighted_loads, chosen), _swept(teeth, motion, removed, unit, slices))
         stiffness = 0.5 * multiplier * teeth.problem.modulus * slid
         area = flank_area(teeth.pair, DRIVEN, teeth.grid)
@@ -218,28 +222,31 @@ class MarchedWear:
 def driving_wear_at(
     teeth: LoadedTeeth, motion: Sweep, worn: Worn, weighted_loads: Sequence[WeightedLoads], slices: IntArray
 ) -> FloatArray:
-    """Sum of p |v_s| dt over one mesh on the driving flank, right at some slices: (face, profile) [N/mm]."""
+    """Sum of p |v_s| dt over one mesh on the driving flank, valid at some slices, (face, profile) [N/mm]."""
     assert teeth.driving is not None
     slices = teeth.driving.beside(slices)
     removed = teeth.removed(*worn, slices)
-    what = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
-    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what)[0]
+    arguments = (motion, line_load_of(weighted_loads), teeth.half_width, teeth.problem.modulus, slices)
+    return wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *arguments)[0]
 
 
-def _cells(passage: WeightedLoads) -> PatchCells:
-    cells = passage.teeth.problem.cells
-    assert cells is not None  # the scene's rules see to it
+def _cells(case: WeightedLoads) -> PatchCells:
+    cells = case.teeth.problem.cells
+    assert cells is not None  # the rules of the scene require fidelity `patch`
     return cells
 
 
 def _marched(weighted_loads: Sequence[WeightedLoads], chosen: BoolArray) -> tuple[FloatArray, float]:
     """Sum of p |v_s| dt at the nodes [N/mm], and that of F |v_s| dt beyond them [N mm]."""
-    found = [marched_wear(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
-    return np.sum([mesh for mesh, _ in found], axis=0), sum(beyond for _, beyond in found)
+    of_cases = [marched_wear(case.teeth, _cells(case), case.loads, chosen, case.weight) for case in weighted_loads]
+    return np.sum([mesh for mesh, _ in of_cases], axis=0), sum(beyond for _, beyond in of_cases)
 
 
 def _slid(weighted_loads: Sequence[WeightedLoads], chosen: BoolArray) -> FloatArray:
-    slid = [sliding_distance_under_contact(p.teeth, _cells(p), p.loads, chosen, p.weight) for p in weighted_loads]
+    slid = [
+        sliding_distance_under_contact(case.teeth, _cells(case), case.loads, chosen, case.weight)
+        for case in weighted_loads
+    ]
     return np.asarray(np.sum(slid, axis=0))
 
 

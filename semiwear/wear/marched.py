@@ -1,23 +1,23 @@
-"""Wear summed where it happens: Archard's law on the cells of fidelity `patch`, marched through the roll positions.
+"""Marched wear: Archard's law on the cells of fidelity `patch`, summed over the roll positions.
 
     dh = sum over roll positions of k p |v_s| dt
 
-At a fixed point of the flank p is the pressure of the cell that covers it at that instant. With fine roll steps this
-tends to the integral over the finite contact width; the swept line (`swept_line.py`) is its limit at falling load.
+At a fixed point of the flank p is the pressure of the cell over it at that instant. With fine roll steps this tends
+to the integral over the finite contact width; the swept line (`swept_line.py`) is its limit for small loads.
 
-Large steps. The response of the line loads to wear is in the loads themselves (the implicit term of a wear step).
-What is left is the response of the pressure's shape: a wave of wave number kappa on the flank changes the pressure by
-E* kappa/2 wherever it is touched, so that explicit steps amplify what is shorter than the contact. The swept line
-follows the shape in sub-cycles and is stable; only what the marched wear of the step's start differs from the swept
-one is added, through the implicit operator of those waves,
+Large steps. The implicit wear step already contains the response of the line loads to wear, but not that of the
+pressure profile: a wave of wave number kappa on the flank changes the pressure by E* kappa/2 in the contact, so that
+explicit steps amplify waves shorter than the contact. The swept line updates the profile in cycles and is stable. To
+its wear the difference between marched and swept wear at the start of the step is added, damped by the implicit
+operator of those waves,
 
     (1 + k dN (E*/2) s |kappa|)^-1,   s: sliding distance of a mesh under contact,
 
-that conserves the volume of every slice, as the load of a line is given.
+which conserves the volume of every slice, as the load of a line is given.
 
-As steps shrink this tends to marched wear alone, and no step is unstable. A node counts as under contact if either
-the cells or the footprints of the swept line press on it: on a ridge that carries the load alone, the cells beside it
-do not, the footprints do, and what these wore off the ridge's foot would be put back in full.
+For short steps this tends to marched wear alone, and no step is unstable. A node counts as under contact if either
+the cells or the footprints of the swept line press on it. On a ridge that carries the whole load, only the footprints
+press beside it; counting cells alone would cancel the wear at the foot of the ridge.
 """
 
 from __future__ import annotations
@@ -64,14 +64,14 @@ def marched_wear(
     cells : PatchCells
     loads : TeethLoads
     slices : (face,) bool array
-        Slices to do; the others stay zero.
+        Slices to evaluate; the others stay zero.
     weight : float, or (roll, face) array
         Factor on the pressure.
 
     Returns
     -------
     mesh : (face, profile) array [N/mm]
-        Times the wear coefficient it is the wear of one mesh.
+        Wear depth of one mesh over the wear coefficient.
     beyond : float [N mm]
         Force times sliding distance beyond the ends of the nodes, on the roundings of edges.
     """
@@ -86,14 +86,14 @@ def sliding_distance_under_contact(
     slices: BoolArray,
     weight: float | FloatArray = 1.0,
 ) -> FloatArray:
-    """Distance that the other flank slides over each node while it is pressed, in one mesh [mm]: (face, profile)."""
+    """Sliding distance of one mesh at each node while it is in contact, (face, profile) [mm]."""
     rate = (loads.cells > 0.0) * np.asarray(weight)[..., None]
     return _sum_over_rolls(teeth, cells, rate, slices)[0]
 
 
 @lru_cache(maxsize=4)
 def _absolute_wave_number(points: int) -> FloatArray:
-    """The operator |kappa| on nodes one apart, by cosines that are even at both ends: (points, points)."""
+    """Operator |kappa| on nodes of spacing 1, by a cosine transform (even at both ends), (points, points)."""
     cosines = dct(np.eye(points), type=2, norm="ortho", axis=0)
     operator = (cosines.T * (np.pi * np.arange(points) / points)) @ cosines
     operator.flags.writeable = False
@@ -103,10 +103,10 @@ def _absolute_wave_number(points: int) -> FloatArray:
 def spread_by_contact(
     grid: FlankGrid, values: FloatArray, stiffness: FloatArray, area: FloatArray, slices: BoolArray
 ) -> FloatArray:
-    """Solve x + stiffness (|kappa| x - c) = values along every slice: waves across the line, held even at both ends.
+    """Solve x + stiffness (|kappa| x - c) = values along every slice, for waves across the line, even at both ends.
 
-    Where some nodes are under contact and others are not, |kappa| x alone would take pressure to where there is none.
-    The load of a line is given: c, a pressure common to the slice, is such that the volume of x is that of `values`.
+    Since the load of a line is given, c, a pressure common to the slice, is such that x has the volume of `values`.
+    Without it, volume would be lost where only some of the nodes are under contact.
 
     Parameters
     ----------
@@ -114,9 +114,9 @@ def spread_by_contact(
     values, stiffness : (face, profile) arrays
         The second in mm, >= 0.
     area : (face, profile) array
-        That each node stands for.
+        Area around each node.
     slices : (face,) bool array
-        Slices to do; the others are zero.
+        Slices to evaluate; the others are zero.
     """
     points = grid.profile.shape[1]
     absolute = _absolute_wave_number(points)

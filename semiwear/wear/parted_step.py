@@ -1,8 +1,8 @@
-"""Steps to control depths, in parts where they are deep.
+"""Steps to control depths, divided into parts where they are deep.
 
-Depths at the control point say little of what wears elsewhere: where both bodies wear, a tooth of one may meet many
-times as often as a tooth of the other. A step far deeper than usual errs by several per cent. Its parts together take
-less than half as long again, since time goes with the cycles in which the contact's shape follows the wear.
+The depth at the control point says little about the wear elsewhere: where both bodies wear, a tooth of one may mesh
+many times as often as a tooth of the other. A step far deeper than usual has an error of several per cent. Dividing
+it takes less than half as long again, since the time depends on the number of cycles.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from semiwear.wear.step_count import DEEP, parts_of_step
 
 __all__ = ["parted_step_to_depth"]
 
-_SPLINTER = 1e-2  # of a part: a shorter last one joins the one before
+_SPLINTER = 1e-2  # of a part: a shorter last part is added to the one before
 
 
 class _ToDepth(Protocol):
@@ -38,16 +38,16 @@ def parted_step_to_depth(
     ----------
     stepper : WearStepper or TwoStageStepper
     states : sequence of WearState
-        So far, the unworn one first: the step starts from the last. How much the step before wore off foretells the
-        parts of this one; the first step is taken whole, and once more in parts where it was deep.
+        States so far, the unworn one first; the step starts from the last. The wear of the previous step predicts the
+        number of parts. The first step is done whole, and again in parts if it was deep.
     point : ControlPoint
     depths : sequence of float [mm]
-        At the control point in every state from the unworn one on, and at least in one more.
+        Depths of the control point in all states so far, and at least one more.
     part : float [mm]
         Greatest wear depth that one part is meant for.
     smooth : bool
-        Whether what is found is to be a smooth function of the wear: the last part is a shorter one then, instead of
-        all being alike.
+        Whether the result is to be a smooth function of the wear: the last part is then shorter, instead of all parts
+        being equal.
     """
     state, begin, end = states[-1], depths[len(states) - 1], depths[len(states)]
     parts = 1.0

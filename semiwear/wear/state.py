@@ -17,11 +17,12 @@ __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState"]
 
 @dataclass(frozen=True)
 class LoadCase:
-    """A share of the meshes, and the teeth as they are loaded then.
+    """Teeth under one load of a spectrum.
 
     Attributes
     ----------
     share : float
+        Share of the meshes.
     teeth : LoadedTeeth
     others : float
         Mean load of all cases over the load of this one.
@@ -42,24 +43,25 @@ class WearState:
         Engagements of one driven tooth so far.
     contact : LoadedState
     pace : float
-        Meshes that the last step to a depth took, over those that the wear rate at its start had promised.
+        Meshes of the last step to a depth, over those that follow from the wear rate at its start.
     cases : tuple of LoadedState
         Contact in each load case; empty when there is only one, that of `contact`.
     error : float
-        Estimated error that the steps so far have left, over the wear at the end of the run; 0 where steps are fixed
-        and nothing is estimated.
+        Estimated error of the steps so far, over the wear at the end of the run; 0 with fixed steps, whose error is
+        not estimated.
     stride : tuple of float
-        What such estimates suggest for the next step, and the meshes that the last one took over how far it got
-        (`semiwear.wear.adaptive`); empty without them.
+        Suggested length of the next adaptive step, and meshes per length of the last one (`semiwear.wear.adaptive`);
+        empty with fixed steps.
     volume : WearVolume
-        That Archard's law has worn off so far.
+        Worn off so far by Archard's law.
     law_residual : float
-        Change of the wear coefficient in the last iteration with the loads of the step that led here, over the
-        greatest coefficient; 0 where no wear law makes it depend on loads.
+        Change of the wear coefficient in the last iteration of the last step, over the greatest coefficient; 0 where
+        no wear law makes it depend on loads.
     depth_ratio : float
-        What the last step to a depth wore off at the control point, over what the mesh positions near it foretold.
+        Wear depth of the control point in the last step, over the estimate from the mesh positions near the point.
     corrections : tuple of (roll, face) array
-        Of the own wear of every line in the last step, by load case (`semiwear.wear.case_step`); empty before it.
+        Corrections of the implicit wear compliance in the last step, by load case (`semiwear.wear.case_step`); empty
+        before the first step.
     """
 
     meshes: float
@@ -97,7 +99,7 @@ class WearState:
 
 @dataclass(frozen=True)
 class Trial:
-    """A step that was solved and not yet taken.
+    """A step that is solved but not yet taken.
 
     Attributes
     ----------
@@ -105,19 +107,19 @@ class Trial:
     meshes : float
         Its length.
     loads : sequence
-        Loads of every case that hold over the step.
+        Loads of every load case over the step.
     worn : Worn
         Wear depths at its end [mm].
     pace, depth_ratio : float
         As in `WearState`.
     volume : WearVolume
-        That the step wears off.
+        Worn off in the step.
     law_residual : float
         As in `WearState`.
     corrections : tuple of (roll, face) array
         As in `WearState`.
-    hold : float
-        Share of the step after which its loads were looked for.
+    theta : float
+        Share of the step after which its loads were solved.
     """
 
     start: WearState
@@ -129,10 +131,10 @@ class Trial:
     law_residual: float = 0.0
     depth_ratio: float = 1.0
     corrections: tuple[FloatArray, ...] = ()
-    hold: float = 1.0
+    theta: float = 1.0
 
     def scaled(self, share: float) -> Trial:
-        """A step of a share of its length under the same loads: so much less is worn, everywhere alike."""
+        """The step shortened or extended to a multiple of its length under the same loads: all wear is scaled."""
         return replace(
             self,
             meshes=share * self.meshes,
@@ -150,7 +152,7 @@ class ControlPoint:
     ----------
     face : float [mm]
     profile : (face,) array [mm]
-        Profile coordinate of its body at which each slice is read: the point's height there.
+        Profile coordinate of the point's height in each slice of its body.
     body : int
         `DRIVING` or `DRIVEN`.
     """
@@ -160,7 +162,7 @@ class ControlPoint:
     body: int = DRIVEN
 
     def wear(self, worn: Worn) -> FloatArray:
-        """Wear depth of the flank on which it lies, (face, profile) [mm]."""
+        """Wear depth of the flank on which the point lies, (face, profile) [mm]."""
         depth = worn.driven if self.body == DRIVEN else worn.driving
         assert depth is not None  # the scene's rules see to it that the body wears
         return depth

@@ -1,7 +1,7 @@
-"""How many implicit wear steps a depth takes.
+"""Number of implicit wear steps for a depth.
 
-A step's error grows with its depth over the size of the teeth. On the shipped spur pair three steps leave 2 % of the
-greatest depth, whichever body wears, and twice as many half of that.
+The error of a step grows with its depth over the size of the teeth. For the shipped spur pair three steps have an
+error of 2 % of the greatest depth, whichever body wears, and six steps half of that.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ __all__ = [
 
 _DEPTH_A_STEP = 4.5e-4  # of the base pitch: 6 um at a module of 4.5 mm
 LEAST_STEPS, MOST_STEPS = 3, 40
-# in two stages: lives of the shipped pair until 10 to 60 um err by 1.1 % at most then, in three steps by 4.6 %
+# in two stages: lives of the shipped pair until 10 to 60 um have errors up to 1.1 %, in three steps up to 4.6 %
 _LEAST_LIFE_STEPS = 6
-SEARCH_STEPS = 3  # that a search for the end of a life takes, about, besides those to it
+SEARCH_STEPS = 3  # additional steps of the search for the end of a life, about
 # errors of the greatest depth at three times: 0.6 % until 60 um on the shipped scene, 1.1 and 5 % on other kinds
-DEEP = 3.0  # times the depth that a step is meant for
-PLAIN_STEPS = 2.0  # that one in two stages is worth
+DEEP = 3.0  # multiple of the depth that a step is meant for, from which it is divided
+PLAIN_STEPS = 2.0  # plain steps of the same cost as one in two stages
 
 
 def depth_of_step(base_pitch: float) -> float:
@@ -37,7 +37,7 @@ def depth_of_step(base_pitch: float) -> float:
 
 
 def parts_of_step(depth: float, usual: float) -> float:
-    """In how many parts of the usual depth a step is taken, the last one shorter; 1 where it is not deep."""
+    """Number of parts of the usual depth into which a step is divided, with a fraction; 1 if it is not deep."""
     return min(depth / usual, float(MOST_STEPS)) if depth > DEEP * usual else 1.0
 
 
@@ -47,10 +47,10 @@ def steps_for_depth(depth: float, base_pitch: float) -> int:
 
 
 def life_steps_for_depth(depth: float, base_pitch: float) -> int:
-    """Steps in two stages of a life until the greatest wear depth [mm] is `depth`, on teeth of a base pitch [mm]."""
+    """Two-stage steps of a life until the greatest wear depth [mm] is `depth`, on teeth of a base pitch [mm]."""
     return max(steps_for_depth(depth, base_pitch), _LEAST_LIFE_STEPS)
 
 
 def steps_of_life(depth_limit: float, base_pitch: float) -> int:
-    """Steps in two stages, about, for a life until a depth [mm] and for what torque does to it: two more lives."""
+    """Approximate number of two-stage steps for a life until a depth [mm] and two more lives at other torques."""
     return 3 * life_steps_for_depth(depth_limit, base_pitch) + SEARCH_STEPS

@@ -1,17 +1,17 @@
-"""Wear of a step under any loads, from footprints that were followed through it once.
+"""Influence of loads on the wear of a step, from footprints found under predicted loads.
 
-A step's loads are not known before the wear that they cause. Loads that are foreseen wear the flanks in cycles, and
-each footprint is kept, averaged over the cycles. The wear of the step is linear in its loads then: no footprint is
-found again while they are searched for. Loads far from the foreseen ones find their footprints in the same shapes of
-the flanks.
+The loads of a step depend on the wear that they cause. Predicted loads wear the flanks in n cycles, and the footprint
+of every loaded slice is kept, averaged over the cycles. The wear of the step is then a linear function of its loads,
+and no footprint is found again while the loads are iterated. Loads far above the predicted ones get footprints of
+their own on the same sequence of worn flanks.
 
-In cycle c of n the flanks wear by what they would on a shape ahead of its start, which the wear w of the cycle before
-foretells:
+In cycle c the footprints are found on flanks ahead of the start of the cycle, extrapolated with the wear w of the
+previous cycle:
 
     h_(c+1) = h_c + w_c,   w_c = w(h_c + a_c w_(c-1)),   a_0 = 0,   a_c = 1/2 + 1/(2 (n - 1))
 
-for cycles of equal length. The second term of a_c makes up for the first cycle, so that the sum of w errs in third
-order; a_c = 0 errs in second order. All weights are positive: wear never shrinks.
+for cycles of equal length. The second term of a_c compensates for the first cycle, so that the error of the sum of w
+is of third order; with a_c = 0 it is of second order. All weights are positive: wear never shrinks.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ __all__ = ["Cycles", "CyclesTo", "StepInfluence", "followed"]
 
 
 class Cycles(NamedTuple):
-    """Parts of a step, in each of which the contact's shape follows the wear.
+    """Cycles of a step; the contact geometry is updated after each.
 
     Attributes
     ----------
     number : float
-        How many; the last one is shorter unless it is a whole number.
+        Number of cycles; with a fraction the last cycle is shorter.
     ahead : float
-        Share of a_c by which they look ahead: 0 at the start of a part, 1 about in its middle.
+        Share of a_c: 0 finds footprints at the start of a cycle, 1 about in its middle.
     """
 
     number: float
@@ -51,26 +51,26 @@ class Cycles(NamedTuple):
 
 
 CyclesTo = Cycles | Callable[[Worn], Cycles]
-"""Cycles, or those of a step that would leave these flanks if the shape of its start held."""
+"""Cycles, or a function that chooses them from the wear depths that a single cycle would leave."""
 
-_LIKE = 3.0  # times the line load whose footprint is kept: a greater one has another
-_SOME = 4  # shapes of the flanks in which that one is found: so few loads are so far from what was foreseen
+_MOST_SCALED = 3.0  # line load over the predicted one up to which its footprint is used
+_EXTRA_CYCLES = 4  # in which footprints of greater loads are found; few loads are so far from the prediction
 
 
 @dataclass(frozen=True)
 class StepInfluence:
-    """Wear of one mesh by line load, averaged over a step through which the contact's shape followed the wear.
+    """Wear of one mesh as a linear function of the line loads, averaged over the cycles of a step.
 
     Attributes
     ----------
     teeth : LoadedTeeth
     motion : Sweep
     line_load : (roll, face) array [N/mm]
-        Under which it followed.
+        Predicted line loads, under which the footprints were found.
     shapes : sequence of Worn
-        Flanks at the start of every cycle, and at the end of the step.
+        Wear depths at the start of every cycle and at the end of the step.
     met : sequence of Worn
-        Flanks on which the footprints of every cycle were found.
+        Wear depths on which the footprints of every cycle were found.
     parts : sequence of float
         Lengths of the cycles; their sum is the number of cycles.
     driven, driving : FootprintRows
@@ -88,21 +88,21 @@ class StepInfluence:
 
     @property
     def start(self) -> Worn:
-        """Flanks at the start of the step."""
+        """Wear depths at the start of the step."""
         return self.shapes[0]
 
     def at(self, share: float) -> Worn:
-        """Flanks after a share of the step, as they were followed."""
-        reached = np.cumsum([0.0, *self.parts])
-        place = share * reached[-1]
-        cycle = int(np.clip(np.searchsorted(reached, place) - 1, 0, len(self.parts) - 1))
-        weight = (place - reached[cycle]) / self.parts[cycle]
+        """Wear depths after a share of the step under the predicted loads."""
+        ends = np.cumsum([0.0, *self.parts])
+        cycles = share * ends[-1]
+        cycle = int(np.clip(np.searchsorted(ends, cycles) - 1, 0, len(self.parts) - 1))
+        weight = (cycles - ends[cycle]) / self.parts[cycle]
         before, after = self.shapes[cycle : cycle + 2]
         return after if weight == 1.0 else before.towards(weight, after)
 
     def differs_from(self, line_load: FloatArray) -> float:
-        """Share of line loads, (roll, face) [N/mm], by which they differ from those that were followed."""
-        total = float(line_load.sum())  # none where a law leaves no wear, which needs no footprints
+        """Relative difference of line loads, (roll, face) [N/mm], from the predicted ones."""
+        total = float(line_load.sum())  # weighted by a wear law, and so zero where the law leaves no wear
         return float(np.abs(line_load - self.line_load).sum()) / total if total > 0.0 else 0.0
 
     def mesh(self, line_load: FloatArray, slices: IntArray) -> tuple[Worn, FloatArray]:
@@ -112,7 +112,7 @@ class StepInfluence:
         ----------
         line_load : (roll, face) array [N/mm]
         slices : int array
-            Slices to do; the others stay zero.
+            Slices to evaluate; the others stay zero.
 
         Returns
         -------
@@ -121,29 +121,29 @@ class StepInfluence:
         taken : (body, 2) array [N mm]
             As in `wear_of_mesh`.
         """
-        teeth, known = self.teeth, np.minimum(line_load, _LIKE * self.line_load)
-        times = np.divide(known, self.line_load, out=np.zeros_like(known), where=self.line_load > 0.0)
+        teeth, covered = self.teeth, np.minimum(line_load, _MOST_SCALED * self.line_load)
+        times = np.divide(covered, self.line_load, out=np.zeros_like(covered), where=self.line_load > 0.0)
         times /= sum(self.parts)
         taken, driving = np.zeros((len(BODIES), 2)), None
         if self.driving is not None and teeth.driving is not None:
             slices = teeth.driving.beside(slices)
             driving, taken[DRIVING] = sum_of_driving_rows(self.driving, times, teeth.fine, teeth.driving, slices)
         driven, taken[DRIVEN] = sum_of_rows(self.driven, times, teeth.grid, slices)
-        mesh, rest = Worn(driven, driving), np.zeros_like(known)
-        rest[:, slices] = (line_load - known)[:, slices]
+        mesh, rest = Worn(driven, driving), np.zeros_like(covered)
+        rest[:, slices] = (line_load - covered)[:, slices]
         return (mesh, taken) if not rest.any() else self._with(rest, slices, mesh, taken)
 
     def _with(self, rest: FloatArray, slices: IntArray, mesh: Worn, taken: FloatArray) -> tuple[Worn, FloatArray]:
-        """The same with line loads whose footprints are not kept: found on the flanks as they were followed."""
-        passes, before = _Passes(self.teeth, self.motion, rest, slices), self.start
+        """The same with the wear of line loads that have no kept footprints, found on the flanks of some cycles."""
+        meshes, before = _MeshWear(self.teeth, self.motion, rest, slices), self.start
         count = len(self.parts)
-        if not self.teeth.smooth:  # otherwise a cycle more would change them all
-            count = min(count, _SOME)
-        some = np.linspace(0, len(self.parts) - 1, count, dtype=int)
-        shares = np.array(self.parts)[some] / sum(self.parts[cycle] for cycle in some)
-        for cycle, share in zip(some, shares, strict=True):
-            own, own_taken = passes.over(self.met[cycle], before)
-            mesh, taken = mesh.plus(share, own), taken + share * own_taken
+        if not self.teeth.smooth:  # smooth results use all cycles: a choice of them would change with their number
+            count = min(count, _EXTRA_CYCLES)
+        chosen = np.linspace(0, len(self.parts) - 1, count, dtype=int)
+        shares = np.array(self.parts)[chosen] / sum(self.parts[cycle] for cycle in chosen)
+        for cycle, share in zip(chosen, shares, strict=True):
+            extra, extra_taken = meshes.over(self.met[cycle], before)
+            mesh, taken = mesh.plus(share, extra), taken + share * extra_taken
             before = self.met[cycle]
         return mesh, taken
 
@@ -156,15 +156,15 @@ def followed(
     after: Callable[[Worn, Worn, float], Worn],
     cycles: CyclesTo,
 ) -> StepInfluence:
-    """Let line loads wear the flanks through a step, in cycles, after each of which the contact's shape follows.
+    """Wear the flanks under given line loads through a step, in cycles, and keep the footprints.
 
     Parameters
     ----------
     teeth : LoadedTeeth
     motion : Sweep
-        Of the fine roll grid.
+        On the fine roll grid.
     worn : Worn
-        At the start.
+        Wear depths at the start.
     line_load : (roll, face) array [N/mm]
         On the fine roll grid.
     after : callable
@@ -172,26 +172,26 @@ def followed(
     cycles : Cycles or callable
         As in `CyclesTo`.
     """
-    passes = _Passes(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
-    mesh, _ = passes.over(worn, worn)
+    meshes = _MeshWear(teeth, motion, line_load, np.arange(teeth.grid.face.size), keep=True)
+    mesh, _ = meshes.over(worn, worn)
     if callable(cycles):
         cycles = cycles(after(worn, mesh, 1.0))
     number, parts, shapes, met = cycles.number, _parts(cycles.number), [worn], [worn]
     late = 0.5 / (number - 1.0) if number > 1.0 else 0.0
     for part in parts[1:]:
-        shapes.append(after(shapes[-1], mesh, 1.0 / number))  # all but the last one are whole
+        shapes.append(after(shapes[-1], mesh, 1.0 / number))  # only the last cycle may be shorter
         ahead = cycles.ahead * (0.5 * part + late)
         met.append(after(shapes[-1], mesh, ahead / number) if ahead else shapes[-1])
-        mesh, _ = passes.over(met[-1], met[-2], part)
+        mesh, _ = meshes.over(met[-1], met[-2], part)
     shapes.append(after(shapes[-1], mesh, parts[-1] / number))
-    driving, driven = passes.rows
+    driving, driven = meshes.rows
     assert driven is not None
     return StepInfluence(teeth, motion, line_load, shapes, met, parts, driven, driving)
 
 
 @dataclass
-class _Passes:
-    """Wear of one mesh under the same line loads, over flanks that wear on."""
+class _MeshWear:
+    """Wear of one mesh under the same line loads on flanks that wear from cycle to cycle."""
 
     teeth: LoadedTeeth
     motion: Sweep
@@ -209,22 +209,29 @@ class _Passes:
             self.rows = (None if own is None else rows_of(load > 0.0, own.grid.profile.shape[1])), driven
 
     def over(self, worn: Worn, before: Worn, share: float = 1.0) -> tuple[Worn, FloatArray]:
-        """Sum of p |v_s| dt over one mesh on both flanks as they are [N/mm], and what is taken, (body, 2)."""
+        """Sum of p |v_s| dt over one mesh on flanks worn to these depths [N/mm], and `taken`, (body, 2).
+
+        Footprints are kept times `share`; `before` are the depths of the previous call.
+        """
         teeth, taken = self.teeth, np.zeros((len(BODIES), 2))
-        what = (self.motion, self.line_load, teeth.half_width, teeth.problem.modulus, self.slices)
-        known = self._edges.after(_deepest_by_slice(before, worn))
+        arguments = (self.motion, self.line_load, teeth.half_width, teeth.problem.modulus, self.slices)
+        edges = self._edges.after(_deepest_by_slice(before, worn))
         driving, driven = (None if rows is None else rows._replace(share=share) for rows in self.rows)
         if worn.driving is None or teeth.driving is None:
             removed = teeth.removed(worn.driven)
-            return Worn(wear_of_mesh(teeth.fine, teeth.grid, removed, *what, taken[DRIVEN], known, driven)), taken
+            return Worn(
+                wear_of_mesh(teeth.fine, teeth.grid, removed, *arguments, taken[DRIVEN], edges, driven)
+            ), taken
         rows = None if driving is None or driven is None else (driving, driven)
         removed = self._gap.removed(worn.driven, worn.driving)
-        own, mesh = wear_of_both_flanks(teeth.fine, teeth.grid, teeth.driving, removed, *what, taken, known, rows)
-        return Worn(mesh, own), taken
+        driving_mesh, mesh = wear_of_both_flanks(
+            teeth.fine, teeth.grid, teeth.driving, removed, *arguments, taken, edges, rows
+        )
+        return Worn(mesh, driving_mesh), taken
 
 
 def _deepest_by_slice(before: Worn, after: Worn) -> FloatArray:
-    """Greatest depth that both flanks together wear by in every slice and its neighbours, (face,) [mm]."""
+    """Greatest wear of both flanks together in every slice and its neighbours, (face,) [mm]."""
     total = (after.driven - before.driven).max(axis=1)
     if after.driving is not None and before.driving is not None:
         driving = (after.driving - before.driving).max(axis=1)
@@ -234,6 +241,6 @@ def _deepest_by_slice(before: Worn, after: Worn) -> FloatArray:
 
 
 def _parts(cycles: float) -> list[float]:
-    """Lengths of the cycles of a step in whole ones: the last grows by and by with the number."""
+    """Lengths of the cycles of a step: 1 each, and the fraction for the last."""
     whole = int(cycles)
     return [1.0] * whole + ([cycles - whole] if cycles > whole else [])

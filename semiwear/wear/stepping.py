@@ -1,16 +1,18 @@
 """Wear steps: from one worn flank to the next.
 
-Implicit: within a step of dN meshes the wear that a load causes is itself a gap. Its rate (`case_step`) times t dN
-joins the diagonal of the compliance, and the loads after a share t of the step are found in one solution. They hold
-over all of it. Wear that answers at the rate z <= 0 per step is multiplied by
+Implicit: over a step of dN meshes the wear caused by a load opens the gap under it. The wear rate per force
+(`case_step`) times theta dN is added to the diagonal of the compliance, so that one solution gives the loads after
+the share theta of the step. The whole step wears under these loads. A wear mode of rate z <= 0 per step is multiplied
+by
 
-    (1 + (1 - t) z)/(1 - t z)
+    (1 + (1 - theta) z)/(1 - theta z)
 
-(the theta method), which is stable at every z for t >= 1/2. t = 1 damps all that is fast and errs by z^2/2; t = 1/2
-errs in third order and damps nothing. In between, t = 3/4 halves the error of t = 1 and leaves a third of what is
-fast, of the other sign. A step that wears less than three footprints' depths has nothing so fast but edges: t falls
-with it, to 0.65 at two, which leaves a half. Wear never shrinks with any t: a step wears in proportion to its loads.
-Explicit: the loads at the start of the step hold throughout; only for comparison.
+(the theta method), which is stable at every z for theta >= 1/2. theta = 1 damps all fast modes and has an error of
+z^2/2; theta = 1/2 has a third-order error and damps nothing. theta = 3/4 halves the error of theta = 1 and leaves a
+third of a fast mode, with the opposite sign. A step that wears less than three footprint depths has no fast modes
+except at edges, so theta decreases with the depth of the step, to 0.65 at two footprint depths, which leaves a half.
+Wear never shrinks for any theta, because a step wears in proportion to its loads.
+Explicit: the whole step wears under the loads at its start; only for comparison.
 """
 
 from __future__ import annotations
@@ -39,26 +41,29 @@ from semiwear.wear.worn import WearMultipliers, Worn
 __all__ = ["ControlPoint", "LoadCase", "Trial", "WearState", "WearStepper"]
 
 
-# t of shallow steps and of deep ones. In deep ones of both bodies 0.75 errs least, of 1, 0.88, 0.8, 0.75 and 0.65; in
-# shallow ones of three kinds of pairs 0.65 leaves half the error of loads, 0.6 more of depths
-_HOLDS = (0.65, 0.75)
-_TURNS = 0.75  # (1 - t) times footprints' depths that a step wears: no ripple changes sides below one
-_LEAST_CYCLES, _MOST_CYCLES = 3.0, 128.0  # of an implicit step: in each the contact's shape follows the wear
-_MOST_WORN = 1.0  # in a cycle, of the depth that a footprint reaches down
-_ROUGHLY = (2.0, 1.5)  # cycles at least and most worn to foresee a depth: a single one leaves lives 0.4 % longer
-_AS_FOLLOWED = (0.8, 1.25)  # of a step's length to that through which footprints were followed: beyond it, anew
-_FORESEEN_TO = 1.0  # of a footprint's depth: where wear differs by more, footprints are followed anew
-_SEARCHES = 3  # for the length of a step: beyond the first where footprints were followed anew
-_DEEPEST = 0.1  # of the flank's height: beyond, sections and contact lines of the fresh tooth mean nothing
-_DEPTH_TOLERANCE = 2e-5  # of the depth that a step adds
-_DEPTH_MISSED = 3e-4  # of it: a smaller jump of the depth is let be
-_LAW_MISSED = 1e-3  # of it under a wear law, which settles to as much of its greatest factor
-_NEARLY = 3e-3  # of it: with so much less or more worn the loads of a step stay as they are
-_FORETOLD = 0.03  # of it: by so much less or more a line through the start tells the length that close
-_DEPTH_RATIO = (0.8, 1.25)  # of what a step wears to what is foretold: beyond, it says nothing of the next one
+# theta of shallow and of deep steps. For deep steps with both bodies worn 0.75 has the least error of 1, 0.88, 0.8,
+# 0.75 and 0.65. For shallow steps of three kinds of pairs 0.65 halves the error of loads; 0.6 raises that of depths
+_THETA = (0.65, 0.75)
+_RIPPLE = 0.75  # (1 - theta) times the footprint depths worn by a step: no ripple changes its sign below 1
+_LEAST_CYCLES, _MOST_CYCLES = 3.0, 128.0  # of an implicit step; the contact geometry is updated after each cycle
+_MOST_WORN = 1.0  # wear of a cycle over the depth of a footprint
+_ROUGHLY = (2.0, 1.5)  # least cycles and most worn to predict a depth: a single cycle makes lives 0.4 % longer
+_LENGTH_RATIO = (
+    0.8,
+    1.25,
+)  # of a step's length to the length its footprints were found for; beyond, they are renewed
+_MOST_DEVIATION = 1.0  # footprint depths: where the predicted wear is off by more, footprints are found again
+_SEARCHES = 3  # for the length of a step; more than one where the footprints had to be found again
+_DEEPEST = 0.1  # of the flank's height; beyond it sections and contact lines of the fresh tooth are invalid
+_DEPTH_TOLERANCE = 2e-5  # of the depth added by a step
+_DEPTH_JUMP = 3e-4  # of the depth added by a step: a smaller jump of the depth is accepted
+_LAW_JUMP = 1e-3  # the same under a wear law, whose factor is converged to this share of its greatest value
+_SAME_LOADS = 3e-3  # of the depth added by a step: within it the loads of a step need no new solution
+_LINEAR = 0.03  # of the depth added by a step: within it a secant through the start gives the length as closely
+_DEPTH_RATIO = (0.8, 1.25)  # of the depth worn by a step to the estimate; beyond, it is no guide to the next step
 _DEPTH_ITERATIONS = 40
 _NO_STEP = 1e-12  # of the meshes of a step
-_SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the same, where results are to be smooth
+_SMOOTH_DEPTH_TOLERANCE = 1e-8  # of the depth added by a step, where results are to be smooth
 
 
 @dataclass(frozen=True)
@@ -68,24 +73,24 @@ class WearStepper:
     Attributes
     ----------
     teeth : LoadedTeeth
-        Under the load whose contact is reported.
+        Under the load for which results are reported.
     coefficients : WearMultipliers
         Wear coefficient of each body [mm^2/N], times its meshes in one mesh of a driven tooth.
     implicit : bool
     mapping : InterpolatedWear or MarchedWear
         From loads to wear depths on the flanks.
     cases : tuple of LoadCase
-        What the teeth wear under; empty for `teeth` alone.
+        Load cases that wear the teeth; empty for that of `teeth` alone.
     factor : callable or None
-        On the wear coefficients, where they depend on the contact.
+        Factor on the wear coefficients where they depend on the contact.
     depth_factor : callable or None
-        On the wear coefficient of the driven flank at its present depth, (face, profile).
+        Factor on the wear coefficient of the driven flank by its wear depth, (face, profile).
     most_worn : float
-        Wear within an implicit step after which the contact's shape follows it, of a footprint's depth.
-    hold : float, optional
-        Share of an implicit step after which the loads are those that hold over it; by its depth unless given.
+        Wear in a cycle of an implicit step, over the depth of a footprint.
+    theta : float, optional
+        Share of an implicit step after which its loads are solved; by default it follows from the depth of the step.
     spreading : LoadedTeeth, optional
-        The teeth with the footprints that spread the wear of all load cases; `teeth` unless given.
+        The teeth with the footprints on which the wear of all load cases is deposited; by default `teeth`.
     """
 
     teeth: LoadedTeeth
@@ -96,7 +101,7 @@ class WearStepper:
     factor: CoefficientFactor | None = None
     depth_factor: DepthFactor | None = None
     most_worn: float = _MOST_WORN
-    hold: float | None = None
+    theta: float | None = None
     spreading: LoadedTeeth | None = None
 
     @property
@@ -104,9 +109,9 @@ class WearStepper:
         """Load cases under which the teeth wear."""
         return self.cases or (LoadCase(1.0, self.teeth),)
 
-    def following(self, most_worn: float) -> WearStepper:
-        """The same under loads at the end of every step; the shape follows so much wear, of a footprint's depth."""
-        return replace(self, most_worn=most_worn, hold=1.0)
+    def fully_implicit(self, most_worn: float) -> WearStepper:
+        """The same stepper with theta = 1 and another `most_worn`."""
+        return replace(self, most_worn=most_worn, theta=1.0)
 
     def start(self) -> WearState:
         """The unworn flanks."""
@@ -121,14 +126,14 @@ class WearStepper:
         return self.commit(self.trial(state, meshes))
 
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float) -> WearState:
-        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found."""
+        """The state in which the control point has worn to `depth` [mm]; the number of meshes is solved for."""
         return self.commit(self.trial_to_depth(state, point, depth))
 
     def trial(
         self,
         state: WearState,
         meshes: float,
-        near: Sequence[TeethLoads] | None = None,
+        estimate: Sequence[TeethLoads] | None = None,
         *,
         loads_after: float | None = None,
     ) -> Trial:
@@ -138,55 +143,55 @@ class WearStepper:
         ----------
         state : WearState
         meshes : float
-        near : sequence, optional
-            Loads of every case near those of the step: they spare its trial a solution.
+        estimate : sequence, optional
+            Estimated loads of every load case; with them the step needs one solution less.
         loads_after : float, optional
-            The loads that hold are those after so many meshes; by default after a share of the step (`hold`).
+            Meshes after which the loads are solved; by default the share `theta` of the step.
         """
-        return self._tried(_Step(self, state, near), meshes, loads_after)
+        return self._tried(_Step(self, state, estimate), meshes, loads_after)
 
     def trial_to_depth(
-        self, state: WearState, point: ControlPoint, depth: float, near: Sequence[TeethLoads] | None = None
+        self, state: WearState, point: ControlPoint, depth: float, estimate: Sequence[TeethLoads] | None = None
     ) -> Trial:
-        """Trial of a step to a depth of the control point [mm]; `near` as in `trial`."""
-        step = _Step(self, state, near)
-        wanted = depth - self.depth_at(point, point.wear(state.worn))
-        foretold = wanted / state.depth_ratio
-        trial = self._tried(step, step.meshes_to(point, depth - wanted + foretold, nearby=True))
+        """Trial of a step to a depth of the control point [mm]; `estimate` as in `trial`."""
+        step = _Step(self, state, estimate)
+        increment = depth - self.depth_at(point, point.wear(state.worn))
+        aim = increment / state.depth_ratio
+        trial = self._tried(step, step.meshes_to(point, depth - increment + aim, nearby=True))
         for search in range(_SEARCHES):
-            missed = self.depth_at(point, point.wear(trial.worn)) - depth
-            if search == 0 and abs(missed) > _DEPTH_MISSED * wanted:
-                # a long step brings to the point what was far from it, and the next one about as much again
-                step.depth_ratio = float(np.clip((wanted + missed) / foretold, *_DEPTH_RATIO))
-            if abs(missed) <= _NEARLY * wanted:
-                return replace(trial, depth_ratio=step.depth_ratio).scaled(wanted / (wanted + missed))
+            excess = self.depth_at(point, point.wear(trial.worn)) - depth
+            if search == 0 and abs(excess) > _DEPTH_JUMP * increment:
+                # over a long step the point also wears under lines that were far from it, as it will in the next step
+                step.depth_ratio = float(np.clip((increment + excess) / aim, *_DEPTH_RATIO))
+            if abs(excess) <= _SAME_LOADS * increment:
+                return replace(trial, depth_ratio=step.depth_ratio).scaled(increment / (increment + excess))
             trial = self._tried(step, step.meshes_to(point, depth, nearby=False, first=trial.meshes))
         return trial
 
-    def foreseen_depth(self, state: WearState, meshes: float) -> float:
-        """Greatest wear depth on either flank after a step of a length [mm], estimated at less than its price.
+    def predicted_depth(self, state: WearState, meshes: float) -> float:
+        """Estimate of the greatest wear depth on either flank after a step [mm], cheaper than the step.
 
-        An implicit step is rehearsed alone: within 10 % of what it would leave, less in most scenes.
+        Only the prediction of an implicit step is done: within 10 % of the depth after the step, less in most scenes.
         """
         if not self.implicit:
             return self.trial(state, meshes).worn.deepest
-        worn = _Step(self, state).rehearse(meshes, roughly=True)
+        worn = _Step(self, state).predict_wear(meshes, roughly=True)
         self._require_teeth(worn, state, meshes)
         return worn.deepest
 
     def footprints_worn(self, state: WearState, meshes: float) -> float:
-        """As `footprints_between` the start and the end of a step through which loads and shape of its start hold."""
+        """As `footprints_between`, for a step that wears in a single cycle under the loads at its start."""
         step = _Step(self, state)
         step.follow([loaded.loads for loaded in state.loaded], meshes, Cycles(1.0))
         assert step.influence is not None
         return self.footprints_between(state, step.influence.shapes[-1])
 
     def footprints_between(self, state: WearState, worn: Worn) -> float:
-        """Greatest wear of both bodies between a state and worn flanks, in depths that a footprint reaches down."""
+        """Greatest wear of both bodies between a state and worn flanks, in footprint depths."""
         force = state.contact.loads.force
         loaded = force > 0.0
         bends = self.teeth.lines.curvature[loaded]
-        # a median jumps as a slice comes to bear
+        # a median jumps when another slice comes into contact
         bend = float(np.average(bends, weights=force[loaded]) if self.teeth.smooth else np.median(bends))
         pairs = zip(worn, state.worn, strict=True)
         depth = sum(
@@ -207,10 +212,10 @@ class WearStepper:
     def commit(self, trial: Trial) -> WearState:
         """The state after a trial: elastic contact on its worn flanks."""
         worn = trial.worn
-        # flanks have approached for a share of the step, which the start of a search goes on with
+        # the approach was solved after the share theta of the step: extrapolate it to the end as a start
         loads = [
-            replace(one, rotation=before.loads.rotation + (one.rotation - before.loads.rotation) / trial.hold)
-            for one, before in zip(trial.loads, trial.start.loaded, strict=True)
+            replace(after, rotation=before.loads.rotation + (after.rotation - before.loads.rotation) / trial.theta)
+            for after, before in zip(trial.loads, trial.start.loaded, strict=True)
         ]
         cases = tuple(
             case.teeth.load(worn.driven, start, worn.driving)
@@ -229,10 +234,10 @@ class WearStepper:
         )
 
     def _tried(self, step: _Step, meshes: float, loads_after: float | None = None) -> Trial:
-        """The end of a step of known length; nothing is changed before everything has converged."""
-        step.require_rehearsed(meshes, loads_after)
-        loads = step.loads(step.hold * meshes if loads_after is None else loads_after)
-        if not (step.follows(meshes) and step.foresaw(loads)):
+        """Trial of a step of known length; the state is not changed before everything has converged."""
+        step.require_influence(meshes, loads_after)
+        loads = step.loads(step.theta * meshes if loads_after is None else loads_after)
+        if not (step.has_footprints_for(meshes) and step.predicted_well(loads)):
             step.follow(loads, meshes)
         worn, on_edges = step.mapped(loads, meshes)
         self._require_teeth(worn, step.state, meshes)
@@ -249,44 +254,46 @@ class WearStepper:
             step.law_residual,
             step.depth_ratio,
             step.corrections,
-            step.hold,
+            step.theta,
         )
 
     def _require_teeth(self, worn: Worn, state: WearState, meshes: float) -> None:
         height = float(np.ptp(self.teeth.grid.profile, axis=1).max())
-        if not worn.deepest <= _DEEPEST * height:  # nor no number at all
+        if not worn.deepest <= _DEEPEST * height:  # true for NaN as well
             raise ConvergenceError(
                 f"a step of {meshes:.3g} meshes from {state.meshes:.3g} would wear {worn.deepest:.3g} mm off a flank "
-                f"{height:.3g} mm high: the tooth is gone long before; ask for fewer wear.until.meshes, "
+                f"{height:.3g} mm high: the tooth is worn away long before; ask for fewer wear.until.meshes, "
                 "less deep wear.until.control_depths_um or a smaller wear.coefficient_mm2_per_N"
             )
 
 
 class _Step:
-    """A step from a state, whatever its length."""
+    """A step from a state, of a length still to be chosen."""
 
-    def __init__(self, stepper: WearStepper, state: WearState, near: Sequence[TeethLoads] | None = None):
+    def __init__(self, stepper: WearStepper, state: WearState, estimate: Sequence[TeethLoads] | None = None):
         teeth = stepper.teeth
-        self.stepper, self.teeth, self.state, self.near = stepper, teeth, state, near
+        self.stepper, self.teeth, self.state, self.estimate = stepper, teeth, state, estimate
         self.spreading = stepper.spreading or teeth
         self.motion: Sweep = worn_sweep(teeth, self._spread_contact)
-        known: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
+        corrections: Sequence[FloatArray | None] = state.corrections or [None] * len(stepper.load_cases)
         factors = stepper.factor, stepper.depth_factor
-        motions = [sweep(teeth.lines, one.coarse.profile, teeth.pair.roll_per_time) for one in state.loaded]
+        motions = [sweep(teeth.lines, contact.coarse.profile, teeth.pair.roll_per_time) for contact in state.loaded]
         self.cases = [
             CaseStep(stepper.coefficients, case, loaded, motion, *factors, correction)
-            for case, loaded, motion, correction in zip(stepper.load_cases, state.loaded, motions, known, strict=True)
+            for case, loaded, motion, correction in zip(
+                stepper.load_cases, state.loaded, motions, corrections, strict=True
+            )
         ]
         self.influence: StepInfluence | None = None
-        self.foreseen: Sequence[TeethLoads] = ()
-        self.cycles, self.followed = Cycles(1.0), 0.0  # of the influence, and the length of the step [meshes]
-        self.hold = stepper.hold or _HOLDS[1]
-        self.settled = bool(near or state.corrections) or not stepper.implicit
+        self.predicted: Sequence[TeethLoads] = ()
+        self.cycles, self.followed = Cycles(1.0), 0.0  # of the influence; length it was found for [meshes]
+        self.theta = stepper.theta or _THETA[1]
+        self.settled = bool(estimate or state.corrections) or not stepper.implicit
         self.pace, self.depth_ratio = state.pace, state.depth_ratio
 
     @property
     def _spread_contact(self) -> LoadedState:
-        """The reported contact, touched as widely as wear is spread."""
+        """The reported contact with the footprints on which wear is deposited."""
         contact = self.state.contact
         if self.spreading is self.teeth:
             return contact
@@ -295,50 +302,51 @@ class _Step:
     def loads(
         self, meshes: float, positions: Sequence[int] | None = None, start: Sequence[TeethLoads] | None = None
     ) -> list[TeethLoads]:
-        """Loads of every case after so many meshes, found from `start` (those that were foreseen unless given)."""
+        """Loads of every load case after some meshes, solved from `start` (by default the predicted loads)."""
         if not self.stepper.implicit:
             return [loaded.loads for loaded in self.state.loaded]
-        starts: Sequence[TeethLoads | None] = start or self.near or self.foreseen or [None] * len(self.cases)
-        roughly = positions is not None  # a depth is looked for, at which all are found anew
+        starts: Sequence[TeethLoads | None] = start or self.estimate or self.predicted or [None] * len(self.cases)
+        roughly = positions is not None  # in the search for a depth, after which all positions are solved again
         pairs = zip(self.cases, starts, strict=True)
-        return [case.loads(meshes, positions, one, roughly=roughly) for case, one in pairs]
+        return [case.loads(meshes, positions, begin, roughly=roughly) for case, begin in pairs]
 
-    def require_rehearsed(self, whole: float, meshes: float | None = None) -> None:
-        """Find the influence of loads on the wear of `whole` meshes, if unknown; `meshes` as in `rehearse`."""
+    def require_influence(self, whole: float, meshes: float | None = None) -> None:
+        """Find the influence of loads on the wear of `whole` meshes, if unknown; `meshes` as in `predict_wear`."""
         if self.influence is not None:
             return
         if self.stepper.implicit:
-            self.rehearse(whole, meshes)
+            self.predict_wear(whole, meshes)
         else:
             self.follow([loaded.loads for loaded in self.state.loaded], whole)
 
-    def rehearse(self, whole: float, meshes: float | None = None, *, roughly: bool = False) -> Worn:
-        """Flanks that the step leaves under loads that are foreseen; on the way they correct the own wear of lines.
+    def predict_wear(self, whole: float, meshes: float | None = None, *, roughly: bool = False) -> Worn:
+        """Wear depths after the step under predicted loads; also corrects the implicit wear compliance of the cases.
 
         Parameters
         ----------
         whole : float
             Length of the step.
         meshes : float, optional
-            After which loads are foreseen; a share `hold` of the step by default.
+            Meshes after which the loads are predicted; by default the share `theta` of the step.
         roughly : bool
-            In fewer cycles.
+            Whether fewer cycles are enough.
         """
-        meshes = self.hold * whole if meshes is None else meshes
+        meshes = self.theta * whole if meshes is None else meshes
         for case in self.cases:
             case.prepare(meshes)
-        starts: Sequence[TeethLoads | None] = self.foreseen or [None] * len(self.cases)
-        loads = self.near or [case.foreseen_loads(meshes, one) for case, one in zip(self.cases, starts, strict=True)]
-        self.foreseen = loads
+        starts: Sequence[TeethLoads | None] = self.predicted or [None] * len(self.cases)
+        pairs = zip(self.cases, starts, strict=True)
+        loads = self.estimate or [case.predicted_loads(meshes, begin) for case, begin in pairs]
+        self.predicted = loads
         self.follow(loads, whole, partial(self._cycles_to, roughly=roughly))
         assert self.influence is not None
         worn = self.influence.at(meshes / whole)
-        for case, one in zip(self.cases, loads, strict=True):
-            case.correct(worn, one, meshes)
+        for case, of_case in zip(self.cases, loads, strict=True):
+            case.correct(worn, of_case, meshes)
         return self.influence.shapes[-1]
 
     def follow(self, loads: Sequence[TeethLoads], meshes: float, cycles: CyclesTo | None = None) -> None:
-        """Let loads wear the flanks in cycles, after each of which the contact's shape follows the wear."""
+        """Wear the flanks under given loads in cycles, and keep every footprint (`step_influence`)."""
         self.influence = self.stepper.mapping.followed(
             self.spreading,
             self.motion,
@@ -349,60 +357,62 @@ class _Step:
         )
         self.followed = meshes
 
-    def follows(self, meshes: float) -> bool:
-        """Whether footprints were followed through a step of about this length; of any, if nothing follows loads."""
-        low, high = _AS_FOLLOWED
+    def has_footprints_for(self, meshes: float) -> bool:
+        """Whether the footprints were found for a step of about this length; explicit steps have no such limit."""
+        low, high = _LENGTH_RATIO
         return not self.stepper.implicit or low <= meshes / self.followed <= high
 
-    def foresaw(self, loads: Sequence[TeethLoads]) -> bool:
-        """Whether footprints were followed under about these loads.
+    def predicted_well(self, loads: Sequence[TeethLoads]) -> bool:
+        """Whether the footprints were found under about these loads.
 
-        By what the line loads differ, places wear more or less: in as many cycles as a step has, by that part of so
-        many footprints' depths. Where it is more than one, loads that follow the shape of others leave ripples.
+        The relative difference of the line loads times the number of cycles is the difference of the wear in
+        footprint depths. Where that is more than one, footprints of other loads leave ripples.
         """
-        if self.teeth.smooth and not self.settled:  # before own wear was corrected; no limit in smooth results
+        if self.teeth.smooth and not self.settled:  # wear compliance not yet corrected; no limit for smooth results
             return False
         assert self.influence is not None
         return (
-            self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles.number <= _FORESEEN_TO
+            self.influence.differs_from(line_load_of(self.weighted_loads(loads))) * self.cycles.number
+            <= _MOST_DEVIATION
         )
 
     def _cycles_to(self, worn: Worn, *, roughly: bool = False) -> Cycles:
-        """Cycles of a step that would leave these flanks, if the shape of its start held.
+        """Cycles of a step that would leave these wear depths with the contact geometry of its start.
 
-        A ripple in a flank is worn away at the rate of the wear over the depth that a footprint reaches down. Where
-        twice that depth is worn in a cycle whose footprints are found at its start, or once where they are found in
-        its middle, it would come out greater on the other side: they are found the farther ahead, the less is worn.
+        A ripple of a flank wears away at the rate of the wear over the depth of a footprint. It would be amplified
+        with the opposite sign where a cycle wears more than two footprint depths with footprints found at its start,
+        or more than one with footprints found in its middle. So the less a cycle wears, the farther ahead they are
+        found.
         """
         footprints = self.stepper.footprints_between(self.state, worn)
         least, most_worn = _ROUGHLY if roughly else (_LEAST_CYCLES, self.stepper.most_worn)
         number = footprints / most_worn
-        if not self.teeth.smooth:  # which takes a part of one
+        if not self.teeth.smooth:  # smooth results take a fraction of a cycle
             number = np.ceil(number)
         number = float(np.clip(number, least, _MOST_CYCLES))
         self.cycles = Cycles(number, float(np.clip(2.0 * (1.0 - footprints / number), 0.0, 1.0)))
-        if self.stepper.hold is None:
-            self.hold = float(np.clip(1.0 - _TURNS / max(footprints, _TURNS), *_HOLDS))
+        if self.stepper.theta is None:
+            self.theta = float(np.clip(1.0 - _RIPPLE / max(footprints, _RIPPLE), *_THETA))
         return self.cycles
 
     @property
     def law_residual(self) -> float:
-        """Greatest of the load cases."""
+        """Greatest change of a law's factor of all load cases."""
         return max(case.law_residual for case in self.cases)
 
     def weighted_loads(self, loads: Sequence[TeethLoads]) -> list[WeightedLoads]:
-        """The cases' parts in the wear."""
-        return [case.weighted(one) for case, one in zip(self.cases, loads, strict=True)]
+        """Loads of the cases with their weights in the wear."""
+        return [case.weighted(of_case) for case, of_case in zip(self.cases, loads, strict=True)]
 
     @property
     def corrections(self) -> tuple[FloatArray, ...]:
-        """Of the own wear of every line, by load case; empty in an explicit step."""
+        """Corrections of the implicit wear compliance, by load case; empty in an explicit step."""
         return tuple(case.correction for case in self.cases if case.correction is not None)
 
     def mapped(
         self, loads: Sequence[TeethLoads], meshes: float, slices: IntArray | None = None
     ) -> tuple[Worn, FloatArray]:
-        """Wear at the end of the step [mm], and what it takes off the edges of both bodies [mm^3]."""
+        """Wear depths at the end of the step [mm], and the volume worn off the edges of both bodies [mm^3]."""
         if slices is None:
             slices = np.arange(self.teeth.grid.face.size)
         assert self.influence is not None
@@ -410,16 +420,16 @@ class _Step:
         return self.stepper.mapping.worn(self.influence, self.weighted_loads(loads), multipliers, slices)
 
     def meshes_to(self, point: ControlPoint, depth: float, *, nearby: bool, first: float | None = None) -> float:
-        """Meshes after which the control point has worn to `depth` [mm]: a secant held in its bracket.
+        """Meshes after which the control point has worn to `depth` [mm], by a bracketed secant search.
 
-        With `nearby` only the mesh positions are solved whose contact passes near the point; `first` is tried first.
+        With `nearby` only mesh positions are solved whose contact passes near the point; `first` is the first trial.
         """
         stepper, teeth = self.stepper, self.teeth
         low, weight = teeth.grid.bracket(point.face)
         slices = np.unique([low, min(low + 1, teeth.grid.face.size - 1)]) if weight > 0.0 else np.array([low])
         now = stepper.depth_at(point, point.wear(self.state.worn))
-        wanted = depth - now
-        if wanted <= 0.0:
+        increment = depth - now
+        if increment <= 0.0:
             raise ConvergenceError(
                 f"the control point (face {point.face:g} mm) is {now * 1e3:g} um deep already, no step wears it to "
                 f"{depth * 1e3:g} um; give wear.until.control_depths_um that rise"
@@ -436,33 +446,33 @@ class _Step:
                 f"the control point (face {point.face:g} mm) carries no load at {self.state.meshes:.3g} meshes and "
                 "wears no further: choose another wear.control_point or smaller wear.until.control_depths_um"
             )
-        known = [(0.0, -wanted)]
-        promised = wanted / rate
+        tried = [(0.0, -increment)]
+        by_present_rate = increment / rate
         tolerance = _SMOOTH_DEPTH_TOLERANCE if teeth.smooth else _DEPTH_TOLERANCE
-        trial = self.state.pace * promised if first is None else first
+        trial = self.state.pace * by_present_rate if first is None else first
         for iteration in range(_DEPTH_ITERATIONS):
-            if nearby and iteration == 1 and (teeth.smooth or not self.settled or not self.follows(trial)):
-                self.rehearse(trial)
-                self.settled, known = True, known[:1]
-            self.require_rehearsed(trial)  # for the first length that is asked for
-            loads = self.loads(self.hold * trial, positions, loads if iteration else self.foreseen)
+            if nearby and iteration == 1 and (teeth.smooth or not self.settled or not self.has_footprints_for(trial)):
+                self.predict_wear(trial)
+                self.settled, tried = True, tried[:1]
+            self.require_influence(trial)  # found for the first trial
+            loads = self.loads(self.theta * trial, positions, loads if iteration else self.predicted)
             value = stepper.depth_at(point, point.wear(self.mapped(loads, trial, slices)[0])) - depth
-            if abs(value) <= tolerance * wanted:
-                self.pace = trial / promised
+            if abs(value) <= tolerance * increment:
+                self.pace = trial / by_present_rate
                 return trial
-            known.append((trial, value))
-            trial = next_trial(known)
-            near = _NEARLY if iteration else _FORETOLD
-            if nearby and not teeth.smooth and self.settled and self.follows(trial) and abs(value) <= near * wanted:
-                self.pace = trial / promised  # what is missed still is so little that loads stay as they are
+            tried.append((trial, value))
+            trial = next_trial(tried)
+            close = abs(value) <= (_SAME_LOADS if iteration else _LINEAR) * increment
+            if nearby and close and not teeth.smooth and self.settled and self.has_footprints_for(trial):
+                self.pace = trial / by_present_rate
                 return trial
-            if abs(trial - known[-1][0]) <= _NO_STEP * trial:
+            if abs(trial - tried[-1][0]) <= _NO_STEP * trial:
                 break
-        # where a slice comes into contact the depth jumps, by little
-        trial, missed = min(known, key=lambda one: abs(one[1]))
-        let_be = _DEPTH_MISSED if stepper.factor is None or teeth.smooth else _LAW_MISSED
-        if abs(missed) <= let_be * wanted:
-            self.pace = trial / promised
+        # the depth jumps a little where a slice comes into contact
+        trial, excess = min(tried, key=lambda pair: abs(pair[1]))
+        jump = _DEPTH_JUMP if stepper.factor is None or teeth.smooth else _LAW_JUMP
+        if abs(excess) <= jump * increment:
+            self.pace = trial / by_present_rate
             return trial
         raise ConvergenceError(
             f"no number of meshes wears the control point (face {point.face:g} mm) to {depth * 1e3:g} um: "

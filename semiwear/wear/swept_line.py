@@ -1,18 +1,18 @@
-"""Wear of a driven flank that loaded contact lines sweep over.
+"""Wear of a driven flank swept by loaded contact lines.
 
-Archard's law at a point of the flank, summed while a contact passes whose pressure has the shape w of the footprint:
+Archard's law at a point of the flank, integrated over the passage of a contact with the pressure profile w:
 
     dh = k p |v_s| dt,    p = q w(x)
 
-(Archard 1953; sliding distances after Andersson and Eriksson 1990). Where a line moves on with speed v_n over the
-flank the shape drops out and this is the swept-line identity
+(Archard 1953; sliding distances after Andersson and Eriksson 1990). Where a line moves over the flank with speed v_n,
+the pressure profile drops out, which gives the swept-line identity
 
     h per mesh = k q |v_s| / v_n.
 
 A line that stands still on a worn ridge, or turns back with the tip of the driving body, leaves a finite depth as
 well. So does a line of finite width 2b at the pitch line, where the sliding at its middle vanishes:
-k q (4 b/(3 pi)) |dv_s/ds| / v_n. Sliding is taken where and when it happens, never averaged: the cusp of the wear
-there is as sharp as the contact is narrow.
+k q (4 b/(3 pi)) |dv_s/ds| / v_n. Sliding is evaluated at every point of the footprint and never averaged, so that the
+cusp of the wear at the pitch line is as sharp as the contact is narrow.
 """
 
 from __future__ import annotations
@@ -50,28 +50,30 @@ __all__ = [
 ]
 
 
-_FARTHEST = 0.075  # of the flank's height, from contact: beyond it no step brings a slice to it
-_STANDSTILL = 7.5e-8  # of the flank's height, in a roll: far from any contact a line may stand still at a border
+_FARTHEST = 0.075  # of the flank's height: slices farther apart come into contact in no step
+_STANDSTILL = (
+    7.5e-8  # of the flank's height per roll: least speed, since far from contact a line may rest at a border
+)
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Motion of the contact lines over the driven flank; arrays are (roll, face).
+    """Motion of the contact lines over the driven flank, in (roll, face) arrays.
 
     Attributes
     ----------
     place : array [mm]
         Profile coordinate of the line.
     speed : array [mm per unit time]
-        v_n of the driven body.
+        Speed v_n of the line on the driven flank.
     direction : array
         -1 where the line moves towards the root, +1 towards the tip.
     sliding : (roll, face, 2) array [mm per unit time]
         Sliding velocity normal to the line, towards the tip, and along it.
     sliding_slope : (roll, face, 2) array
-        Its change per profile coordinate at an instant.
+        Derivative of the sliding velocity by the profile coordinate.
     time : (roll,) array
-        Time that a roll position stands for.
+        Duration of each roll position.
     """
 
     place: FloatArray
@@ -88,13 +90,13 @@ class Sweep:
 
     @property
     def driving_specific_sliding(self) -> FloatArray:
-        """|v_s| / v_n of the driving body: its line moves like the driven body's less the sliding."""
+        """|v_s| / v_n of the driving body, whose v_n is that of the driven body less the sliding."""
         own = np.abs(self.direction * self.speed - self.sliding[..., 0])
         return np.hypot(self.sliding[..., 0], self.sliding[..., 1]) / np.maximum(own, 1e-3 * self.speed)
 
 
 def _flank_height(lines: ContactLines) -> float:
-    """Height of the driven flank that can touch, in its profile coordinate [mm]."""
+    """Height of the active driven flank in its profile coordinate [mm]."""
     return float((lines.high - lines.low).max())
 
 
@@ -106,14 +108,14 @@ def _node_speed(place: FloatArray, lines: ContactLines) -> FloatArray:
 
 
 def sweep(lines: ContactLines, place: FloatArray, roll_per_time: float) -> Sweep:
-    """Motion of worn contact lines.
+    """Motion of contact lines on worn flanks.
 
     Parameters
     ----------
     lines : ContactLines
-        Fresh ones.
+        On fresh flanks.
     place : (roll, face) array [mm]
-        Profile coordinate of the worn ones.
+        Profile coordinate of the lines on the worn flanks.
     roll_per_time : float
         Roll positions per unit time.
     """
@@ -128,14 +130,14 @@ def sweep(lines: ContactLines, place: FloatArray, roll_per_time: float) -> Sweep
 
 
 def worn_sweep(teeth: LoadedTeeth, state: LoadedState) -> Sweep:
-    """Motion of the contact lines of a state over its flanks, on the fine roll grid."""
+    """Motion of the contact lines of a state on its worn flanks, on the fine roll grid."""
     places = teeth.fine_places(state.wear, state.driving_wear, state.touched)
     return sweep(teeth.fine, places, teeth.pair.roll_per_time)
 
 
 @lru_cache(maxsize=4)
 def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
-    """Motion of fresh contact lines at any roll positions; kept for runs on the same lines, and not to be changed."""
+    """Motion of contact lines on fresh flanks at any roll positions; cached, so the arrays must not be changed."""
     speed, direction = line_speed(pair, lines)
     return Sweep(
         place=lines.profile,
@@ -148,14 +150,14 @@ def fresh_sweep(pair: FlankPair, lines: ContactLines) -> Sweep:
 
 
 class EdgeShares(NamedTuple):
-    """Shares that edges bore in the cycle before, followed over the cycles of a step.
+    """Load shares of edges in the previous cycle, updated from cycle to cycle of a step.
 
     Attributes
     ----------
     edges : (roll, face, 4) array, changed
         As in `share_of_edge`.
     most : (face,) array [mm]
-        Wear of that cycle at most.
+        Greatest wear in the previous cycle.
     """
 
     edges: FloatArray
@@ -163,15 +165,15 @@ class EdgeShares(NamedTuple):
 
     @classmethod
     def unknown(cls, shape: tuple[int, ...]) -> EdgeShares:
-        """Before the first cycle."""
+        """Shares before the first cycle."""
         return cls(np.zeros((*shape, 4)), np.zeros(shape[1]))
 
     def after(self, wear: FloatArray) -> EdgeShares:
-        """The same after wear, (face,) [mm]."""
+        """The same shares after wear, (face,) [mm]."""
         return self._replace(most=wear)
 
 
-def _what(motion: Sweep, line_load: FloatArray, modulus: float, edges: EdgeShares | None) -> Spread:
+def _spread_of(motion: Sweep, line_load: FloatArray, modulus: float, edges: EdgeShares | None) -> Spread:
     rate, closes = line_load * motion.time[:, None], closed_alone(line_load, modulus)
     known = edges or EdgeShares.unknown(line_load.shape)
     return Spread(motion.place, rate, motion.sliding, motion.sliding_slope, closes, *known)
@@ -197,32 +199,32 @@ def wear_of_mesh(
     lines : ContactLines
     grid : FlankGrid
     removed : Removed
-        Present shape of the flanks, which shapes the footprints.
+        Material removed from the flanks, which determines the footprints.
     motion : Sweep
     line_load : (roll, face) array [N/mm]
     half_width : float [mm]
         Reference half-width of the footprints.
     modulus : float [MPa]
-        Effective modulus E*: pressed edges share loads as they yield.
+        Effective modulus E*, for the load shares of pressed edges.
     slices : int array, optional
-        Slices to do; the others stay zero.
+        Slices to evaluate; the others stay zero.
     taken : (2,) array, changed, optional
-        Takes the force times the sliding distance of one mesh, and what of it the roundings of the tip and of the
-        ends bear [N mm].
+        Force times sliding distance of one mesh is added to the first element, the part of it on the roundings of tip
+        and ends to the second [N mm].
     edges : EdgeShares, optional
-        Known from the cycle before; changed.
+        Of the previous cycle; changed.
     rows : FootprintRows, changed, optional
-        Takes the footprints one by one.
+        Every footprint is added to its row.
 
     Returns
     -------
     (face, profile) array [N/mm]
         Times the wear coefficient it is the wear of one mesh.
     """
-    what = _what(motion, line_load, modulus, edges)
+    spread = _spread_of(motion, line_load, modulus, edges)
     if slices is None:
         slices = np.arange(grid.face.size)
-    return spread_over_flank(lines, grid, removed, half_width, what, slices, taken, rows)
+    return spread_over_flank(lines, grid, removed, half_width, spread, slices, taken, rows)
 
 
 def wear_of_both_flanks(
@@ -239,12 +241,12 @@ def wear_of_both_flanks(
     edges: EdgeShares | None = None,
     rows: tuple[FootprintRows, FootprintRows] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """The same on the nodes of the driving and of the driven flank, each over one mesh of one of its teeth [N/mm].
+    """As `wear_of_mesh` for the driving and the driven flank, each over one mesh of one of its teeth [N/mm].
 
-    What is taken, (2, 2), and `rows` are those of the driving and of the driven flank.
+    `taken`, (2, 2), and `rows` are those of the driving and of the driven flank.
     """
-    what = _what(motion, line_load, modulus, edges)
-    return spread_over_both_flanks(lines, grid, driving, removed, half_width, what, slices, taken, rows)
+    spread = _spread_of(motion, line_load, modulus, edges)
+    return spread_over_both_flanks(lines, grid, driving, removed, half_width, spread, slices, taken, rows)
 
 
 @njit(cache=True, error_model="numpy")
@@ -254,7 +256,7 @@ def _own_wear(place, distance, growth, fades, farthest, weight, sliding, time, w
         for k in range(rolls):
             if distance[k, i] > farthest:
                 continue
-            # between roll positions the line moves on: a footprint narrower than that is felt no more often
+            # between roll positions the line moves: a narrower footprint does not overlap more positions
             step = 0.5 * abs(place[min(k + 1, rolls - 1), i] - place[max(k - 1, 0), i])
             own = max(width[k, i], 0.5 * step)
             total = 0.0
@@ -264,11 +266,11 @@ def _own_wear(place, distance, growth, fades, farthest, weight, sliding, time, w
                     continue
                 d = (place[k, i] - place[j, i]) / (2.0 * own)
                 if abs(d) < 1.0:
-                    # pressure felt by pressure: close to the semi-ellipse correlated with itself, of area one
-                    felt = 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j] * sliding[j, i]
+                    # overlap of two pressure profiles: close to the autocorrelation of the semi-ellipse, of area 1
+                    overlap = 35.0 / 64.0 / own * (1.0 - d * d) ** 3 * time[j] * sliding[j, i]
                     if late > 0.0:
-                        felt *= (1.0 + 2.0 * late / fades) * (1.0 - late / fades) ** 2
-                    total += felt
+                        overlap *= (1.0 + 2.0 * late / fades) * (1.0 - late / fades) ** 2
+                    total += overlap
             out[k, i] = total * weight[k, i]
 
 
@@ -281,11 +283,10 @@ def own_wear(
     body: int = DRIVEN,
     fades: float = 0.0,
 ) -> FloatArray:
-    """Wear of one mesh, as the line itself will feel it, per force on a slice and wear coefficient [1/mm].
+    """Implicit wear compliance: gap worn by one mesh, per unit force on a slice and wear coefficient [1/mm].
 
-    |v_s| / v_n over the length of the slice where a line moves on: the implicit term of a wear step. Roll positions
-    at which the slice comes into contact within the step, or no later than at this one, are taken to carry the same
-    load.
+    |v_s| / v_n over the length of the slice where a line moves. Roll positions at which the slice comes into contact
+    within the step, or no later than at the present one, are assumed to carry the same load.
 
     Parameters
     ----------
@@ -293,14 +294,15 @@ def own_wear(
     motion : Sweep
     worn : Footprints
     distance : (roll, face) array [mm]
-        Gap less approach: negative where a slice is pressed on. Slices that are still apart have a rate as well,
-        since a long step may bring them into contact.
+        Gap less approach: negative in contact. Open slices have a compliance as well, since a long step may bring
+        them into contact.
     growth : float [mm]
-        By how much the approach will have grown at the end of the step, roughly.
+        Approximate growth of the approach by the end of the step.
     body : int
-        On whose flank.
+        Body whose flank wears.
     fades : float [mm]
-        Later by up to this distance, roll positions count in part: what is found is then smooth in the distances.
+        Roll positions that come into contact later by up to this distance count in part, so that the result is a
+        smooth function of the distances.
     """
     out = np.zeros(distance.shape)
     sliding = np.hypot(motion.sliding[..., 0], motion.sliding[..., 1])

@@ -1,18 +1,17 @@
-"""An implicit wear step in two stages: a step of g of its length tells the loads for the rest of it.
+"""An implicit wear step in two stages: the loads after the share g of its length wear the share 1 - g.
 
     h_1 = h_0 + (1 - g) n f(h_a),  h_a = h_0 + g n f(h_a)
     h_2 = h_1 + g n f(h_2)
 
-f is the wear of one mesh, n the meshes. Every weight is positive, so that wear never shrinks. Wear that answers at
-the rate z per step is multiplied by (1 + (1 - 2 g) z)/(1 - g z)^2, which for g >= 1/4 is stable at every z <= 0 and
+f is the wear of one mesh, n the number of meshes. Every weight is positive, so that wear never shrinks. A wear mode
+of rate z per step is multiplied by (1 + (1 - 2 g) z)/(1 - g z)^2, which for g >= 1/4 is stable at every z <= 0 and
 vanishes as -z grows (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021, diagonally implicit methods).
 
-`SECOND_ORDER` is for steps that are made shorter until they are good enough. Otherwise worn flanks answer at rates of
-every size within a step, and the greatest error at any of them counts. A ripple wears away at the rate of the wear
-over the depth that a footprint reaches down: a step that wears m such depths has rates from -m to 0, over which
-`first_stage_of` makes |factor - exp(z)| least (`FIRST_STAGES`, fitted to that alone). For one depth it is 0.0023,
-where second order errs by 0.017; for twelve and more 0.047, where second order errs by 0.21 and a plain implicit step
-by 0.204.
+`SECOND_ORDER` is the g of adaptive steps. In steps of fixed length modes of all rates occur, and the greatest error
+of any of them counts. A ripple wears away at the rate of the wear over the depth of a footprint: a step that wears m
+footprint depths has rates from -m to 0, over which `first_stage_of` minimises |factor - exp(z)| (`FIRST_STAGES`,
+fitted to that alone). For one footprint depth this error is 0.0023, against 0.017 of second order; for twelve and
+more it is 0.047, against 0.21 of second order and 0.204 of a plain implicit step.
 """
 
 from __future__ import annotations
@@ -36,38 +35,38 @@ FIRST_STAGES = {
     0.0: SECOND_ORDER, 0.25: 0.29922, 0.5: 0.30538, 1.0: 0.31717, 1.5: 0.3281, 2.0: 0.33807, 3.0: 0.35492,
     4.0: 0.36773, 5.0: 0.37701, 6.0: 0.38348, 8.0: 0.39071, 10.0: 0.39354, 12.0: 0.39419,
 }  # fmt: skip
-"""g of least error over rates from -m to 0, by m; the last one is that of all z <= 0."""
+"""g of least error over rates from -m to 0, by m; the last one is valid for all greater m."""
 ERROR_SHARE = 0.0663
-"""Greatest error of a step of second order at any rate z <= 0, over what the wear rates of its two stages differ by,
+"""Greatest error of a step of second order at any rate z <= 0, over the difference of the wear rates of its stages
 times the step: |factor - exp(z)| over (1 - g) z^2/(1 - g z)^2, reached at z = -3.5."""
 
 _HALVINGS = 10  # of a step to a depth
-_MOST_WORN = 2.0 / 3.0  # in a cycle, of a footprint's depth: such steps are few and deep
+_MOST_WORN = 2.0 / 3.0  # wear of a cycle over the depth of a footprint; less than usual, since the steps are deep
 
 ToTheEnd = Callable[[WearState, Sequence[TeethLoads] | None], Trial]
-"""A plain implicit step from a state to the end of a step, with loads near those to come."""
+"""Trial of a plain implicit step from a state to the end of a step, with estimated loads."""
 
 
 def first_stage_of(footprints: float) -> float:
-    """First stage of a step that wears so many times the depth that a footprint reaches down, as a share of it."""
+    """Share g of the first stage in a step that wears this number of footprint depths."""
     return float(np.interp(footprints, list(FIRST_STAGES), list(FIRST_STAGES.values())))
 
 
 @dataclass(frozen=True)
 class TwoStageStepper:
-    """Steps in place of a `WearStepper`'s, each in two stages.
+    """Steps of a `WearStepper`, each in two stages.
 
     Attributes
     ----------
     stepper : WearStepper
-        Implicit.
+        With implicit steps.
     """
 
     stepper: WearStepper
 
     @cached_property
     def _stepper(self) -> WearStepper:
-        return self.stepper.following(_MOST_WORN)
+        return self.stepper.fully_implicit(_MOST_WORN)
 
     def start(self) -> WearState:
         """The unworn flanks."""
@@ -80,12 +79,12 @@ class TwoStageStepper:
         middle = stepper.commit(first)
         return stepper.commit(stepper.trial(middle, end - middle.meshes, first.loads))
 
-    def foreseen_depth(self, state: WearState, meshes: float) -> float:
-        """As of the `stepper`."""
-        return self.stepper.foreseen_depth(state, meshes)
+    def predicted_depth(self, state: WearState, meshes: float) -> float:
+        """As `WearStepper.predicted_depth`."""
+        return self.stepper.predicted_depth(state, meshes)
 
     def step_to_depth(self, state: WearState, point: ControlPoint, depth: float, *, halvings: int = 0) -> WearState:
-        """The state in which the control point has worn to `depth` [mm]; the meshes for it are found.
+        """The state in which the control point has worn to `depth` [mm]; the number of meshes is solved for.
 
         Raises
         ------
@@ -97,7 +96,7 @@ class TwoStageStepper:
         share = first_stage_of(stepper.footprints_between(state, plain.worn))
         first = _first_stage(stepper, state, plain.meshes, plain.loads, share)
         if stepper.depth_at(point, point.wear(first.worn)) >= depth:
-            # the point loses its load on the way: in two steps it does so gradually
+            # the point loses its load within the step; in shorter steps it does so gradually
             if halvings == _HALVINGS:
                 raise ConvergenceError(
                     f"no step of two stages wears the point (radius {point.face:g} mm) to {depth * 1e3:g} um: "
@@ -112,18 +111,18 @@ class TwoStageStepper:
 
 @dataclass(frozen=True)
 class Measured:
-    """A step in two stages, and what the change between them says of its error.
+    """A step in two stages with its estimated error.
 
     Attributes
     ----------
     trial : Trial
-        Its last stage.
+        The last stage.
     meshes : float
-        Its length.
+        Length of the step.
     error : float [mm]
-        Root of the sum of squares over the worn flanks, estimated.
+        Estimated error: root of the sum of its squares over the worn flanks.
     size : float [mm]
-        Of the wear at the end of the step, likewise.
+        Root of the sum of squares of the wear at the end of the step.
     """
 
     trial: Trial
@@ -133,15 +132,15 @@ class Measured:
 
 
 def measured(stepper: WearStepper, state: WearState, meshes: float, to_the_end: ToTheEnd) -> Measured:
-    """A step of second order, and the error that the change between its stages tells.
+    """A step of second order, with its error estimated from the change between its stages.
 
     Parameters
     ----------
     stepper : WearStepper
-        Implicit, of loads at the end of a step.
+        Implicit with theta = 1.
     state : WearState
     meshes : float
-        Its length, about: the first stage is a share of it, and the second goes to the end.
+        Approximate length: the first stage takes a share of it, the second goes to the end.
     to_the_end : callable
     """
     first = _first_stage(stepper, state, meshes, None, SECOND_ORDER)
@@ -153,12 +152,12 @@ def measured(stepper: WearStepper, state: WearState, meshes: float, to_the_end: 
 
 
 def _first_stage(
-    stepper: WearStepper, state: WearState, meshes: float, near: Sequence[TeethLoads] | None, g: float
+    stepper: WearStepper, state: WearState, meshes: float, estimate: Sequence[TeethLoads] | None, g: float
 ) -> Trial:
-    """First stage of a step of about so many meshes; without loads near its own it takes a trial first."""
-    return stepper.trial(state, (1.0 - g) * meshes, near, loads_after=g * meshes)
+    """First stage of a step of about this length; without estimated loads it predicts them first."""
+    return stepper.trial(state, (1.0 - g) * meshes, estimate, loads_after=g * meshes)
 
 
 def _size(worn: Worn) -> float:
-    """Root of the sum of squares of a wear [mm]."""
+    """Root of the sum of squares of wear depths [mm]."""
     return float(np.sqrt(sum(np.sum(part**2) for part in worn if part is not None)))

@@ -1,4 +1,4 @@
-"""Volume that wears off: what Archard's law drives, what the maps of the flanks hold, and what edges take.
+"""Worn volume: by Archard's law, on the maps of the flanks, and on edges.
 
 Archard's law for a body, with the wear coefficient k [mm^2/N], over all contact of one tooth and all its meshes:
 
@@ -8,14 +8,14 @@ Archard's law for a body, with the wear coefficient k [mm^2/N], over all contact
 coefficient). It is the integral over the flank of dh = k p |v_s| dt, so that |v_s| is its mean over the pressure of a
 contact: at the pitch point a contact of finite width slides although its middle does not.
 
-A map of wear depths ends where the rounding of the tip begins, and with the outermost slices of the face. What a
-pressed rounding bears there wears it: that volume is in no map and is told by itself, so that
+A map of wear depths ends where the rounding of the tip begins, and with the outermost slices of the face. A pressed
+rounding wears as well: this volume is on no map and is reported separately, so that
 
     volume on the map + volume on edges = V.
 
-What is left of that equation is a check of everything between loads and maps: interpolation between roll positions,
-footprints, sub-cycles and clipping. With a wear coefficient that depends on depth (`HardnessLaw`) the map does not
-grow in proportion to V, and the equation does not hold.
+The residual of this equation checks everything between loads and maps: interpolation between roll positions,
+footprints, cycles and clipping. With a wear coefficient that depends on depth (`HardnessLaw`) the map does not grow
+in proportion to V, and the equation does not hold.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _POINTS = 8  # across a contact
 
 @dataclass(frozen=True)
 class WearVolume:
-    """Volume that a tooth's flank has lost by Archard's law; (body,) arrays [mm^3].
+    """Volume worn off a flank of one tooth; (body,) arrays [mm^3].
 
     Attributes
     ----------
     driven : array
-        Wear coefficient times the integral of force times sliding.
+        By Archard's law: wear coefficient times the integral of force times sliding.
     on_edges : array
-        Of what was worn, the part beyond the map of the flank: on the roundings of the tip and of the ends.
+        The part of the worn volume beyond the map of the flank, on the roundings of the tip and of the ends.
     """
 
     driven: FloatArray
@@ -58,40 +58,39 @@ class WearVolume:
 
     @classmethod
     def none(cls) -> WearVolume:
-        """Nothing yet."""
+        """No volume."""
         return cls(np.zeros(len(BODIES)), np.zeros(len(BODIES)))
 
     def __add__(self, other: WearVolume) -> WearVolume:
-        """Both together."""
+        """Sum of both volumes."""
         return WearVolume(self.driven + other.driven, self.on_edges + other.on_edges)
 
 
 def sliding_work(weighted_loads: Sequence[WeightedLoads], motion: Sweep, teeth: LoadedTeeth) -> float:
-    """Integral of force times sliding distance over one mesh of one tooth [N mm], from loads alone.
+    """Integral of force times sliding distance over one mesh of one tooth [N mm], from the loads alone.
 
-    Forces are straight between solved roll positions; the sliding velocity is averaged over Hertz's semi-ellipse
-    about the middle of the contact.
+    Forces are linear between solved roll positions; the sliding velocity is averaged over Hertz's semi-ellipse around
+    the middle of the contact.
 
     Parameters
     ----------
     weighted_loads : sequence of WeightedLoads
     motion : Sweep
-        Of the fine roll grid.
+        On the fine roll grid.
     teeth : LoadedTeeth
     """
-    # Gauss-Chebyshev points of the second kind: their weight is the semi-ellipse
+    # Gauss-Chebyshev points of the second kind, whose weight is the semi-ellipse
     angle = np.pi * np.arange(1, _POINTS + 1) / (_POINTS + 1)
     place, weight = np.cos(angle), 2.0 / (_POINTS + 1) * np.sin(angle) ** 2
     total = 0.0
-    for one in weighted_loads:
-        loads = one.loads
-        force = teeth.on_fine_rolls(loads.force * one.weight)
-        bears = np.nonzero(force)
-        half = teeth.on_fine_rolls(loads.half_width)[bears]
-        away = (half / one.teeth.fine.spacing[bears])[:, None] * place
-        middle, slope = motion.sliding[bears], motion.sliding_slope[bears]
-        v = [middle[:, k, None] + slope[:, k, None] * away for k in (0, 1)]
-        total += float(np.sum(force[bears] * motion.time[bears[0]] * (np.hypot(*v) @ weight)))
+    for case in weighted_loads:
+        force = teeth.on_fine_rolls(case.loads.force * case.weight)
+        loaded = np.nonzero(force)
+        half_width = teeth.on_fine_rolls(case.loads.half_width)[loaded]
+        distance = (half_width / case.teeth.fine.spacing[loaded])[:, None] * place
+        middle, slope = motion.sliding[loaded], motion.sliding_slope[loaded]
+        v = [middle[:, k, None] + slope[:, k, None] * distance for k in (0, 1)]
+        total += float(np.sum(force[loaded] * motion.time[loaded[0]] * (np.hypot(*v) @ weight)))
     return total
 
 

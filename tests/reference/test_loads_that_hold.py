@@ -57,10 +57,10 @@ def test_the_loads_of_a_step_are_those_after_three_quarters_of_it_or_less_where_
     stepper, meshes = case
     state = stepper.start()
     trial = stepper.trial(state, meshes / part)
-    assert trial.hold == share
+    assert trial.theta == share
     late = stepper.trial(state, meshes / part, loads_after=share * meshes / part)
     for one, other in zip(trial.loads, late.loads, strict=True):
-        np.testing.assert_allclose(one.force, other.force, atol=1e-3 * one.force.max())  # other loads were foreseen
+        np.testing.assert_allclose(one.force, other.force, atol=1e-3 * one.force.max())  # other loads were predicted
     at_end = stepper.trial(state, meshes / 8, loads_after=meshes / 8)
     trial = stepper.trial(state, meshes / 8)
     apart = [np.abs(x.force - y.force).max() / x.force.max() for x, y in zip(trial.loads, at_end.loads, strict=True)]
@@ -69,7 +69,7 @@ def test_the_loads_of_a_step_are_those_after_three_quarters_of_it_or_less_where_
 
 def test_few_steps_err_less_than_under_the_loads_at_their_ends(case):
     stepper, meshes = case
-    at_the_ends = replace(stepper, hold=1.0)
+    at_the_ends = replace(stepper, theta=1.0)
     finest = worn(stepper, meshes, 48).wear
 
     def error(one: WearStepper, steps: int) -> float:

@@ -116,7 +116,7 @@ def test_effects_that_only_tell_solve_nothing(monkeypatch):
         # what would free pressing tips is found from loads shared once more, of every result
         patched.setattr("semiwear.collect.relief_to_free", lambda *_: np.zeros(2))
         alone = contact_calls(monkeypatch, TINY)
-    # the unworn state, then of each of two steps a rehearsal, the loads and the contact at its end; edges twice more
+    # the unworn state, then of each of two steps a prediction, the loads and the contact at its end; edges twice more
     assert 1 + 2 * 3 <= alone["solve"] <= 3 + 2 * 5
     plain = contact_calls(monkeypatch, TINY)
     for name in ("flash_temperature", "lubrication", "misalignment", *sorted(set(MODES) - {"bending"})):

@@ -198,13 +198,13 @@ class Implicit:
     def __init__(self):
         self.steps = 0
 
-    def following(self, depth):
+    def fully_implicit(self, depth):
         return self
 
     def start(self):
         return Decay(0.0, 0.0)
 
-    def trial(self, state, meshes, near=None, *, loads_after=None):
+    def trial(self, state, meshes, estimate=None, *, loads_after=None):
         self.steps += 1
         felt = meshes if loads_after is None else loads_after
         rate = (1.0 - state.depth) / (1.0 + felt)
@@ -228,7 +228,7 @@ class Ripples(Implicit):
     def start(self):
         return Decay(0.0, np.zeros_like(self.rates))
 
-    def trial(self, state, meshes, near=None, *, loads_after=None):
+    def trial(self, state, meshes, estimate=None, *, loads_after=None):
         felt = meshes if loads_after is None else loads_after
         rate = (1.0 - self.rates * state.depth) / (1.0 + felt * self.rates)
         return DecayTrial(state, meshes, (rate,), Worn(state.depth + meshes * rate), 1.0)
@@ -244,7 +244,7 @@ def exact(meshes):
 def of_length(length):
     """A step of a length, whose two stages tell its error."""
     stepper = Implicit()
-    return measured(stepper, stepper.start(), length, lambda at, near: stepper.trial(at, length - at.meshes, near))
+    return measured(stepper, stepper.start(), length, lambda at, loads: stepper.trial(at, length - at.meshes, loads))
 
 
 LENGTHS = pytest.mark.parametrize("length", [0.01, 0.1, 0.5, 2.0, 7.0, 50.0, 1e3, 1e6])
@@ -354,13 +354,13 @@ class ToDepth(Implicit):
         super().__init__()
         self.asked = []
 
-    def trial(self, state, meshes, near=None, *, loads_after=None):
+    def trial(self, state, meshes, estimate=None, *, loads_after=None):
         self.asked.append((meshes, loads_after))
-        return super().trial(state, meshes, near, loads_after=loads_after)
+        return super().trial(state, meshes, estimate, loads_after=loads_after)
 
-    def trial_to_depth(self, state, point, depth, near=None):
+    def trial_to_depth(self, state, point, depth, estimate=None):
         # depth + h = 1 - (1 - depth)/(1 + n)
-        return super().trial(state, (1.0 - state.depth) / (1.0 - depth) - 1.0, near)
+        return super().trial(state, (1.0 - state.depth) / (1.0 - depth) - 1.0, estimate)
 
     def depth_at(self, point, wear):
         return float(wear[0])
@@ -373,7 +373,7 @@ class Watched:
         return worn.driven
 
 
-def test_first_stages_are_a_share_of_the_step_that_is_foreseen():
+def test_first_stages_are_a_share_of_the_predicted_step():
     stepper = ToDepth()
     adaptive = AdaptiveStepper(stepper, 0.4, 1.0)
     adaptive.step(stepper.start(), 0.25)

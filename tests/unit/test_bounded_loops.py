@@ -43,7 +43,7 @@ def test_wear_that_grows_as_pressure_falls_is_finite(coarse, exponent):
     wear = tree["flank"]["wear_depth"].values
     assert np.isfinite(wear[:, 1]).all()
     np.testing.assert_allclose(tree["history"]["wear_depth_control_point"], [0.0, 5.0, 10.0], rtol=0.02)
-    assert float(tree["diagnostics"].wear_law_residual.max()) <= case_step._FACTOR_MISSED
+    assert float(tree["diagnostics"].wear_law_residual.max()) <= case_step._FACTOR_ERROR
 
 
 def test_wear_and_loads_that_do_not_settle_are_an_error_that_keeps_the_steps_before(coarse, monkeypatch):

@@ -450,7 +450,7 @@ def test_a_step_a_thousand_times_too_large_says_that_the_tooth_is_gone(fidelity,
         "numerics.wear_steps": 2,
         "numerics.wear_scheme": scheme,
     }
-    with pytest.raises(sw.ConvergenceError, match=r"the tooth is gone long before; ask for fewer") as error:
+    with pytest.raises(sw.ConvergenceError, match=r"the tooth is worn away long before; ask for fewer") as error:
         worn(changes, fidelity)
     assert error.value.result is not None
 

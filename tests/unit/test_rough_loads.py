@@ -76,7 +76,7 @@ def test_a_length_is_taken_after_one_trial_that_misses_by_little(monkeypatch: py
     once = two_steps(stepper, point)
     few = sum(trials)
     trials.clear()
-    monkeypatch.setattr(stepping, "_FORETOLD", 0.0)
+    monkeypatch.setattr(stepping, "_LINEAR", 0.0)
     more = two_steps(stepper, point)
     assert few < sum(trials)
     for state in (once, more):

@@ -88,11 +88,11 @@ def test_hardness_is_not_judged_where_no_step_leads_to_the_end_of_the_run(tiny, 
     only("wear_law.hardness")
 
     def too_deep(scene, teeth):
-        raise ConvergenceError("the tooth is gone long before")
+        raise ConvergenceError("the tooth is worn away long before")
 
     monkeypatch.setattr(importlib.import_module("semiwear.screen"), "_depths_at_the_end", too_deep)
     (row,) = sw.screen(tiny).rows
-    assert row.note == "not judged at the end of the run: the tooth is gone long before"
+    assert row.note == "not judged at the end of the run: the tooth is worn away long before"
     assert row.changes["wear rate"] == 0.0 and row.time is not None
 
 

@@ -293,7 +293,7 @@ def test_a_slice_that_comes_to_bear_is_felt_by_and_by(small: sw.Scene) -> None:
     force = start.contact.loads.force
     unloaded = np.nonzero((force == 0.0) & np.isfinite(teeth.lines.separation[0]))
 
-    def rehearsed(share: float) -> tuple[np.ndarray, np.ndarray]:
+    def predicted(share: float) -> tuple[np.ndarray, np.ndarray]:
         """Factors on the wear coefficient, and wear, where unloaded slices bear a share of the greatest force."""
         pressed, width = force.copy(), start.contact.loads.half_width.copy()
         pressed[unloaded], width[unloaded] = share * force.max(), np.sqrt(share) * width.max()
@@ -302,9 +302,9 @@ def test_a_slice_that_comes_to_bear_is_felt_by_and_by(small: sw.Scene) -> None:
         factor = step.cases[0].factor
         assert factor is not None
         told = factor.copy()
-        return told, step.rehearse(1e9, 1e9).driven
+        return told, step.predict_wear(1e9, 1e9).driven
 
-    factors, depths = zip(*(rehearsed(share) for share in (0.0, 1e-9, 1e-3)), strict=True)
+    factors, depths = zip(*(predicted(share) for share in (0.0, 1e-9, 1e-3)), strict=True)
     changed = [np.abs(one - factors[0]).max() for one in factors[1:]]
     assert changed[0] < 1e-5 and changed[1] > 0.5
     np.testing.assert_allclose(depths[1], depths[0], rtol=0.0, atol=1e-7 * depths[0].max())

@@ -46,23 +46,23 @@ def test_steps_are_counted_by_the_deepest_wear_of_either_body(runs, bodies):
     pitch = plan(sw.load_scene("spur_fzg_c")).flank_pair().base_pitch
     taken = tree.sizes["wear_step"] - 1 if "wear_step" in tree.sizes else tree["history"].sizes["wear_step"] - 1
     assert LEAST_STEPS < taken == heard[-1][1]
-    # the rehearsal of a single step, which is what counts them, is some per cent too shallow
+    # the prediction of a single step, which is what counts them, is some per cent too shallow
     asked = steps_for_depth(1e-3 * max(deepest(tree)), pitch)
     assert asked - 1 <= taken <= asked
 
 
 @pytest.mark.parametrize("scheme", ["implicit", "explicit", "two-stage"])
-def test_a_depth_is_foreseen_at_less_than_the_price_of_a_step(scheme, monkeypatch):
+def test_a_depth_is_predicted_at_less_than_the_price_of_a_step(scheme, monkeypatch):
     physics = plan(sw.load_scene("spur_fzg_c").replace(TINY | {"numerics.wear_scheme": scheme}))
     stepper = physics.wear_steps(physics.wear_stepper(physics.loaded_teeth()))
     state, swept = stepper.start(), []
-    over = step_influence._Passes.over
-    monkeypatch.setattr(step_influence._Passes, "over", lambda *a: swept.append(1) or over(*a))
-    foreseen, spent = stepper.foreseen_depth(state, 1e8), len(swept)
-    assert foreseen == pytest.approx(max(stepper.step(state, 1e8).deepest.values()), rel=0.1)
+    over = step_influence._MeshWear.over
+    monkeypatch.setattr(step_influence._MeshWear, "over", lambda *a: swept.append(1) or over(*a))
+    predicted, spent = stepper.predicted_depth(state, 1e8), len(swept)
+    assert predicted == pytest.approx(max(stepper.step(state, 1e8).deepest.values()), rel=0.1)
     assert spent == 1 if scheme == "explicit" else 0 < spent < len(swept) - spent
-    with pytest.raises(sw.ConvergenceError, match="the tooth is gone long before"):
-        stepper.foreseen_depth(state, 1e14)
+    with pytest.raises(sw.ConvergenceError, match="the tooth is worn away long before"):
+        stepper.predicted_depth(state, 1e14)
 
 
 @pytest.mark.parametrize("bodies", [["gear"], ["pinion", "gear"]])

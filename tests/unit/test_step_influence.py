@@ -115,7 +115,7 @@ def test_it_is_linear_in_each_load(case):
     np.testing.assert_allclose(some[1] + others[1], whole[1], rtol=1e-12)
 
 
-def test_slices_whose_loads_were_not_foreseen_are_found_on_the_flanks(case):
+def test_slices_whose_loads_were_not_predicted_are_found_on_the_flanks(case):
     late = case.line_load.copy()
     late[:, 3:] = 0.0
     influence = case.followed(late, 1.0)
@@ -128,13 +128,13 @@ def test_slices_whose_loads_were_not_foreseen_are_found_on_the_flanks(case):
     assert 0.999 * low < total < 1.001 * high
 
 
-def test_unforeseen_loads_are_found_on_the_flanks_that_the_others_met(case, monkeypatch):
+def test_unpredicted_loads_are_found_on_the_flanks_that_the_others_met(case, monkeypatch):
     late = case.line_load.copy()
     late[:, 3:] = 0.0
     influence, met = case.followed(late, 3.0, 1.0), []
-    over = step_influence._Passes.over
+    over = step_influence._MeshWear.over
     monkeypatch.setattr(
-        step_influence._Passes, "over", lambda self, worn, *rest: met.append(worn) or over(self, worn, *rest)
+        step_influence._MeshWear, "over", lambda self, worn, *rest: met.append(worn) or over(self, worn, *rest)
     )
     influence.mesh(case.line_load, all_slices(case))
     assert len(met) == 3 and all(one is other for one, other in zip(met, influence.met, strict=True))
@@ -156,14 +156,14 @@ def case_ends(case: Case) -> tuple[Worn, Worn]:
     return influence.shapes[0], influence.shapes[-1]
 
 
-def test_a_load_far_above_the_foreseen_one_changes_over_evenly(case):
+def test_a_load_far_above_the_predicted_one_changes_over_evenly(case):
     """Its footprint goes over from the one that was kept to one that is found for it."""
     few = case.line_load.copy()
     few[:, 4] *= 0.2
     influence, slices = case.followed(few, 3.0), all_slices(case)
     loads = [case.line_load.copy() for _ in range(3)]
     for share, one in zip((0.6 - 1e-7, 0.6, 0.6 + 1e-7), loads, strict=True):
-        one[:, 4] *= share  # three times what was foreseen
+        one[:, 4] *= share  # three times the predicted one
     below, at, above = (influence.mesh(one, slices)[0].driven for one in loads)
     rise = np.abs(at - below).max()
     assert 0.0 < rise < 1e-6 * at.max() and np.abs(above - at).max() < 3.0 * rise

@@ -61,7 +61,7 @@ def test_a_step_that_ends_far_off_is_searched_for_again(monkeypatch, to_depth):
     assert stepper.depth_at(point, point.wear(trial.worn)) == pytest.approx(DEPTH, rel=1e-4)
 
 
-def test_what_the_search_missed_is_foreseen_in_the_next_step(monkeypatch, to_depth):
+def test_what_the_search_missed_is_corrected_in_the_next_step(monkeypatch, to_depth):
     stepper, point = to_depth
     tried = searched(monkeypatch, -0.02)
     state = stepper.step_to_depth(stepper.start(), point, DEPTH)
@@ -101,10 +101,10 @@ def test_cycles_are_as_many_as_footprints_are_worn_deep(to_depth, most_worn):
         assert number == max(np.ceil(depth / most_worn), 3.0)
         # twice a footprint's depth in a cycle is the limit without looking ahead, once with it
         assert ahead == pytest.approx(min(2.0 * (1.0 - depth / number), 1.0))
-        assert step.hold == pytest.approx(min(max(1.0 - 0.75 / depth, 0.65), 0.75))
+        assert step.theta == pytest.approx(min(max(1.0 - 0.75 / depth, 0.65), 0.75))
     assert cycles(1e3 * footprint) == (128.0, 0.0)
-    step = _Step(replace(stepper, hold=1.0), step.state)
-    assert cycles(0.4 * footprint) and step.hold == 1.0
+    step = _Step(replace(stepper, theta=1.0), step.state)
+    assert cycles(0.4 * footprint) and step.theta == 1.0
     assert [cycles(depth * footprint, roughly=True) for depth in (0.5, 5.8)] == [(2.0, 1.0), (4.0, 0.0)]
 
 

@@ -114,8 +114,8 @@ def _text(needed: dict[int, dict[str, dict[str, int | None]]]) -> str:
     return (
         "<p>The same life of the shipped scene on the same grid. An "
         "explicit step takes one solution of the loaded contact, an implicit one "
-        f"{SOLVES_A_STEP['implicit']} (rehearsal, step, contact after it), one in two stages "
-        f"{SOLVES_A_STEP['two-stage']} (rehearsal, both stages, contact after each). A number of steps keeps an "
+        f"{SOLVES_A_STEP['implicit']} (prediction, step, contact after it), one in two stages "
+        f"{SOLVES_A_STEP['two-stage']} (prediction, both stages, contact after each). A number of steps keeps an "
         "error if it and every larger one tried do. The greatest wear is a single place, where the "
         "pinion's tip digs in at coarse steps; the error over the flank is the norm of the difference over that of "
         f"the wear. Converged: {CONVERGED} explicit steps. Solutions needed:</p><ul>{''.join(lines)}</ul>"
