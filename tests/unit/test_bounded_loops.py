@@ -124,7 +124,7 @@ def test_adaptive_steps_that_do_not_advance_are_an_error(monkeypatch):
 def test_halving_a_step_of_two_stages_ends(monkeypatch):
     plain = SimpleNamespace(meshes=1.0, loads=None, pace=1.0, worn=SimpleNamespace(driven=np.zeros((3, 2))))
     fake = SimpleNamespace(
-        following=lambda _: fake,
+        fully_implicit=lambda _: fake,
         trial_to_depth=lambda *_: plain,
         depth_at=lambda *_: 1.0,
         commit=lambda _: state,
