@@ -214,5 +214,5 @@ def test_density_of_noise_is_the_restricted_likelihood() -> None:
         return float(-0.5 * (sum(logs) + (P.size - every.shape[1]) * np.log(squares)) + prior)
 
     one, other = np.array([-1.0, 0.5, 0.2]), np.array([2.0, -0.7, 1.0])
-    told = flank.told(one)[0] - flank.told(other)[0]
+    told = flank.conditional(one)[0] - flank.conditional(other)[0]
     assert told == pytest.approx(directly(one) - directly(other), rel=1e-8)
