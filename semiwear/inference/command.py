@@ -239,7 +239,7 @@ def _observation(
 
 
 def _with_files(folder: Path, table: Table, tabled: bool, field: str, problems: list[Problem]) -> Table | None:
-    """An observation's table with paths beside the study, and the columns of its file; None if they cannot be read."""
+    """An observation's table with paths beside the study, and its file's columns; None if these cannot be read."""
     named = [*_FILES, *(("file",) if tabled else ())]
     fix = "name one file, beside the study"
     wrong = [
