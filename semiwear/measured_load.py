@@ -84,11 +84,11 @@ class MeasuredLoad:
             )
         torque, weight = torque[bears], self.weight[bears]
         level = np.minimum((torque / torque.max() * levels).astype(int), levels - 1)
-        share = np.bincount(level, weight, levels)
+        level_weight = np.bincount(level, weight, levels)
         work = np.bincount(level, weight * torque, levels)
-        kept = share > 0.0
-        shares = share[kept] / share.sum()
-        return {"torques_Nm": (work[kept] / share[kept]).tolist(), "shares": shares.tolist()}
+        kept = level_weight > 0.0
+        shares = level_weight[kept] / level_weight.sum()
+        return {"torques_Nm": (work[kept] / level_weight[kept]).tolist(), "shares": shares.tolist()}
 
     def cycles(self, levels: int = 64) -> xr.Dataset:
         """Cycles of the torque by rainflow counting, for stress that follows the torque.

@@ -79,7 +79,7 @@ class FrictionLoss:
     effect: str = "friction"
 
     def engagement(self, teeth: LoadedTeeth, state: LoadedState, pressure: SlicePressures) -> Arrays:
-        """Mean coefficient, weighted with the load, and power loss (without a speed: torque) at every roll position."""
+        """Mean coefficient, weighted with the load, and power loss (or torque loss) at every roll position."""
         conditions = _conditions(teeth, state, self.speeds)
         coefficient, length = self.friction.coefficient_of(conditions), teeth.lines.length
         force = conditions.line_load * length

@@ -104,8 +104,8 @@ def _separate(slices, pairs, between, rotation, force, slack):  # type: ignore[n
         for j in range(n):
             total += slices.static[i, j] * force[j]
         slack[i] = total
-    for p in range(pairs.one.shape[0]):
-        i, j = pairs.one[p], pairs.other[p]
+    for p in range(pairs.first.shape[0]):
+        i, j = pairs.first[p], pairs.second[p]
         slack[i] += between[p] * force[j]
         if j > i:
             slack[j] += between[p] * force[i]

@@ -31,7 +31,7 @@ class NearPairs(NamedTuple):
 
     Attributes
     ----------
-    one, other : int arrays
+    first, second : int arrays
     upper, lower : arrays
         Logarithms of the distances [mm] of one slice's ends from the other's middle; `_ZERO_DISTANCE` for 0.
     beyond : array
@@ -40,8 +40,8 @@ class NearPairs(NamedTuple):
         Mean length of the two.
     """
 
-    one: IntArray
-    other: IntArray
+    first: IntArray
+    second: IntArray
     upper: FloatArray
     lower: FloatArray
     beyond: FloatArray
@@ -58,7 +58,7 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
             while beyond < starts[line + 1] and arc[beyond] - arc[i] <= near:
                 beyond += 1
             most += beyond - i
-    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    first, second = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     upper, lower, beyond, mean = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     n = 0
     for line in range(starts.shape[0] - 1):
@@ -67,12 +67,12 @@ def near_pairs(starts, arc, length, near):  # type: ignore[no-untyped-def]
                 middle = arc[j] - arc[i]
                 if middle > near:
                     break
-                one[n], other[n], mean[n] = i, j, sqrt(length[i] * length[j])
+                first[n], second[n], mean[n] = i, j, sqrt(length[i] * length[j])
                 end = middle - 0.5 * mean[n]
                 upper[n], lower[n] = log(middle + 0.5 * mean[n]), log(abs(end)) if end != 0.0 else _ZERO_DISTANCE
                 beyond[n] = 1.0 if end >= 0.0 else -1.0
                 n += 1
-    return NearPairs(one[:n], other[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
+    return NearPairs(first[:n], second[:n], upper[:n], lower[:n], beyond[:n], mean[:n])
 
 
 @njit(cache=True, error_model="numpy")
@@ -83,17 +83,17 @@ def pairs_among(pairs, chosen, size):  # type: ignore[no-untyped-def]
         number[i] = -1
     for n in range(chosen.shape[0]):
         number[chosen[n]] = n
-    most = pairs.one.shape[0]
-    one, other = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    most = pairs.first.shape[0]
+    first, second = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     upper, lower, beyond, length = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     count = ZERO
     for n in range(most):
-        i, j = number[pairs.one[n]], number[pairs.other[n]]
+        i, j = number[pairs.first[n]], number[pairs.second[n]]
         if i >= 0 and j >= 0:
-            one[count], other[count], upper[count] = i, j, pairs.upper[n]
+            first[count], second[count], upper[count] = i, j, pairs.upper[n]
             lower[count], beyond[count], length[count] = pairs.lower[n], pairs.beyond[n], pairs.length[n]
             count += 1
-    return NearPairs(one[:count], other[:count], upper[:count], lower[:count], beyond[:count], length[:count])
+    return NearPairs(first[:count], second[:count], upper[:count], lower[:count], beyond[:count], length[:count])
 
 
 @njit(cache=True, error_model="numpy")
@@ -114,9 +114,9 @@ def near_stripe(pairs, half_width, factor, table):  # type: ignore[no-untyped-de
     -------
     (pairs,) array [mm/N]
     """
-    width, out = 0.5 * np.log(half_width), np.empty(pairs.one.shape[0])
-    for n in range(pairs.one.shape[0]):
-        mean = width[pairs.one[n]] + width[pairs.other[n]]
+    width, out = 0.5 * np.log(half_width), np.empty(pairs.first.shape[0])
+    for n in range(pairs.first.shape[0]):
+        mean = width[pairs.first[n]] + width[pairs.second[n]]
         total = stripe_integral_to(pairs.upper[n] - mean, table)
         total -= pairs.beyond[n] * stripe_integral_to(pairs.lower[n] - mean, table)
         out[n] = total * factor / pairs.length[n]
@@ -126,8 +126,8 @@ def near_stripe(pairs, half_width, factor, table):  # type: ignore[no-untyped-de
 @inner_njit(cache=True, error_model="numpy")
 def add_pairs(matrix, pairs, between):  # type: ignore[no-untyped-def]
     """Add compliances between near slices to a symmetric matrix."""
-    for n in range(pairs.one.shape[0]):
-        i, j = pairs.one[n], pairs.other[n]
+    for n in range(pairs.first.shape[0]):
+        i, j = pairs.first[n], pairs.second[n]
         matrix[i, j] += between[n]
         if j > i:
             matrix[j, i] += between[n]

@@ -214,9 +214,9 @@ def _array(values: object, entry: Variable, path: str) -> np.ndarray:
     if entry.absent and array.dtype.kind == "f":
         finite |= np.isnan(array)
     if not finite.all():
-        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        index = tuple(int(i) for i in np.argwhere(~finite)[0])
         count = f"{int((~finite).sum())} of {array.size} values"
-        raise SemiwearError(f"{path}: {count} are not finite, the first at index {place}")
+        raise SemiwearError(f"{path}: {count} are not finite, the first at index {index}")
     if entry.flags and not np.isin(array, np.arange(len(entry.flags))).all():
         raise SemiwearError(f"{path}: values must be {_flag_text(entry.flags)}")
     converted = array.astype(entry.dtype)

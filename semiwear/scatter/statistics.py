@@ -16,7 +16,7 @@ from semiwear.plot.sweeps import scene_values
 from semiwear.scatter.estimates import Estimate, indices, probability, quantile
 from semiwear.scene.closest import closest
 from semiwear.scene.values import shown
-from semiwear.sweep.outcome import Status, telling
+from semiwear.sweep.outcome import Status, has_numbers
 
 __all__ = ["SHARES", "Scatter", "end_text", "quantities_of", "varies"]
 
@@ -209,10 +209,10 @@ class Scatter:
         """Numbers of solved and emulated samples, and the meaning of stated errors; empty if all were solved."""
         if not self.errors:
             return ""
-        count, share = int(self.samples["emulated"].sum()), f"{100 * CONFIDENCE:.0f} %"
+        count, within = int(self.samples["emulated"].sum()), f"{100 * CONFIDENCE:.0f} %"
         solved = self.samples.sizes["sample"] - count
         return (
-            f"{solved} scenes were solved and {count} emulated; {share} of new ones are within stated errors, and "
+            f"{solved} scenes were solved and {count} emulated; {within} of new ones are within stated errors, and "
             "intervals are wider by these"
         )
 
@@ -265,7 +265,7 @@ _NO_QUANTITY = ("status", "message", "seconds", "last_wear_step")
 
 def quantities_of(samples: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Quantities of a sweep along `sample` with one value per scene, or per body; NaN if a scene failed."""
-    done = telling(samples["status"].values)
+    done = has_numbers(samples["status"].values)
     for name in map(str, samples.data_vars):
         array = samples[name]
         if name in _NO_QUANTITY or array.dtype.kind != "f":

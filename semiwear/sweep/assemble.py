@@ -17,7 +17,7 @@ from semiwear.scene.declare import meaning_of
 from semiwear.scene.schema import SCHEMAS, parent
 from semiwear.scene.units import unit_of
 from semiwear.sweep.measure import MESHES, Measure, Measured, is_numeric
-from semiwear.sweep.outcome import Outcome, Status, telling
+from semiwear.sweep.outcome import Outcome, Status, has_numbers
 from semiwear.sweep.scenes import Member
 from semiwear.sweep.store import Store
 from semiwear.sweep.variation import SAMPLE, Axis, Variation
@@ -198,7 +198,7 @@ def _attributes(entry: Variable, table: _Table, path: str) -> dict[str, object]:
     missing = np.isnan(table.arrays[path])
     if not missing.any():
         return attrs
-    done = telling(table.status)
+    done = has_numbers(table.status)
     reasons = [] if done.all() else ["the scene failed (status, message)"]
     within = missing[done]
     if within.size and within.any():

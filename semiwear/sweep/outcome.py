@@ -24,7 +24,7 @@ from semiwear.sweep.measure import MESHES, Measured, is_numeric, read_off
 from semiwear.sweep.scenes import Task
 from semiwear.threads import using_threads
 
-__all__ = ["Outcome", "Status", "solve", "solve_on_one_thread", "telling"]
+__all__ = ["Outcome", "Status", "has_numbers", "solve", "solve_on_one_thread"]
 
 _one_at_a_time = threading.Lock()  # solvers reuse their work space
 
@@ -44,7 +44,7 @@ class Status(IntEnum):
         return self in (Status.DONE, Status.ENDLESS)
 
 
-def telling(status: ArrayLike) -> BoolArray:
+def has_numbers(status: ArrayLike) -> BoolArray:
     """Whether the numbers of scenes with these ends count, of the same shape."""
     return np.isin(status, [kind for kind in Status if kind.tells])
 

@@ -140,11 +140,11 @@ def _failures(found: xr.Dataset) -> str:
     meanings, fields = str(status.attrs["flag_meanings"]).split(), _varied(found)
     reasons: dict[tuple[str, str], list[str]] = {}
     for index in np.argwhere(status.values != 0):
-        place = {str(dim): int(k) for dim, k in zip(status.dims, index, strict=True)}
+        position = {str(dim): int(k) for dim, k in zip(status.dims, index, strict=True)}
         where = ", ".join(
-            f"{array.name} = {_cell(array.isel({dim: place[str(dim)] for dim in array.dims}))}" for array in fields
+            f"{array.name} = {_cell(array.isel({dim: position[str(dim)] for dim in array.dims}))}" for array in fields
         )
-        key = meanings[int(status.values[tuple(index)])], str(found["message"].isel(place).values)
+        key = meanings[int(status.values[tuple(index)])], str(found["message"].isel(position).values)
         reasons.setdefault(key, []).append(where)
     parts = []
     for (meaning, reason), scenes in list(reasons.items())[:_MOST_REASONS]:
@@ -227,8 +227,8 @@ def _numbers(found: xr.Dataset) -> str:
     heads += [escape(f"{name} {body}".strip()) for name, body, _ in shown]
     rows = []
     for index in list(np.ndindex(status.shape))[:_MOST_ROWS]:
-        place = dict(zip(map(str, status.dims), index, strict=True))
-        cells = [_cell(array.isel({d: place[str(d)] for d in array.dims})) for array in fields]
+        position = dict(zip(map(str, status.dims), index, strict=True))
+        cells = [_cell(array.isel({d: position[str(d)] for d in array.dims})) for array in fields]
         rows.append([*cells, *(figure_text(float(values.values[index])) for _, _, values in shown)])
     more = status.size - len(rows)
     note = f"<p>The first {len(rows)} of {status.size} scenes.</p>" if more > 0 else ""
